@@ -23,7 +23,7 @@ from surgery.film import BloodFilm, FilmState, Suction
 from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
-from surgery.pushing import Pushing, PushingState, Rod
+from surgery.pushing import LONGEST_MM, Pushing, PushingState, Rod
 from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
 
 CLOSED, OPEN = 0.9, 0.5
@@ -333,6 +333,8 @@ class Operation:
             tool = instrument_named(state.name)
             if tool.suction_ml_s > 0:
                 middle, radius = tool.tip_ball(tool_frame(sample))
+                # blood lies where the tissue under it does at rest
+                middle = self.pushing.at_rest(middle[None], is_dented=False)[0]
                 flow = 60.0 * tool.suction_ml_s
                 suction = Suction(middle, radius + SUCKED_MM, flow)
         self.film.suck(suction)
@@ -463,5 +465,6 @@ def _rod(sample: Sample) -> Rod | None:
     tool = instrument_named(state.name)
     if tool.action in SWEEPING and state.is_working:
         return None
-    middle, radius = tool.tip_ball(frame)
-    return Rod.of(middle, frame[:3, 2], min(max(radius, THINNEST_MM), THICKEST_MM))
+    end = tool.end(frame, LONGEST_MM)
+    places = np.concatenate([end.start_mm, end.end_mm[-1:]])
+    return Rod.along(places, np.clip(end.radius_mm, THINNEST_MM, THICKEST_MM))

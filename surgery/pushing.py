@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from anatomy.tissue import Label
 from anatomy.wall_layers import NO_WALL
 from disk import UserError
-from renderers.scene import AirSurface, Change, ChangeKind
+from renderers.scene import AirSurface, Change, ChangeKind, RestOffsets
 from surgery.kernels.bend_field import (
     CAP_ROWS,
     Dent,
+    Dents,
     Grid,
     bend_box,
     measure_dent,
@@ -64,6 +65,10 @@ tissue there is pressed together to three fifths of its thickness at most."""
 LEAST_FADING_MM = 1.0
 
 _ROW_MM = 0.75
+JOINT_MM = 2 * _ROW_MM
+"""The dent of a part of a tool fades out over this beyond its end, and bends no tool
+more than by a fraction of its radius there."""
+
 _COLUMNS = 16
 _ROWS = CAP_ROWS + round(LONGEST_MM / _ROW_MM) + 1
 
@@ -80,16 +85,20 @@ class Rod:
     """Describe the round end of a tool.
 
     tip_mm: ``(3,)`` LPS, centre of its end ball. back: ``(3,)`` unit, along the shaft
-    away from the tip. radius_mm: of ball and shaft.
+    away from the tip. radius_mm: of ball and shaft. length_mm: from the ball's centre
+    on, at most `LONGEST_MM`; it fades out over the last `JOINT_MM`. behind: what comes
+    then, where the tool is bent; of that what is behind it is not looked at.
     """
 
     tip_mm: NDArray[np.float64]
     back: NDArray[np.float64]
     radius_mm: float
+    length_mm: float = LONGEST_MM
+    behind: "Rod | None" = None
 
     @classmethod
     def of(cls, tip_mm: ArrayLike, back: ArrayLike, radius_mm: float) -> "Rod":
-        """Check and make one; UserError for what is no end of a tool."""
+        """Check and make a straight one; UserError for what is no end of a tool."""
         tip = np.asarray(tip_mm, np.float64)
         axis = np.asarray(back, np.float64)
         length = float(np.linalg.norm(axis))
@@ -103,12 +112,38 @@ class Rod:
             )
         return cls(tip, axis / length, float(radius_mm))
 
+    @classmethod
+    def along(cls, places_mm: ArrayLike, radius_mm: ArrayLike) -> "Rod":
+        """Make one along two or three places, the tip first; UserError as `of`.
+
+        radius_mm: of each part between two places. The last goes on as a shaft.
+        """
+        places = np.asarray(places_mm, np.float64)
+        radii = np.asarray(radius_mm, np.float64)
+        if places.shape not in ((2, 3), (3, 3)) or len(radii) != len(places) - 1:
+            raise UserError(
+                "a tool's end has one or two parts, two or three places of three "
+                f"numbers, got {places.shape} and {len(radii)} radii"
+            )
+        rods = [
+            cls.of(begin, end - begin, radius)
+            for begin, end, radius in zip(places, places[1:], radii, strict=False)
+        ]
+        if len(rods) == 1:
+            return rods[0]
+        first = float(np.linalg.norm(places[1] - places[0]))
+        return replace(
+            rods[0],
+            length_mm=min(first + JOINT_MM, LONGEST_MM),
+            behind=replace(rods[1], length_mm=max(LONGEST_MM - first, JOINT_MM)),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class _Spring:
     """Hold a dent that nothing holds any more, and since when."""
 
-    dent: Dent
+    dents: tuple[Dent, Dent]
     since_s: float
 
 
@@ -117,16 +152,17 @@ class PushingState:
     """Hold what is bent at one moment: what stays, and what is held or springs back."""
 
     shifts: NDArray[np.float64]
-    held: Dent
-    springing: Dent
+    held: tuple[Dent, Dent]
+    springing: tuple[Dent, Dent]
     spring: _Spring | None
 
 
 class Pushing:
     """Bend what is shown of a patient, by recorded samples of tools alone.
 
-    surface: what is to be drawn. Its distance, and the pristine one of its wounds, are
-    this object's and are edited in place; all else is the patient's. shifts: ``(n, 7)``
+    surface: what is to be drawn. Its distance, the pristine one of its wounds, and
+    where it lies at rest are this object's and are edited in place; all else is the
+    patient's. shifts: ``(n, 7)``
     float64, the record of what stays bent: middle, shift and radius, mm LPS.
     """
 
@@ -138,6 +174,11 @@ class Pushing:
         self._rest = distance.values, wounds.pristine.values
         self._shown = distance.values.copy(), wounds.pristine.values.copy()
         carved, pristine = self._shown
+        # pages of which nothing is ever pushed take no memory
+        aside, back, up = (np.zeros(carved.shape, np.float32) for _ in range(3))
+        self._offsets = aside, back, up
+        self._reach = np.zeros(6, np.float32)
+        x, y, z = (distance.with_values(axis, 0.0) for axis in self._offsets)
         self.surface: AirSurface = replace(
             patient.surface,
             distance=distance.with_values(carved, distance.background),
@@ -145,13 +186,14 @@ class Pushing:
                 wounds,
                 pristine=wounds.pristine.with_values(pristine, distance.background),
             ),
+            rest=RestOffsets(wounds.pristine, x, y, z, self._reach),
         )
         self.shifts: NDArray[np.float64] = np.empty((0, 7))
         self._grid = Grid(
             np.ascontiguousarray(distance.world_from_voxel[:3]),
             np.ascontiguousarray(distance.voxel_from_world[:3]),
         )
-        self._held = self._springing = _no_dent()
+        self._held = self._springing = _no_dents()
         self._spring: _Spring | None = None
         kinds = patient.layers.kinds
         self._mobile_rows = np.array(
@@ -164,17 +206,17 @@ class Pushing:
         Samples come in order of time. generation: of the change, if there is one. rod:
         None where no tool is. Returns what is shown otherwise now, None if nothing is.
         """
-        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        boxes = self._dented()
         was = self._held
-        self._held = self._measured(rod) if rod is not None else _no_dent()
+        self._held = self._measured(rod) if rod is not None else _no_dents()
         if rod is not None and self._shift(rod):
             # the tissue that goes along with the tool is dented less
             boxes.append(self._ball(self.shifts[-1]))
             self._held = self._measured(rod)
-        if was.depth.any() and not self._held.depth.any():
+        if _deep(was) > 0 and _deep(self._held) == 0:
             self._spring = _Spring(was, time_s)
         self._springing = self._sprung(time_s)
-        boxes += [self._box_of(self._held), self._box_of(self._springing)]
+        boxes += self._dented()
         return self._bend(_union(boxes), generation, ChangeKind.DENT)
 
     def follow(self, change: Change) -> Change:
@@ -200,29 +242,28 @@ class Pushing:
 
     def restore(self, state: PushingState, generation: int) -> Change | None:
         """Show what was bent then; returns what is shown otherwise, None if nothing."""
-        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        boxes = self._dented()
         boxes += [self._ball(shift) for shift in self.shifts]
         self.shifts = state.shifts.copy()
         self._held, self._springing = state.held, state.springing
         self._spring = state.spring
-        boxes += [self._box_of(self._held), self._box_of(self._springing)]
+        boxes += self._dented()
         boxes += [self._ball(shift) for shift in self.shifts]
         return self._bend(_union(boxes), generation, ChangeKind.DENT)
 
     def release(self, generation: int) -> Change | None:
         """Put everything back to rest, also what would stay."""
-        boxes = [self._box_of(self._held), self._box_of(self._springing)]
+        boxes = self._dented()
         boxes += [self._ball(shift) for shift in self.shifts]
         self.shifts = np.empty((0, 7))
-        self._held = self._springing = _no_dent()
+        self._held = self._springing = _no_dents()
         self._spring = None
         return self._bend(_union(boxes), generation, ChangeKind.DENT)
 
     @property
     def box(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
         """Return the first and last voxel, i j k, that may be shown bent now."""
-        boxes = [self._box_of(self._held), self._box_of(self._springing)]
-        box = _union([*boxes, *(self._ball(shift) for shift in self.shifts)])
+        box = _union([*self._dented(), *(self._ball(shift) for shift in self.shifts)])
         return None if box is None else (box[:3], box[3:] - 1)
 
     def at_rest(
@@ -235,17 +276,29 @@ class Pushing:
         """
         points = np.ascontiguousarray(points_mm, np.float64)
         found = np.empty_like(points)
-        none = _no_dent()
-        dents = (self._held, self._springing) if is_dented else (none, none)
+        dents = self._dents() if is_dented else (*_no_dents(), *_no_dents())
         rest_places(points, self.shifts, dents, found)
         return found
 
-    def _measured(self, rod: Rod) -> Dent:
+    def _dents(self) -> Dents:
+        (tip, behind), (sprung_tip, sprung) = self._held, self._springing
+        return behind, tip, sprung, sprung_tip
+
+    def _dented(self) -> list[NDArray[np.int64] | None]:
+        """Return the voxels that each dent may move."""
+        return [self._box_of(dent) for dent in self._dents()]
+
+    def _measured(self, rod: Rod) -> tuple[Dent, Dent]:
+        """Return the dents of a tool's tip and of what is behind it."""
+        tip = self._measured_part(rod, _no_dent())
+        if rod.behind is None:
+            return tip, _no_dent()
+        return tip, self._measured_part(rod.behind, tip)
+
+    def _measured_part(self, rod: Rod, other: Dent) -> Dent:
         dent = _dent_of(rod)
         values = self._rest[0]
-        measure_dent(
-            values, self._grid.voxel, self.shifts, dent.frame, dent.size, dent.depth
-        )
+        measure_dent(values, self._grid.voxel, self.shifts, *dent, other)
         if not dent.depth.any():
             return dent
         point = _deepest(dent)
@@ -256,10 +309,13 @@ class Pushing:
 
     def _shift(self, rod: Rod) -> bool:
         """Let a turbinate go along with a tool that is too deep in it."""
-        over = float(self._held.depth.max()) - YIELD_MM
+        over = _deep(self._held) - YIELD_MM
         if over <= 0:
             return False
-        point = _deepest(self._held)
+        part = self._held[0]
+        if rod.behind is not None and self._held[1].depth.max() > part.depth.max():
+            part, rod = self._held[1], rod.behind
+        point = _deepest(part)
         if not self._is_mobile(point):
             return False
         # away from the axis of the tool, or forward from its tip
@@ -283,16 +339,19 @@ class Pushing:
         self.shifts = np.concatenate([rows, row[None]])
         return True
 
-    def _sprung(self, time_s: float) -> Dent:
-        """Return what is left of the dent that nothing holds."""
+    def _sprung(self, time_s: float) -> tuple[Dent, Dent]:
+        """Return what is left of the dents that nothing holds."""
         if self._spring is None:
-            return _no_dent()
-        dent, since_s = self._spring.dent, self._spring.since_s
-        depth = dent.depth * math.exp(-max(time_s - since_s, 0.0) / SPRING_S)
-        if depth.max() < GONE_MM:
+            return _no_dents()
+        (tip, behind), since_s = self._spring.dents, self._spring.since_s
+        left = math.exp(-max(time_s - since_s, 0.0) / SPRING_S)
+        if max(tip.depth.max(), behind.depth.max()) * left < GONE_MM:
             self._spring = None
-            return _no_dent()
-        return Dent(dent.frame, dent.size, depth)
+            return _no_dents()
+        return (
+            Dent(tip.frame, tip.size, tip.depth * left),
+            Dent(behind.frame, behind.size, behind.depth * left),
+        )
 
     def _voxel(self, point: NDArray[np.float64]) -> tuple[int, int, int]:
         """Return the voxel (k, j, i) of the patient's fields next to a shown place."""
@@ -320,17 +379,29 @@ class Pushing:
     def _farthest_mm(self) -> float:
         """Return how far any tissue is shown from where it lies."""
         lengths = np.linalg.norm(self.shifts[:, 3:6], axis=1).sum()
-        return float(lengths + self._held.depth.max() + self._springing.depth.max())
+        return float(lengths) + sum(float(dent.depth.max()) for dent in self._dents())
 
     def _bend(
         self, box: NDArray[np.int64] | None, generation: int, kind: ChangeKind
     ) -> Change | None:
+        bent = self.box
+        if bent is None:
+            self._reach[:] = 0
+        else:
+            self._reach[:3], self._reach[3:] = bent[0] - 1, bent[1] + 1
         if box is None or np.any(box[3:] <= box[:3]):
             return None
         bounds = np.empty(6, np.int64)
-        dents = self._held, self._springing
+        dents = self._dents()
         if not bend_box(
-            self._rest, self._shown, self._grid, box, self.shifts, dents, bounds
+            self._rest,
+            self._shown,
+            self._grid,
+            box,
+            self.shifts,
+            dents,
+            bounds,
+            self._offsets,
         ):
             return None
         return Change(generation, bounds[:3].copy(), bounds[3:].copy(), kind)
@@ -370,6 +441,15 @@ def _no_dent() -> Dent:
     return Dent(np.zeros((4, 3)), np.zeros(5), np.zeros((_ROWS, _COLUMNS)))
 
 
+def _no_dents() -> tuple[Dent, Dent]:
+    return _no_dent(), _no_dent()
+
+
+def _deep(dents: tuple[Dent, Dent]) -> float:
+    """Return how deep the deeper of two dents is, mm."""
+    return max(float(dent.depth.max()) for dent in dents)
+
+
 def _dent_of(rod: Rod) -> Dent:
     """Return the frame of a dent around a tool, without depth."""
     axis = rod.back
@@ -378,7 +458,8 @@ def _dent_of(rod: Rod) -> Dent:
     first = np.cross(axis, side)
     first /= np.linalg.norm(first)
     frame = np.stack([rod.tip_mm, axis, first, np.cross(axis, first)])
-    size = np.array([rod.radius_mm, LONGEST_MM, _ROW_MM, WHOLE_MM, LEAST_FADING_MM])
+    length = rod.length_mm
+    size = np.array([rod.radius_mm, length, _ROW_MM, WHOLE_MM, LEAST_FADING_MM])
     return Dent(frame, size, np.zeros((_ROWS, _COLUMNS)))
 
 

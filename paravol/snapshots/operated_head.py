@@ -32,6 +32,10 @@ class OperatedHead:
             digest.update(b"|")
         if self.surface.bent:
             digest.update(self.surface.bent.record().data)
+        for axis in self.surface.offsets or ():
+            is_changed = True
+            digest.update(b"|")
+            digest.update(axis.record().data)
         object.__setattr__(self, "digest", digest.hexdigest() if is_changed else "")
 
     @classmethod

@@ -9,7 +9,14 @@ from renderers.scene.image import Image, save_png, srgb_from_linear
 from renderers.scene.light import Light, four_lights
 from renderers.scene.mesh import Mesh
 from renderers.scene.metrics import ImageError, image_error, rmse_codes, ssim
-from renderers.scene.scene import AirSurface, PhongMaterial, Renderer, Scene, Wounds
+from renderers.scene.scene import (
+    AirSurface,
+    PhongMaterial,
+    Renderer,
+    RestOffsets,
+    Scene,
+    Wounds,
+)
 from renderers.scene.spine import Spine
 from renderers.scene.transfer import (
     TransferFunction,
@@ -33,6 +40,7 @@ __all__ = [
     "PhongMaterial",
     "Projection",
     "Renderer",
+    "RestOffsets",
     "Scene",
     "Spine",
     "TransferFunction",

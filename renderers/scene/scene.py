@@ -44,6 +44,37 @@ class Wounds:
 
 
 @dataclass(frozen=True, slots=True)
+class RestOffsets:
+    """Hold where tissue lies at rest that is shown elsewhere, since it was pushed.
+
+    What is shown at a place p lies at ``p + (x, y, z)`` at rest, and has the look that
+    it has there.
+
+    pristine: float32 mm, the distance before any tissue was taken, as it is at rest.
+    x, y, z: float32 mm along the world's axes, on the distance's grid.
+    box: ``(6,)`` float32, low and high voxel coordinates beyond which all are 0; the
+        high ones are not above the low ones where nothing is pushed. Whoever edits the
+        volumes in place writes this, too.
+    """
+
+    pristine: Volume
+    x: Volume
+    y: Volume
+    z: Volume
+    box: NDArray[np.float32]
+
+    @property
+    def is_any(self) -> bool:
+        """Return whether anything may be pushed."""
+        return bool(self.box[3] > self.box[0])
+
+    def sample(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the offsets ``(..., 3)`` of shown places, mm."""
+        axes = self.x, self.y, self.z
+        return np.stack([axis.sample(points_mm) for axis in axes], axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
 class AirSurface:
     """Describe the boundary between air and tissue, which an endoscope sees.
 
@@ -52,12 +83,15 @@ class AirSurface:
     blood: uint8 on the same grid, blood volume fraction ``B = (v / 255)**2``.
     skin: uint8 on the same grid, weight 0..255 of dry skin over mucosa.
     wounds: what shows cuts and blood; None where nobody operates.
+    rest: where what is shown lies at rest; None where nobody pushes. The distance, and
+        the pristine one of wounds, are as shown; all else is as it lies at rest.
     """
 
     distance: Volume
     blood: Volume
     skin: Volume
     wounds: Wounds | None = None
+    rest: RestOffsets | None = None
 
     def __post_init__(self) -> None:
         if self.distance.values.dtype != np.float32:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Camera, GBuffer, Projection
+from renderers.scene import AirSurface, Camera, GBuffer, Projection, RestOffsets
 from renderers.shading.bands import RowBands
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.kernels.draw_hairs import (
@@ -21,6 +21,8 @@ ALBEDO = (0.032, 0.020, 0.014)
 GLOSS = 0.006
 ROOT_MM = 0.2
 """A hair falls out where so much of the skin that it stands in is taken."""
+FIXED_POINT_STEPS = 24
+"""Half steps, since tissue before a tool is both carried and pressed together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,25 @@ class PlacedStrands:
     order: NDArray[np.int64]
 
 
+def shown_at(rest: RestOffsets, places_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where tissue ``(n, 3)`` that lies at places at rest is shown, mm.
+
+    Solves ``p + offset(p) = place`` by fixed-point iteration, which converges since no
+    offset changes by as much as the way over which it does.
+    """
+    voxel = rest.x.voxel_from_world
+    at = places_mm @ voxel[:3, :3].T + voxel[:3, 3]
+    # what is shown in the box lies in it: beyond it nothing moves
+    near = np.all((at > rest.box[:3]) & (at < rest.box[3:]), axis=1)
+    shown = np.array(places_mm, np.float64)
+    places = shown[near]
+    found = places.copy()
+    for _ in range(FIXED_POINT_STEPS):
+        found = 0.5 * (found + places - rest.sample(found))
+    shown[near] = found
+    return shown
+
+
 class HairLayer:
     """Draw the hairs of one head.
 
@@ -45,25 +66,37 @@ class HairLayer:
 
     def __init__(self, surface: AirSurface, seed: int) -> None:
         wounds = surface.wounds
-        self._distance = surface.distance
+        self._distance, self._rest = surface.distance, surface.rest
         self._pristine = surface.distance if wounds is None else wounds.pristine
         # where they grew before anything was cut
-        grown = surface if wounds is None else replace(surface, distance=self._pristine)
+        before = self._pristine if self._rest is None else self._rest.pristine
+        grown = surface if wounds is None else replace(surface, distance=before)
         self._grown = self.strands = Strands.grow(grown, seed)
         self._albedo = np.array(ALBEDO, np.float32)
         points = self._grown.points_mm.reshape(-1, 3)
         # a ball around them all
         self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
         reach = np.linalg.norm(points - self._middle, axis=1)
-        self._radius = float(reach.max(initial=0.0))
+        self._radius = self._reach = float(reach.max(initial=0.0))
         if wounds is not None:
             self.update()
 
     def update(self) -> None:
-        """Drop the hairs whose roots were cut away; what was undone has them again."""
-        roots = self._grown.points_mm[:, 0]
+        """Drop the hairs whose roots were cut away; what was undone has them again.
+
+        Those that stand in tissue that is pushed go along with their roots.
+        """
+        grown = self._grown
+        roots = grown.points_mm[:, 0]
+        self._reach = self._radius
+        if self._rest is not None and self._rest.is_any and len(roots):
+            moved = shown_at(self._rest, roots) - roots
+            if moved.any():
+                grown = replace(grown, points_mm=grown.points_mm + moved[:, None])
+                roots = grown.points_mm[:, 0]
+                self._reach += float(np.linalg.norm(moved, axis=1).max())
         taken = self._pristine.sample(roots) - self._distance.sample(roots)
-        self.strands = self._grown.only(taken < ROOT_MM)
+        self.strands = grown.only(taken < ROOT_MM)
 
     def place(
         self, camera: Camera, light: ScopeLight, sources: NDArray[np.float32]
@@ -116,12 +149,12 @@ class HairLayer:
         # in plain numbers: this is all that most frames ask of hairs
         toward = (self._middle - camera.eye_mm).tolist()
         distance = math.hypot(*toward)
-        if distance <= self._radius:
+        if distance <= self._reach:
             return False
         along = camera.frame[3].tolist()
         cosine = sum(a * b for a, b in zip(toward, along, strict=True)) / distance
         off = math.acos(min(max(cosine, -1.0), 1.0))
-        return off - math.asin(self._radius / distance) > widest
+        return off - math.asin(self._reach / distance) > widest
 
 
 def draw_hairs(

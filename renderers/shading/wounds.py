@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Change, Material
+from renderers.scene import AirSurface, Change, ChangeKind, Material
 from renderers.scene.gbuffer import read_only
 from renderers.scene.scene import FILM_UNIT_MM, WOUND_UNIT_MM
+from renderers.shading.kernels.pushed_block import PushedField
 from renderers.shading.kernels.wound_cubes import mark_cubes
 from renderers.shading.kernels.wound_marks import (
     AROUND,
@@ -84,7 +85,7 @@ class WoundCubes:
 
 
 class WoundLook:
-    """Keep what tells shading where a surface is cut, or wet with blood.
+    """Keep what tells shading where a surface is cut, wet with blood, or pushed.
 
     surface: whose arrays are read in place.
     """
@@ -116,6 +117,8 @@ class WallBlood:
         self.codes: NDArray[np.uint8] = surface.blood.values
         if surface.wounds is None:
             return
+        turn = surface.distance.voxel_from_world[:3, :3]
+        self._to_voxel = read_only(np.ascontiguousarray(turn, np.float32))
         self._codes = np.empty(surface.blood.shape, np.uint8)
         self.codes = read_only(self._codes)
         none = read_only(np.zeros((0, 0, 0), np.uint8))
@@ -125,8 +128,18 @@ class WallBlood:
 
     def update(self, change: Change) -> None:
         """Look again where something changed."""
-        if self._surface.wounds is not None:
-            self._stain(change.low, change.high)
+        if self._surface.wounds is None:
+            return
+        low, high = change.low, change.high
+        box = self._field.pushed.box
+        if change.kind is ChangeKind.FILM and np.all(
+            (high >= box[:3]) & (low <= box[3:])
+        ):
+            # blood is told where it lies, and is shown elsewhere
+            low = np.minimum(low, np.maximum(box[:3], 0)).astype(np.int64)
+            top = np.array(self._codes.shape[::-1]) - 1
+            high = np.maximum(high, np.minimum(box[3:], top)).astype(np.int64)
+        self._stain(low, high)
 
     def _stain(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         surface = self._surface
@@ -139,7 +152,17 @@ class WallBlood:
             self._codes,
             low,
             high,
+            self._to_voxel,
         )
+
+
+def pushed_field(surface: AirSurface) -> PushedField:
+    """Return where a surface's tissue lies at rest, as kernels take it."""
+    rest = surface.rest
+    if rest is None:
+        none = read_only(np.zeros((0, 0, 0), np.float32))
+        return PushedField(none, none, none, read_only(np.zeros(6, np.float32)))
+    return PushedField(rest.x.values, rest.y.values, rest.z.values, read_only(rest.box))
 
 
 def wound_field(
@@ -177,4 +200,5 @@ def wound_field(
         np.float32(WOUND_UNIT_MM),
         np.float32(FILM_UNIT_MM),
         _ROWS,
+        pushed_field(surface),
     )

@@ -43,7 +43,7 @@ from renderers.snapshots.request import (
     WoundsSpec,
 )
 from renderers.snapshots.spool import JobState, Spool
-from renderers.snapshots.volume_changes import FrozenSurface, VolumeChanges
+from renderers.snapshots.volume_changes import FrozenSurface, Offsets, VolumeChanges
 
 POLL_S = 0.05
 
@@ -186,6 +186,7 @@ class SnapshotClient:
                 deep=self.put(surface.wounds.deep.values),
                 film=self._put_changes(frozen.film),
                 bent=self._put_changes(frozen.bent),
+                rest=self._put_offsets(frozen.offsets),
             )
         work = ScopeWork(
             distance=self.put(distance.values),
@@ -269,6 +270,15 @@ class SnapshotClient:
     def _put_changes(self, changes: VolumeChanges | None) -> str | None:
         """Store bricks; None where there are none."""
         return self.put(changes.record()) if changes else None
+
+    def _put_offsets(
+        self, offsets: Offsets | None
+    ) -> tuple[str | None, str | None, str | None] | None:
+        """Store bricks of offsets along three axes; None where there are none."""
+        if offsets is None:
+            return None
+        x, y, z = (self._put_changes(part) for part in offsets)
+        return x, y, z
 
     def submit(self, request: SnapshotRequest) -> str:
         """Queue a request; return its id. Submitting it again changes nothing."""

@@ -274,6 +274,7 @@ class Finisher:
         wounds, film, bent = work.wounds, None, None
         if wounds is not None:
             film, bent = wounds.film, wounds.bent
+            # tissue that is pushed otherwise gets a shader of its own
             wounds = msgspec.structs.replace(wounds, film=None, bent=None)
         head = work.distance, work.blood, work.skin, work.grid, wounds
         how = work.seed, work.blood_bias, request.deflectors

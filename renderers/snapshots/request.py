@@ -148,7 +148,8 @@ class WoundsSpec(_Strict, frozen=True):
     flesh, bone, deep: uint8 arrays of the head's grid. film: bricks of uint8 that are
     wet, as `ScopeWork.changes` has them; None for a dry head. The pristine distance is
     the work's own, but for bent: bricks of float32 of it where tissue gave way to a
-    tool; None where none did.
+    tool; None where none did. rest: bricks of float32 of the offsets, mm along x, y and
+    z, from there to where that tissue lies at rest; see `renderers.scene.RestOffsets`.
     """
 
     flesh: Digest
@@ -156,6 +157,7 @@ class WoundsSpec(_Strict, frozen=True):
     deep: Digest
     film: Digest | None = None
     bent: Digest | None = None
+    rest: tuple[Digest | None, Digest | None, Digest | None] | None = None
 
 
 class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):

@@ -15,6 +15,7 @@ from renderers.scene import (
     Mesh,
     PhongMaterial,
     Projection,
+    RestOffsets,
     Scene,
     TransferFunction,
     Volume,
@@ -32,7 +33,7 @@ from renderers.snapshots.request import (
     WoundsSpec,
     to_deflection,
 )
-from renderers.snapshots.volume_changes import VolumeChanges
+from renderers.snapshots.volume_changes import VolumeChanges, rest_offsets
 
 LARGEST_VOLUME = 8 << 30
 LARGEST_MESH = 256 << 20
@@ -92,10 +93,28 @@ def load_scene(data: DataStore, request: SnapshotRequest) -> Scene:
     skin = load_volume(data, work.skin, work.grid, "uint8", background=0.0)
     # Mode scope classifies nothing; the distance stands in for a density.
     nothing = TransferFunction(np.array([0.0, 1.0]), np.zeros((2, 3)), np.zeros(2))
-    wounds = None
+    wounds = rest = None
     if work.wounds is not None:
         wounds = _wounds(data, base, work.grid, work.wounds)
-    return Scene(distance, nothing, surface=AirSurface(distance, blood, skin, wounds))
+        rest = _rest(data, base, work.wounds)
+    surface = AirSurface(distance, blood, skin, wounds, rest)
+    return Scene(distance, nothing, surface=surface)
+
+
+def _rest(data: DataStore, base: Volume, spec: WoundsSpec) -> RestOffsets | None:
+    """Load where pushed tissue lies at rest; ValueError where it does not fit."""
+    if spec.rest is None:
+        return None
+    still = np.broadcast_to(np.zeros((), np.float32), base.shape)
+    none = VolumeChanges.between(still[:1], still[:1])
+    parts = []
+    for axis, digest in zip("xyz", spec.rest, strict=True):
+        part = none
+        if digest is not None:
+            record = data.get(digest, ("int32",), LARGEST_VOLUME)
+            part = VolumeChanges.of_record(record, still, f"wounds.rest.{axis}")
+        parts.append(part)
+    return rest_offsets((parts[0], parts[1], parts[2]), base)
 
 
 def _wounds(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from renderers.scene import AirSurface
+from renderers.scene import AirSurface, RestOffsets, Volume
 
 EDGE = 8
 """Voxels along a brick."""
@@ -123,13 +123,30 @@ class VolumeChanges:
     def applied(self, base: NDArray[np.generic]) -> NDArray[np.generic]:
         """Return a copy of a volume with the bricks in it."""
         edited = np.array(base)
-        _, cy, cx = _counts(base.shape)
+        self._write(edited)
+        return edited
+
+    def alone(self, shape: tuple[int, ...]) -> NDArray[np.generic]:
+        """Return a volume that is 0 but for the bricks; the rest takes no memory."""
+        volume = np.zeros(shape, self.values.dtype)
+        self._write(volume)
+        return volume
+
+    def box(self, shape: tuple[int, ...]) -> Box:
+        """Return the first and last voxel of the bricks; there must be some."""
+        _, cy, cx = _counts(shape)
+        n = self.numbers.astype(np.int64)
+        first = EDGE * np.stack([n % cx, n // cx % cy, n // (cy * cx)], axis=-1)
+        last = np.array(shape[::-1]) - 1
+        return first.min(axis=0), np.minimum(first.max(axis=0) + EDGE - 1, last)
+
+    def _write(self, volume: NDArray[np.generic]) -> None:
+        _, cy, cx = _counts(volume.shape)
         for number, brick in zip(self.numbers.tolist(), self.values, strict=True):
             places = number // (cy * cx), number // cx % cy, number % cx
             z, y, x = (EDGE * place for place in places)
-            part = edited[z : z + EDGE, y : y + EDGE, x : x + EDGE]
+            part = volume[z : z + EDGE, y : y + EDGE, x : x + EDGE]
             part[...] = brick[tuple(slice(n) for n in part.shape)]
-        return edited
 
 
 def _counts(shape: tuple[int, ...]) -> tuple[int, int, int]:
@@ -138,19 +155,41 @@ def _counts(shape: tuple[int, ...]) -> tuple[int, int, int]:
     return nz, ny, nx
 
 
+Offsets = tuple[VolumeChanges, VolumeChanges, VolumeChanges]
+"""What differs from 0 of `RestOffsets`: along x, y and z."""
+
+
+def rest_offsets(offsets: Offsets | None, pristine: Volume) -> RestOffsets | None:
+    """Return where tissue lies at rest; None where it is shown there.
+
+    pristine: the distance before any tissue was taken, at rest.
+    """
+    if offsets is None or not any(offsets):
+        return None
+    boxes = [part.box(pristine.shape) for part in offsets if part]
+    low, high = (np.array(ends) for ends in zip(*boxes, strict=True))
+    x, y, z = (
+        pristine.with_values(part.alone(pristine.shape), 0.0) for part in offsets
+    )
+    ends = np.concatenate([low.min(axis=0) - 1, high.max(axis=0) + 1])
+    return RestOffsets(pristine, x, y, z, ends.astype(np.float32))
+
+
 @dataclass(frozen=True, slots=True)
 class FrozenSurface:
     """Hold an air surface as it was at one moment, whatever is cut out of it later.
 
     surface: the living one, of which only what never changes is read. distance: what
     was cut by then; None where nobody operates. film: what had bled. bent: where the
-    pristine distance was shown otherwise, by tissue that gave way to a tool.
+    pristine distance was shown otherwise, by tissue that gave way to a tool. offsets:
+    where that tissue lay at rest.
     """
 
     surface: AirSurface
     distance: VolumeChanges | None = None
     film: VolumeChanges | None = None
     bent: VolumeChanges | None = None
+    offsets: Offsets | None = None
 
     @classmethod
     def of(
@@ -171,14 +210,22 @@ class FrozenSurface:
         dry = np.broadcast_to(np.zeros((), film.dtype), film.shape)
         shown = shown or surface
         assert shown.wounds is not None
-        pristine, bent = wounds.pristine.values, None
+        pristine, bent, offsets = wounds.pristine.values, None, None
         if shown.wounds.pristine.values is not pristine:
             bent = VolumeChanges.between(pristine, shown.wounds.pristine.values, within)
+        if shown.rest is not None and shown.rest.is_any:
+            still = np.broadcast_to(np.zeros((), np.float32), pristine.shape)
+            x, y, z = (
+                VolumeChanges.between(still, axis.values, within)
+                for axis in (shown.rest.x, shown.rest.y, shown.rest.z)
+            )
+            offsets = (x, y, z) if x or y or z else None
         return cls(
             surface,
             VolumeChanges.between(pristine, shown.distance.values, within),
             VolumeChanges.between(dry, film),
             bent,
+            offsets,
         )
 
     def thawed(self) -> AirSurface:
@@ -204,4 +251,5 @@ class FrozenSurface:
                 pristine=pristine,
                 film=film.with_values(self.film.applied(dry), film.background),
             ),
+            rest=rest_offsets(self.offsets, wounds.pristine),
         )

@@ -131,6 +131,10 @@ class Instrument:
         middle, radius = self.shape.tip()
         return moved(middle[None], world_from_instrument)[0], radius
 
+    def end(self, world_from_instrument: Doubles, length_mm: float) -> Capsules:
+        """Return one or two capsules of so much of its end in the world."""
+        return self.shape.end(length_mm).placed(world_from_instrument)
+
     def working_volume(
         self,
         world_from_instrument: Doubles,

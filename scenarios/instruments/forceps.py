@@ -219,6 +219,11 @@ class Forceps(Shape):
         radius = 0.8 * self.height_mm / 2
         return self.line().at(radius)[0], radius
 
+    def end(self, length_mm: float) -> Capsules:
+        """Return the closed jaws: they are straight, and about as long."""
+        radius = 0.8 * self.height_mm / 2
+        return Capsules.along(self.line().at([radius, radius + length_mm]), radius)
+
     def bite(self, jaw: float) -> solids.Rows:
         """Return what the cups hold, in each place on their way together."""
         line, hinge = self.line(), self.hinge()

@@ -188,6 +188,11 @@ class SickleKnife(Shape):
         """Return the ball in its point."""
         return self.line().at(0.3)[0], 0.3
 
+    def end(self, length_mm: float) -> Capsules:
+        """Return two chords of the blade, as thick as its point."""
+        lengths = 0.3 + np.array([0.0, 0.5, 1.0]) * length_mm
+        return Capsules.along(self.line().at(lengths), 0.3)
+
     def edge(self) -> tuple[Doubles, float]:
         """Return the inner side of the blade and its point."""
         line = self.line()
@@ -249,6 +254,12 @@ class BallProbe(Shape):
         """Return its ball."""
         return self.line().at(self.ball_mm / 2)[0], self.ball_mm / 2
 
+    def end(self, length_mm: float) -> Capsules:
+        """Return the ball, and the thin rod behind it as one chord of its bend."""
+        ball, thin = self.ball_mm / 2, self.rod_mm / 2
+        lengths = ball + np.array([0.0, ball, length_mm])
+        return Capsules.along(self.line().at(lengths), [ball, thin])
+
 
 @dataclass(frozen=True, slots=True)
 class Elevator(Shape):
@@ -308,6 +319,11 @@ class Elevator(Shape):
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its end."""
         return self.line().at(self.thick_mm / 2)[0], self.thick_mm / 2
+
+    def end(self, length_mm: float) -> Capsules:
+        """Return a chord of the blade, which is hardly bent."""
+        half = self.thick_mm / 2
+        return Capsules.along(self.line().at([half, half + length_mm]), half)
 
     def edge(self) -> tuple[Doubles, float]:
         """Return the round end."""

@@ -101,6 +101,15 @@ class Shape(ABC):
     def tip(self) -> tuple[Doubles, float]:
         """Return middle ``(3,)`` and radius of the ball at its end, mm."""
 
+    def end(self, length_mm: float) -> Capsules:
+        """Return one or two capsules of so much of its end, mm, the tip first.
+
+        For what gives way to it. Straight along +z, where a tool is not bent there.
+        """
+        middle, radius = self.tip()
+        behind = middle + np.array([0.0, 0.0, length_mm])
+        return Capsules.along(np.stack([middle, behind]), radius)
+
     def edge(self) -> tuple[Doubles, float]:
         """Return corners ``(n, 3)`` of what takes tissue where it moves; its radius."""
         return np.zeros((0, 3)), 0.0

@@ -156,6 +156,13 @@ class CurvedSuction(Shape):
         line = BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
         return line.at(_INSET * self.outer_mm / 2)[0], self.outer_mm / 2
 
+    def end(self, length_mm: float) -> Capsules:
+        """Return two chords of the bend."""
+        line = BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
+        outer = self.outer_mm / 2
+        lengths = _INSET * outer + np.array([0.0, 0.5, 1.0]) * length_mm
+        return Capsules.along(line.at(lengths), outer)
+
 
 @dataclass(frozen=True, slots=True)
 class Debrider(Shape):

@@ -59,6 +59,11 @@ class Dent(NamedTuple):
     depth: Doubles
 
 
+Dents = tuple[Dent, Dent, Dent, Dent]
+"""Of the two parts of a tool, and those that spring back from them; the part behind a
+bend comes before the tip, through whose dent it was measured."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _read(values: Floats, m: Doubles, x: float, y: float, z: float) -> float:
     """Interpolate a field at a place in the world; beyond the grid its face goes on."""
@@ -105,13 +110,54 @@ def unshift(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def undent(
+    frame: Doubles, size: Doubles, depth: Doubles, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return where a dent takes a place from, and its stretch along the radius."""
+    radius, length, step, whole, fading = size[0], size[1], size[2], size[3], size[4]
+    rows, columns = depth.shape
+    dx, dy, dz = x - frame[0, 0], y - frame[0, 1], z - frame[0, 2]
+    t = dx * frame[1, 0] + dy * frame[1, 1] + dz * frame[1, 2]
+    along = min(max(t, 0.0), length)
+    ox = dx - along * frame[1, 0]
+    oy = dy - along * frame[1, 1]
+    oz = dz - along * frame[1, 2]
+    rho = math.sqrt(ox * ox + oy * oy + oz * oz)
+    if rho >= radius + whole + fading or rho < 1e-9 or t > length:
+        return x, y, z, 0.0
+    p = ox * frame[2, 0] + oy * frame[2, 1] + oz * frame[2, 2]
+    q = ox * frame[3, 0] + oy * frame[3, 1] + oz * frame[3, 2]
+    row = CAP_ROWS + along / step
+    if t < 0.0:
+        rise = math.atan2(-t, math.sqrt(p * p + q * q))
+        row = CAP_ROWS * (1.0 - rise / (0.5 * math.pi))
+    column = (math.atan2(q, p) / (2.0 * math.pi) % 1.0) * columns
+    a = min(int(row), rows - 2)
+    b = min(int(column), columns - 1)
+    c = (b + 1) % columns
+    fa, fb = min(row - a, 1.0), column - b
+    deep = (depth[a, b] * (1 - fb) + depth[a, c] * fb) * (1 - fa) + (
+        depth[a + 1, b] * (1 - fb) + depth[a + 1, c] * fb
+    ) * fa
+    if deep <= 0.0:
+        return x, y, z, 0.0
+    share = 1.0 - max(rho - radius - whole, 0.0) / fading
+    # inside the tool, where none of this is seen, all that would lie beyond its axis
+    rest = max(rho - deep * share * share, TORN * rho)
+    stretch = 2.0 * deep * share / fading if share < 1.0 else 0.0
+    back = rest / rho - 1.0
+    return x + back * ox, y + back * oy, z + back * oz, stretch
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def measure_dent(
     rest: Floats, voxel: Doubles, shifts: Doubles, frame: Doubles, size: Doubles,
-    depth: Doubles,
+    depth: Doubles, other: Dent,
 ) -> None:  # fmt: skip
     """Fill a dent's table: how deep the tool is in tissue that no dent moves yet.
 
-    Between places on the tool depths change by at most `SLOPE`.
+    But for `other`, of another part of the same tool. Between places on the tool depths
+    change by at most `SLOPE`.
     """
     rows, columns = depth.shape
     radius, length, step = size[0], size[1], size[2]
@@ -120,7 +166,7 @@ def measure_dent(
         if row < CAP_ROWS:
             rise = 0.5 * math.pi * (1.0 - row / CAP_ROWS)
         # the shaft goes on beyond the part that is looked at
-        fade = min(1.0, (length - along) / (2.0 * step))
+        fade = max(min(1.0, (length - along) / (2.0 * step)), 0.0)
         for column in range(columns):
             turn = 2.0 * math.pi * column / columns
             p, q, t = (
@@ -138,6 +184,7 @@ def measure_dent(
                 x = at0 + r * (p * frame[2, 0] + q * frame[3, 0] + t * frame[1, 0])
                 y = at1 + r * (p * frame[2, 1] + q * frame[3, 1] + t * frame[1, 1])
                 z = at2 + r * (p * frame[2, 2] + q * frame[3, 2] + t * frame[1, 2])
+                x, y, z, _ = undent(other.frame, other.size, other.depth, x, y, z)
                 x, y, z, _ = unshift(shifts, x, y, z)
                 d = _read(rest, voxel, x, y, z)
                 if d > 0.0:
@@ -184,52 +231,12 @@ def _limit_slopes(depth: Doubles, radius: float, step: float) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def undent(
-    frame: Doubles, size: Doubles, depth: Doubles, x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
-    """Return where a dent takes a place from, and its stretch along the radius."""
-    radius, length, step, whole, fading = size[0], size[1], size[2], size[3], size[4]
-    rows, columns = depth.shape
-    dx, dy, dz = x - frame[0, 0], y - frame[0, 1], z - frame[0, 2]
-    t = dx * frame[1, 0] + dy * frame[1, 1] + dz * frame[1, 2]
-    along = min(max(t, 0.0), length)
-    ox = dx - along * frame[1, 0]
-    oy = dy - along * frame[1, 1]
-    oz = dz - along * frame[1, 2]
-    rho = math.sqrt(ox * ox + oy * oy + oz * oz)
-    if rho >= radius + whole + fading or rho < 1e-9 or t > length:
-        return x, y, z, 0.0
-    p = ox * frame[2, 0] + oy * frame[2, 1] + oz * frame[2, 2]
-    q = ox * frame[3, 0] + oy * frame[3, 1] + oz * frame[3, 2]
-    row = CAP_ROWS + along / step
-    if t < 0.0:
-        rise = math.atan2(-t, math.sqrt(p * p + q * q))
-        row = CAP_ROWS * (1.0 - rise / (0.5 * math.pi))
-    column = (math.atan2(q, p) / (2.0 * math.pi) % 1.0) * columns
-    a = min(int(row), rows - 2)
-    b = min(int(column), columns - 1)
-    c = (b + 1) % columns
-    fa, fb = min(row - a, 1.0), column - b
-    deep = (depth[a, b] * (1 - fb) + depth[a, c] * fb) * (1 - fa) + (
-        depth[a + 1, b] * (1 - fb) + depth[a + 1, c] * fb
-    ) * fa
-    if deep <= 0.0:
-        return x, y, z, 0.0
-    share = 1.0 - max(rho - radius - whole, 0.0) / fading
-    # inside the tool, where none of this is seen, all that would lie beyond its axis
-    rest = max(rho - deep * share * share, TORN * rho)
-    stretch = 2.0 * deep * share / fading if share < 1.0 else 0.0
-    back = rest / rho - 1.0
-    return x + back * ox, y + back * oy, z + back * oz, stretch
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def at_rest(
-    shifts: Doubles, dents: tuple[Dent, Dent], x: float, y: float, z: float
+    shifts: Doubles, dents: Dents, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
     """Return where a place lies at rest, and the sum of the maps' stretch there."""
     total = 0.0
-    for n in range(2):
+    for n in range(4):
         dent = dents[n]
         x, y, z, stretch = undent(dent.frame, dent.size, dent.depth, x, y, z)
         total += stretch
@@ -246,16 +253,19 @@ def _lessened(value: float, less: float) -> np.float32:
 @njit(cache=True, nogil=True, error_model="numpy")
 def bend_box(
     rest: tuple[Floats, Floats], shown: tuple[Floats, Floats], grid: Grid, box: Longs,
-    shifts: Doubles, dents: tuple[Dent, Dent], bounds: Longs,
+    shifts: Doubles, dents: Dents, bounds: Longs,
+    offsets: tuple[Floats, Floats, Floats],
 ) -> int:  # fmt: skip
     """Show a box of two fields as they are bent; return how many voxels changed.
 
     rest, shown: of the surface as carved and of the pristine one, which bend alike.
     Values are made less by the stretch near the surface, so that a distance is not too
-    large there. box: i0 j0 k0 i1 j1 k1, ends excluded. bounds: ``(6,)``, first and last
-    changed voxel.
+    large there; what was cut is as deep as at rest. box: i0 j0 k0 i1 j1 k1, ends
+    excluded. bounds: ``(6,)``, first and last changed voxel. offsets: mm along x, y and
+    z from where tissue is shown to where it lies at rest.
     """
     carved, pristine = rest
+    off_x, off_y, off_z = offsets
     shown_carved, shown_pristine = shown
     world, voxel = grid
     bounds[:3] = 1 << 30
@@ -273,10 +283,20 @@ def bend_box(
                     a, b = carved[k, j, i], pristine[k, j, i]
                 else:
                     less = stretch / (1.0 + stretch)
-                    a = _lessened(_read(carved, voxel, u, v, w), less)
-                    b = _lessened(_read(pristine, voxel, u, v, w), less)
-                if a == shown_carved[k, j, i] and b == shown_pristine[k, j, i]:
+                    at_rest_now = _read(carved, voxel, u, v, w)
+                    before = _read(pristine, voxel, u, v, w)
+                    a = _lessened(at_rest_now, less)
+                    b = np.float32(a + (before - at_rest_now))
+                dx, dy, dz = np.float32(u - x), np.float32(v - y), np.float32(w - z)
+                if (
+                    a == shown_carved[k, j, i]
+                    and b == shown_pristine[k, j, i]
+                    and dx == off_x[k, j, i]
+                    and dy == off_y[k, j, i]
+                    and dz == off_z[k, j, i]
+                ):
                     continue
+                off_x[k, j, i], off_y[k, j, i], off_z[k, j, i] = dx, dy, dz
                 shown_carved[k, j, i] = a
                 shown_pristine[k, j, i] = b
                 count += 1
@@ -287,9 +307,7 @@ def bend_box(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def rest_places(
-    points: Doubles, shifts: Doubles, dents: tuple[Dent, Dent], out: Doubles
-) -> None:
+def rest_places(points: Doubles, shifts: Doubles, dents: Dents, out: Doubles) -> None:
     """Find where places ``(n, 3)`` lie at rest."""
     for n in range(points.shape[0]):
         x, y, z, _ = at_rest(shifts, dents, points[n, 0], points[n, 1], points[n, 2])

@@ -306,3 +306,127 @@ def test_a_tool_outside_the_head_bends_nothing_there() -> None:
     _, pushing = soft()
     far = replace(rod_at(0.5), tip_mm=np.array([500.0, 0.0, 0.0]))
     assert pushing.push(0.0, 1, far) is None
+
+
+def offsets(pushing: Pushing) -> NDArray[np.float32]:
+    rest = pushing.surface.rest
+    assert rest is not None
+    return np.stack([rest.x.values, rest.y.values, rest.z.values], axis=-1)
+
+
+def test_shading_is_told_where_tissue_lies_at_rest() -> None:
+    """At every voxel the offset is the map's own, and none beyond the box."""
+    _, pushing = turbinate()
+    for n, deep in enumerate(np.arange(-0.2, 2.5, 0.1)):
+        pushing.push(0.02 * n, n, side_rod(float(deep)))
+    assert len(pushing.shifts) == 1
+    rest = pushing.surface.rest
+    assert rest is not None
+    places = np.argwhere(np.ones(rest.x.shape, bool))[:, ::-1].astype(np.float64)
+    m = rest.x.world_from_voxel
+    points = places @ m[:3, :3].T + m[:3, 3]
+    expected = pushing.at_rest(points) - points
+    found = offsets(pushing).reshape(-1, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    moved = places[found.any(axis=1)]
+    assert np.all((moved > rest.box[:3]) & (moved < rest.box[3:]))
+    assert len(moved) > 1000
+    frozen, before = pushing.freeze(), offsets(pushing)
+    pushing.push(1.0, 40, None)
+    pushing.push(9.0, 41, None)
+    assert not np.array_equal(offsets(pushing), before)
+    pushing.restore(frozen, 42)
+    np.testing.assert_array_equal(offsets(pushing), before)
+    pushing.release(43)
+    assert not offsets(pushing).any()
+    assert not rest.is_any
+
+
+def test_a_cut_is_as_deep_where_it_is_shown_as_at_rest() -> None:
+    """Depth below the surface that was picks the layer: pressing must not change it."""
+    patient, pushing = soft()
+    patient.carve(solids.capsule(MIDDLE, MIDDLE + np.array([2.0, 0, 0]), 1.5), Taker())
+    pushing = Pushing(patient)
+    pushing.push(0.0, 1, rod_at(2.2))
+    wounds, before = pushing.surface.wounds, patient.surface.wounds
+    assert wounds is not None
+    assert before is not None
+    depth = wounds.pristine.values.astype(np.float64) - shown(pushing)
+    points = np.argwhere(offsets(pushing).any(axis=-1))[:, ::-1].astype(np.float64)
+    m = wounds.pristine.world_from_voxel
+    places = pushing.at_rest(points @ m[:3, :3].T + m[:3, 3])
+    rest = before.pristine.sample(places) - patient.surface.distance.sample(places)
+    k, j, i = points.astype(np.int64).T[::-1]
+    np.testing.assert_allclose(depth[k, j, i], rest, atol=1e-5)
+    assert rest.max() > 0.5
+
+
+def bent_rod(deep: float, turn_deg: float, radius: float = 1.0) -> Rod:
+    """Lie on the floor with the part behind a bend; the tip is turned out of it."""
+    bend = MIDDLE + np.array([-1.0, 0.0, radius - deep])
+    turn = math.radians(turn_deg)
+    tip = bend + 3.0 * np.array([math.cos(turn), 0.0, math.sin(turn)])
+    back = bend + np.array([-4.0, 0.0, 3.0])
+    return Rod.along([tip, bend, back], [radius, radius])
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0, 45.0])
+@pytest.mark.parametrize("deep", [0.3, 0.8])
+def test_tissue_gives_way_to_both_parts_of_a_bent_tool(
+    turn_deg: float, deep: float
+) -> None:
+    _, pushing = soft()
+    rod = bent_rod(deep, turn_deg)
+    pushing.push(0.0, 1, rod)
+    assert rod.behind is not None
+    for tip, end in (
+        (rod.tip_mm, rod.tip_mm + 3.0 * rod.back),
+        (rod.behind.tip_mm, rod.behind.tip_mm + 4.0 * rod.behind.back),
+    ):
+        share = np.linspace(0, 1, 9)[:, None]
+        axis = tip + share * (end - tip)
+        turn = np.linspace(0, 2 * math.pi, 24, endpoint=False)[:, None]
+        across = np.concatenate([np.zeros_like(turn), np.cos(turn), np.sin(turn)], 1)
+        around = axis[:, None] + 0.95 * rod.radius_mm * across
+        around = around.reshape(-1, 3)
+        around = around[(around[:, :2] > 1).all(1) & (around[:, :2] < 20).all(1)]
+        # tissue of no more than the grid's fineness is left within the tool
+        assert pushing.surface.distance.sample(around).max() < 0.4 * H
+    straight = soft()[1]
+    straight.push(0.0, 1, Rod.of(rod.tip_mm, UP, rod.radius_mm))
+    assert not np.array_equal(shown(straight), shown(pushing))
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_wall_is_pierced_by_a_bent_tool(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pushing = Pushing(plates(1.3))
+    before = ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1]
+    for n in range(4):
+        radius = rng.uniform(0.6, 1.5)
+        bend = np.array([rng.uniform(9, 14), 10.65 + radius, rng.uniform(8, 12)])
+        bend[1] -= rng.uniform(0, radius)
+        tip = bend + rng.uniform(1, 4) * np.array([1.0, rng.uniform(-0.1, 0.8), 0.0])
+        back = bend + np.array([-3.0, rng.uniform(0, 3), rng.uniform(-1, 1)])
+        radii = [rng.uniform(0.6, 1.2) * radius, radius]
+        pushing.push(0.05 * n, n + 1, Rod.along([tip, bend, back], radii))
+        assert ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1] == before
+
+
+def test_a_bent_tool_springs_back_whole_and_is_shown_again() -> None:
+    patient, pushing = soft()
+    pushing.push(0.0, 1, bent_rod(0.8, 45.0))
+    frozen, before = pushing.freeze(), shown(pushing).copy()
+    pushing.push(0.1, 2, None)
+    assert not np.array_equal(shown(pushing), patient.surface.distance.values)
+    pushing.push(5.0, 3, None)
+    np.testing.assert_array_equal(shown(pushing), patient.surface.distance.values)
+    pushing.restore(frozen, 4)
+    np.testing.assert_array_equal(shown(pushing), before)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_tool_of_no_or_too_many_parts_is_refused(count: int) -> None:
+    with pytest.raises(UserError, match="one or two parts"):
+        Rod.along(np.arange(3 * count).reshape(count, 3), np.ones(max(count - 1, 0)))

@@ -36,4 +36,7 @@ ADD_RED, ADD_GREEN, ADD_BLUE, ADD_LR, ADD_LG = 37 * N, 38 * N, 39 * N, 40 * N, 4
 LONG, MIDDLE, SHORT, LARGE, SMALL = 42 * N, 46 * N, 50 * N, 54 * N, 58 * N
 # one light source: unit direction to it, intensity, widening of the film's lobe
 LX, LY, LZ, POWER, SPREAD = 62 * N, 63 * N, 64 * N, 65 * N, 66 * N
-SLOTS = 67 * N
+# point in mm and in voxels, as above, of where tissue is shown that was pushed there
+SHOWN = 67 * N
+SHOWN_UX = SHOWN + 3 * N
+SLOTS = 73 * N

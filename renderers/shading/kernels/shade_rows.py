@@ -34,6 +34,7 @@ from renderers.shading.kernels.field_reads import DistanceField
 from renderers.shading.kernels.follow_rays import View
 from renderers.shading.kernels.path_tracing import FibreLight
 from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
+from renderers.shading.kernels.pushed_block import bring_to_rest, show_again
 from renderers.shading.kernels.shadow import darken
 from renderers.shading.kernels.tissue_surface import (
     SurfaceTables,
@@ -169,7 +170,7 @@ def shade_rows(
     turns: one number that all threads share, of runs of `TURN_ROWS` rows. lit: else
     write what a surface sends back of diffuse light, its albedo less what its film
     mirrors, times coverage. eye_mm: the eye seen from the volume's centre. pixel: its
-    radians. wounds: none where its cubes are empty.
+    radians. wounds: none where its cubes are empty; with what is pushed.
     """
     depth, normal, coverage, material, lens, axes = view
     distance, to_voxel, eye_voxel = field
@@ -209,9 +210,15 @@ def shade_rows(
                 if lit:
                     # its grid is at hand while the surface's memory is not
                     lift(w, bounced, y0, x0)
+                moved = bring_to_rest(w, wounds.pushed, to_voxel)
                 find_surface(w, mixed, surface, distance.shape, eye_mm)
                 if wounds.cubes.size:
-                    mark_wounds(w, field, eye_mm, wounds, surface.tile, materials)
+                    shown = block.SHOWN_UX if moved else block.UX
+                    mark_wounds(
+                        w, field, eye_mm, wounds, surface.tile, materials, shown
+                    )
+                if moved:
+                    show_again(w)
                 if lit:
                     light(w, sources, arcs, capsules, forward, spread, each)
                     if capsules.shape[0]:

@@ -44,6 +44,7 @@ from renderers.shading.kernels.elementary import (
 )
 from renderers.shading.kernels.field_reads import DistanceField, taps
 from renderers.shading.kernels.pixel_block import N, W
+from renderers.shading.kernels.pushed_block import PushedField, voxel_at_rest
 from renderers.shading.kernels.surface_noise import NoiseTile, tap_octave
 from renderers.shading.kernels.tissue_surface import blend
 from renderers.shading.kernels.wound_cubes import CUT, LEAST_DEPTH_MM, WET
@@ -106,7 +107,8 @@ class WoundField(NamedTuple):
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see
     `mark_cubes`. box: ``(6,)`` low and high voxel coordinates around all of them that
     have anything. to_tile: ``(3, 3, 3)`` mm to tile voxels of the relief's octaves.
-    depth_step, film_step: mm a step. rows: of the material table.
+    depth_step, film_step: mm a step. rows: of the material table. pushed: where what is
+    shown lies at rest.
     """
 
     pristine: Floats
@@ -118,15 +120,17 @@ class WoundField(NamedTuple):
     depth_step: np.float32
     film_step: np.float32
     rows: WoundRows
+    pushed: PushedField
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wounds_in(w: Floats, cubes: Bytes, box: Floats) -> int:
-    """Return what cubes that the shown pixels of a block touch have, bit by bit."""
+def wounds_in(w: Floats, cubes: Bytes, box: Floats, places: int) -> int:
+    """Return what cubes that the shown pixels of a block touch have, bit by bit.
+
+    places: the slot of the voxel coordinates that are looked at.
+    """
     shown = load(w, block.COVER, N) > _ZERO
-    x = load(w, block.UX, N)
-    y = load(w, block.UY, N)
-    z = load(w, block.UZ, N)
+    x, y, z = load3(w, places)
     near = shown & (x > box[0]) & (y > box[1]) & (z > box[2])
     if not any_(near & (x < box[3]) & (y < box[4]) & (z < box[5])):
         return 0
@@ -181,10 +185,14 @@ def film_at(film: Bytes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int) -> int:
+def find_depths(
+    w: Floats, field: DistanceField, wounds: WoundField, kinds: int, shown: int
+) -> int:
     """Find a block's depths below the surface that was, its layers, and its film.
 
-    kinds: bits of what the block has. Returns those that its pixels have.
+    kinds: bits of what the block has. shown: the slot of the voxel coordinates at which
+    distances are read; layers and film are where tissue lies at rest. Returns the bits
+    that the pixels have.
     """
     distance, m, _ = field
     nz, ny, nx = distance.shape
@@ -201,7 +209,11 @@ def find_depths(w: Floats, field: DistanceField, wounds: WoundField, kinds: int)
         depth = full(_ZERO, W)
         if kinds & CUT:
             # what a splat lies beside the surface counts on both sides
-            depth = taps(wounds.pristine, x, y, z) - taps(distance, x, y, z)
+            at_x = load(w, shown + i, W)
+            at_y = load(w, shown + N + i, W)
+            at_z = load(w, shown + 2 * N + i, W)
+            depth = taps(wounds.pristine, at_x, at_y, at_z)
+            depth -= taps(distance, at_x, at_y, at_z)
             depth = select(open_ & (depth > f32(LEAST_DEPTH_MM)), depth, _ZERO)
         store(w, DEPTH + i, depth)
         film = full(_ZERO, W)
@@ -458,16 +470,21 @@ def mark_wounds(
     wounds: WoundField,
     tile: NoiseTile,
     materials: Floats,
+    shown: int,
 ) -> None:
     """Turn what a block shows of cuts and blood into these, after `find_surface`.
 
-    eye_mm: the eye seen from the volume's centre. Pixels that are neither cut nor wet
-    keep their bits.
+    eye_mm: the eye seen from the volume's centre. shown: the slot of the voxel
+    coordinates where the block is seen, `block.UX` if it lies at rest there. Pixels
+    that are neither cut nor wet keep their bits.
     """
-    kinds = wounds_in(w, wounds.cubes, wounds.box)
+    kinds = wounds_in(w, wounds.cubes, wounds.box, block.UX)
+    if shown != block.UX:
+        # cuts are marked where they are shown, blood where it lies
+        kinds |= wounds_in(w, wounds.cubes, wounds.box, shown)
     if kinds == 0:
         return
-    kinds = find_depths(w, field, wounds, kinds)
+    kinds = find_depths(w, field, wounds, kinds, shown)
     if kinds == 0:
         return
     at = (eye_mm[0], eye_mm[1], eye_mm[2])
@@ -484,30 +501,35 @@ def mark_wounds(
 def stain_walls(
     distance: Floats, wounds: WoundField, blood: Bytes, codes: tuple[int, int],
     near: np.float32, stained: Bytes, low: Longs, high: Longs,
+    to_voxel: Floats,
 ) -> None:  # fmt: skip
     """Write the blood codes of walls as cuts and blood on them change it, in a box.
 
     For light that comes by way of these walls, which sees no detail. blood: codes of
     the healthy walls. codes: of raw flesh and of bone. near: mm, see `mark_cubes`.
-    low, high: the first and last voxel (i, j, k).
+    low, high: the first and last voxel (i, j, k). to_voxel: ``(3, 3)``, from mm.
     """
-    pristine, film = wounds.pristine, wounds.film
+    pristine, film, pushed = wounds.pristine, wounds.film, wounds.pushed
     _, ny, nx = distance.shape
+    is_pushed = pushed.box[3] > pushed.box[0]
     for k in range(low[2], high[2] + 1):
         for j in range(low[1], high[1] + 1):
             for i in range(low[0], high[0] + 1):
-                code = float(blood[k, j, i])
+                a, b, c = i, j, k
+                if is_pushed:
+                    a, b, c = voxel_at_rest(pushed, to_voxel, i, j, k)
+                code = float(blood[c, b, a])
                 d = distance[k, j, i]
                 if abs(d) < near:
                     depth = pristine[k, j, i] - d
                     if depth > f32(RIM_MM):
-                        both = int(wounds.layers[(k * ny + j) * nx + i])
+                        both = int(wounds.layers[(c * ny + b) * nx + a])
                         begin = wounds.depth_step * f32(both & 255)
                         end = begin + wounds.depth_step * f32(both >> 8)
                         hard = begin < depth < end
                         code = float(codes[1] if hard else codes[0])
-                    if film[k, j, i] > 0:
-                        thick = wounds.film_step * f32(film[k, j, i])
+                    if film[c, b, a] > 0:
+                        thick = wounds.film_step * f32(film[c, b, a])
                         share = math.exp(-f32(2) * GREEN_PER_MM * thick)
                         code = 255.0 + share * (code - 255.0)
                 stained[k, j, i] = np.uint8(code + 0.5)

@@ -239,6 +239,9 @@ def test_a_dent_is_pictured_as_it_was_and_is_no_wound(
     assert shown.wounds is not None
     then = shown.distance.values.copy(), shown.wounds.pristine.values.copy()
     assert (then[0] != distance.values).any()
+    assert shown.rest is not None
+    offsets = [shown.rest.x, shown.rest.y, shown.rest.z]
+    lying = [axis.values.copy() for axis in offsets]
     tissue = OperatedHead.of(patient, pushing)
     assert tissue.digest not in (rest.digest, "")
     pushing.push(0.1, 3, None)
@@ -252,6 +255,17 @@ def test_a_dent_is_pictured_as_it_was_and_is_no_wound(
         assert surface.wounds is not None
         assert surface.distance.values.tobytes() == then[0].tobytes()
         assert surface.wounds.pristine.values.tobytes() == then[1].tobytes()
+        assert surface.rest is not None
+        found = surface.rest.x, surface.rest.y, surface.rest.z
+        for axis, values in zip(found, lying, strict=True):
+            assert axis.values.tobytes() == values.tobytes()
+        moved = np.argwhere(np.any(lying, axis=0))[:, ::-1]
+        assert np.all((moved > surface.rest.box[:3]) & (moved < surface.rest.box[3:]))
+        pristine = patient.surface.wounds
+        assert pristine is not None
+        assert (
+            surface.rest.pristine.values.tobytes() == pristine.pristine.values.tobytes()
+        )
 
 
 def digest_of(values: NDArray[Any]) -> str:

@@ -342,3 +342,23 @@ def test_an_upright_tool_opens_upwards_and_rolls_to_the_right() -> None:
     rolled = tip_frame(np.zeros(3), ahead, 90.0)
     turn = Rotation.from_rotvec(np.radians(90.0) * ahead).as_matrix()
     np.testing.assert_allclose(rolled[:3, :3], turn @ upright[:3, :3], atol=1e-12)
+
+
+@tools
+def test_what_tissue_gives_way_to_is_the_tool(tool: Instrument) -> None:
+    """From the ball at its end on, and within what contact takes it for."""
+    pose = tip_frame(np.array([1.0, 2.0, 3.0]), np.array([0.3, 0.2, 1.0]), 0.4)
+    end = tool.end(pose, 9.0)
+    middle, radius = tool.tip_ball(pose)
+    np.testing.assert_allclose(end.start_mm[0], middle, atol=1e-9)
+    assert end.radius_mm[0] == pytest.approx(radius)
+    assert 1 <= len(end.radius_mm) <= 2
+    np.testing.assert_allclose(end.start_mm[1:], end.end_mm[:-1], atol=1e-9)
+    share = np.linspace(0.0, 1.0, 20)[:, None, None]
+    axis = end.start_mm + share * (end.end_mm - end.start_mm)
+    length = np.linalg.norm(end.end_mm - end.start_mm, axis=1).sum()
+    assert length == pytest.approx(9.0, abs=0.4)
+    apart = outside(tool.capsules(pose, 1.0), axis.reshape(-1, 3))
+    if tool.name not in ("curette", "backbiter"):
+        # a ring and a hook are open, and are taken for a full end, as cups are
+        assert apart.max() < 0.75
