@@ -5,13 +5,13 @@ each figure says whether it is from the literature or a guess, and `docs/feel.md
 them all. The forces at which walls break are in `anatomy.tissue`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.tissue import TISSUE_OF, TISSUES, Label, Tissue
+from anatomy.tissue import TISSUE_OF, TISSUES, Label
 from anatomy.wall_layers import NO_FEEL, WallFeel, WallKind
 
 GUESS = "guess"
@@ -42,38 +42,6 @@ _BREAKS = {
 _STIFF = {"cartilage": CARTILAGE}
 
 
-@dataclass(frozen=True, slots=True)
-class FeltTissue:
-    """Hold how one tissue feels, and who says so.
-
-    stiffness_n_mm: under a blunt tip of 2 mm. friction: Coulomb's, against wet steel.
-    fracture_n: that a thin wall of it bears; 0 where nothing breaks.
-    """
-
-    stiffness_n_mm: float
-    friction: float
-    fracture_n: float
-    stiffness_source: str = GUESS
-    friction_source: str = GUESS
-    fracture_source: str = ""
-
-
-def felt_tissues() -> dict[str, FeltTissue]:
-    """Return all tissues by name but air."""
-    return {
-        name: FeltTissue(
-            tissue.stiffness_n_mm,
-            friction_of(name),
-            tissue.fracture_n,
-            _STIFF.get(name, GUESS),
-            GUESS,
-            _BREAKS.get(name, GUESS) if tissue.fracture_n > 0 else "",
-        )
-        for name, tissue in TISSUES.items()
-        if name != "air"
-    }
-
-
 def friction_of(name: str) -> float:
     """Return Coulomb's friction of a tissue against a tool."""
     if TISSUES[name].stiffness_n_mm >= HARD_N_MM:
@@ -87,37 +55,26 @@ def feel_of(kind: WallKind) -> WallFeel:
         return kind.feel
     soft, hard = _name(kind.mucosa, "mucosa"), _name(kind.bone, "bone")
     has_bone = kind.bone_mm > 0.0
-    if has_bone and kind.fracture_n > 0.0 and hard in ("bone", "cancellous bone"):
+    if has_bone and kind.fracture_n > 0.0 and TISSUES[hard].fracture_n == 0.0:
         # a plate that breaks bends first
         hard = "thin bone"
-    skin = soft if kind.mucosa_mm > 0.0 else hard
     is_hard = has_bone or TISSUES[soft].stiffness_n_mm >= HARD_N_MM
-    strength = kind.fracture_n if has_bone else 0.0
+    breaks = kind.fracture_n > 0.0 and has_bone
     return WallFeel(
         soft_n_mm=TISSUES[soft].stiffness_n_mm,
         hard_n_mm=TISSUES[hard].stiffness_n_mm if has_bone else 0.0,
-        friction=friction_of(skin if skin == soft or has_bone else soft),
+        friction=friction_of(hard if has_bone and kind.mucosa_mm == 0.0 else soft),
         damping_ns_mm=HARD_DAMPING_NS_MM if is_hard else SOFT_DAMPING_NS_MM,
         soft_source=_STIFF.get(soft, GUESS),
         hard_source=_STIFF.get(hard, GUESS) if has_bone else "",
         friction_source=GUESS,
-        break_source=_break_source(strength, hard),
+        break_source=_BREAKS.get(hard, GUESS) if breaks else "",
     )
 
 
 def with_feel(kind: WallKind) -> WallKind:
     """Return a wall that says how it feels, to be stored."""
     return replace(kind, feel=feel_of(kind))
-
-
-def _break_source(strength: float, name: str) -> str:
-    if strength == 0.0:
-        return ""
-    known = [tissue for tissue in TISSUES.values() if tissue.fracture_n == strength]
-    if TISSUES[name].fracture_n == strength:
-        return _BREAKS.get(name, GUESS)
-    # crests of the canals, see `anatomy.protection`, and thin plates of any name
-    return PUNCH if known or name == "sphenoid canal" else GUESS
 
 
 @cache
@@ -132,18 +89,14 @@ def _name(label: int, other: str) -> str:
     return other if name == "air" else name
 
 
+LEAST_N_MM = 0.01
+"""What is liquid holds a tool so much, or it would fall through a head."""
+
+
 def ground_stiffness() -> NDArray[np.float64]:
     """Return ``(256,)`` N/mm by `Label`; what nobody names is soft tissue."""
     table = np.full(256, TISSUES["mucosa"].stiffness_n_mm)
     for label, tissue in TISSUE_OF.items():
         if label >= Label.MUCOSA:
-            table[label] = _least(tissue)
+            table[label] = max(tissue.stiffness_n_mm, LEAST_N_MM)
     return table
-
-
-def _least(tissue: Tissue) -> float:
-    """Return a stiffness that still holds a tool: liquid has none."""
-    return max(tissue.stiffness_n_mm, LEAST_N_MM)
-
-
-LEAST_N_MM = 0.01

@@ -206,10 +206,17 @@ def stiffest_n_mm(damping_ns_mm: float, period_s: float, delay_s: float = 0.0) -
     return DEVICE_SHARE * damping_ns_mm / (0.5 * period_s + delay_s)
 
 
+def warm_up(patient: OperatedPatient) -> None:
+    """Compile what is called, or fetch it compiled, before a flight begins."""
+    ball = solids.capsule([0, 0, 1], [0, 0, 1], 1.0)
+    tool = ToolForce(patient, lambda _: ball, gape=Gape(np.zeros((1, 3)), 1.0))
+    tool.step(0.0, np.eye(4))
+
+
 class ToolForce:
     """Follow one tool through recorded samples: what it feels, what breaks under it.
 
-    touch: of the newest sample. greatest_n: of all. broken: all walls so far, by name.
+    touch: of the newest sample.
     """
 
     def __init__(
@@ -294,11 +301,10 @@ class ToolForce:
         self.touch = self._told(flags, broken, jaw if is_pose else None)
         return self.touch
 
-    def leave(self) -> None:
-        """Hear that the tool is no longer there."""
-        self._state[tick.HAS] = 0.0
-        self._last = None
-        self.touch = NO_TOUCH
+    def inherit(self, other: "ToolForce") -> None:
+        """Find the holes open that another tool has broken."""
+        self._holes[:] = other._holes
+        self._state[tick.BROKEN] = other._state[tick.BROKEN]
 
     def freeze(self) -> ForceState:
         """Return all that later samples may change."""
