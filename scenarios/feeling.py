@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.instrument_state import NO_TOOL, InstrumentState
-from scenarios.instruments.catalogue import Instrument, instrument_named
-from surgery.force import NO_TOUCH, ForceState, Gape, ToolForce, Touch
+from scenarios.instruments.catalogue import Instrument, instrument_named, parts_of
+from surgery.force import NO_TOUCH, ForceState, Gape, RigidPart, ToolForce, Touch
 from surgery.patient import OperatedPatient
-from surgery.solids import Rows, capsule
+from surgery.solids import capsule
 
 Doubles = NDArray[np.float64]
 
@@ -73,9 +73,10 @@ class Feeling:
         if state.name != self._name:
             self._take(state.name)
         self.tool = NO_TOUCH
-        if self._tool is not None:
+        held = self._tool
+        if held is not None:
             sucking = state.is_sucking
-            self.tool = self._tool.step(time_s, world_from_tool, state.jaw, sucking)
+            self.tool = held.step(time_s, world_from_tool, state.jaw, sucking)
         told = self.figures
         self.figures = FeltFigures(
             max(told.tool_n, self.tool.size_n),
@@ -103,8 +104,7 @@ class Feeling:
             self._scope.restore(state.scope)
             self.scope = state.scope.touch
         if state.tool is not None:
-            self._take(state.name)
-            assert self._tool is not None
+            self._tool = tool_force(self.patient, instrument_named(state.name))
             self._tool.restore(state.tool)
             self.tool = state.tool.touch
         self._name = state.name
@@ -119,17 +119,17 @@ class Feeling:
 
     def _scope_of(self, radius_mm: float) -> ToolForce:
         shaft = capsule([0, 0, radius_mm], [0, 0, SHAFT_MM], radius_mm)
-        return ToolForce(self.patient, lambda _: shaft)
+        return ToolForce(self.patient, [RigidPart(shaft)])
 
 
 def tool_force(patient: OperatedPatient, tool: Instrument) -> ToolForce:
     """Return what follows a tool of the catalogue."""
-
-    def shape(jaw: float) -> Rows:
-        return tool.capsules(np.eye(4), jaw).rows()
-
+    parts = [
+        RigidPart(part.capsules.rows(), part.pose if part.open_deg else None)
+        for part in parts_of(tool)
+    ]
     bore_mm = BORE_MM if tool.suction_ml_s > 0 else 0.0
-    return ToolForce(patient, shape, gape=gape_of(tool), bore_mm=bore_mm)
+    return ToolForce(patient, parts, gape=gape_of(tool), bore_mm=bore_mm)
 
 
 def gape_of(tool: Instrument) -> Gape | None:

@@ -6,7 +6,7 @@ with patches that `patch_around` copies, so that no cut changes what it reads.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +38,7 @@ MARGIN_MM = 6.0
 SEALED_KPA = 20.0
 """Suction of an operating room, 150 mmHg, behind an opening that tissue seals."""
 
-STEPS_PER_S, MOST_STEPS = 200.0, 10
+STEPS_PER_S, MOST_STEPS = 100.0, 10
 """Ticks on the way between two samples, of their time, and at most."""
 
 ABSENT_S = 0.25
@@ -47,9 +47,18 @@ ABSENT_S = 0.25
 DEVICE_SHARE = 0.5
 """Of the stiffness at which a sampled wall begins to swing, so much is used."""
 
-Shape = Callable[[float], solids.Rows]
-"""Gives a tool's capsules, rows of `surgery.solids` in its own frame, for a jaw from 0
-(open) to 1; their lengths are the same for every jaw."""
+
+@dataclass(frozen=True, slots=True)
+class RigidPart:
+    """Hold a part of a tool.
+
+    capsules: rows of `surgery.solids`, in the tool's frame when its jaws are closed.
+    pose: gives the part's 4x4 turn for a jaw from 0, open, to 1; None for what never
+    moves.
+    """
+
+    capsules: solids.Rows
+    pose: Callable[[float], Doubles] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +164,13 @@ def patch_around(patient: OperatedPatient, places_mm: Doubles) -> Patch:
     return whole._replace(distance=whole.distance[here].copy(), voxel=voxel, first=low)
 
 
-def balls_of(rows: solids.Rows) -> Doubles:
-    """Return balls ``(n, 4)``, middle and radius, along a tool's capsules.
+def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
+    """Return balls ``(n, 4)``, middle and radius, along capsules; the part of each.
 
-    rows: capsules of `surgery.solids`, in the tool's frame, +z back up the shaft.
+    parts: capsules of `surgery.solids`, in the tool's frame, +z back up the shaft.
     """
-    if rows.ndim != 2 or len(rows) == 0 or np.any(rows[:, 0] != solids.CAPSULE):
+    rows = np.concatenate(parts)
+    if len(rows) == 0 or np.any(rows[:, 0] != solids.CAPSULE):
         raise UserError("a tool that is felt is made of capsules, at least one")
     if len(rows) > MOST_BALLS // 2 or np.any(rows[:, 7] <= 0.0):
         raise UserError(
@@ -172,25 +182,19 @@ def balls_of(rows: solids.Rows) -> Doubles:
     long = (end[:, 2] > FELT_MM) & (begin[:, 2] < FELT_MM)
     share = (FELT_MM - begin[long, 2]) / (end[long, 2] - begin[long, 2])
     end[long] = begin[long] + share[:, None] * (end[long] - begin[long])
-    kept = begin[:, 2] < FELT_MM
+    kept = np.flatnonzero(begin[:, 2] < FELT_MM)
     lengths = np.linalg.norm(end - begin, axis=1)
     apart = APART
     while True:
-        # rounded, so that a turn of a jaw never changes the number
-        parts = np.ceil(np.round(lengths / (apart * radius), 6)).astype(int) + 1
-        if parts[kept].sum() <= MOST_BALLS:
+        counts = np.ceil(lengths / (apart * radius)).astype(int) + 1
+        if counts[kept].sum() <= MOST_BALLS:
             break
         apart *= 1.25
-    balls = [
-        np.column_stack(
-            [
-                np.linspace(begin[n], end[n], parts[n]),
-                np.full(parts[n], radius[n]),
-            ]
-        )
-        for n in np.flatnonzero(kept)
-    ]
-    return np.ascontiguousarray(np.concatenate(balls))
+    places = [np.linspace(begin[n], end[n], counts[n]) for n in kept]
+    owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    each = counts[kept]
+    balls = np.column_stack([np.concatenate(places), np.repeat(radius[kept], each)])
+    return np.ascontiguousarray(balls), np.repeat(owner[kept], each)
 
 
 def stiffest_n_mm(damping_ns_mm: float, period_s: float, delay_s: float = 0.0) -> float:
@@ -209,7 +213,8 @@ def stiffest_n_mm(damping_ns_mm: float, period_s: float, delay_s: float = 0.0) -
 def warm_up(patient: OperatedPatient) -> None:
     """Compile what is called, or fetch it compiled, before a flight begins."""
     ball = solids.capsule([0, 0, 1], [0, 0, 1], 1.0)
-    tool = ToolForce(patient, lambda _: ball, gape=Gape(np.zeros((1, 3)), 1.0))
+    gape = Gape(np.zeros((1, 3)), 1.0)
+    tool = ToolForce(patient, [RigidPart(ball)], gape=gape)
     tool.step(0.0, np.eye(4))
 
 
@@ -222,7 +227,7 @@ class ToolForce:
     def __init__(
         self,
         patient: OperatedPatient,
-        shape: Shape,
+        parts: Sequence[RigidPart],
         *,
         gape: Gape | None = None,
         bore_mm: float = 0.0,
@@ -231,10 +236,15 @@ class ToolForce:
         self._patient = patient
         self._patch = whole_patch(patient)
         self._walls, self._grounds = feel_tables(patient.layers)
-        self._shape = shape
         self._gape = gape
         self._jaw = 1.0
-        self._balls = balls_of(shape(1.0))
+        self._balls, owner = balls_of([part.capsules for part in parts])
+        closed = self._balls[:, :3].copy()
+        self._moving = [
+            (part.pose, owner == n, closed[owner == n])
+            for n, part in enumerate(parts)
+            if part.pose is not None
+        ]
         # N of kPa times mm2
         self._pull_n = SEALED_KPA * 1e-3 * math.pi / 4 * bore_mm**2
         self._settings = np.zeros(tick.SETTINGS)
@@ -264,7 +274,9 @@ class ToolForce:
         """
         if jaw != self._jaw:
             self._jaw = jaw
-            self._balls = balls_of(self._shape(jaw))
+            for pose_of, mine, closed in self._moving:
+                pose = pose_of(jaw)
+                self._balls[mine, :3] = closed @ pose[:3, :3].T + pose[:3, 3]
         before = self._last
         elapsed_s = 0.0 if before is None else time_s - before[0]
         self._way[1] = world_from_tool
@@ -276,10 +288,9 @@ class ToolForce:
             elapsed_s = 1.0 / STEPS_PER_S
         else:
             self._way[0] = before[1]
-        is_pose = bool(np.all(np.isfinite(self._way[1])))
-        is_way = is_pose and bool(np.all(np.isfinite(self._way[0])))
+        is_pose = bool(np.isfinite(self._way[1]).all())
         steps = 1
-        if is_way:
+        if is_pose and np.isfinite(self._way[0]).all():
             steps = min(math.ceil(elapsed_s * STEPS_PER_S - 1e-6), MOST_STEPS)
         self._settings[tick.DT] = self._settings[tick.PERIOD] = elapsed_s / steps
         self._settings[tick.PULL_N] = self._pull_n if is_sucking else 0.0

@@ -92,7 +92,11 @@ SEAT_MM = 1.0
 STEP_MM = 0.25
 """Longest way of the proxy along a wall before it is looked at anew."""
 
-SETTLED_MM = 1e-6
+SETTLED_MM = 5e-5
+"""Shorter ways of the proxy are none: a ten-thousandth of a stiff wall's newton."""
+
+STEEPEST = 1.3
+"""An interpolated distance changes by no more than this per mm."""
 
 GIVE = 5e-4
 """Walls that contradict each other share what is lacking: mm per mm of the spring. The
@@ -270,15 +274,21 @@ def _push_apart(work: Doubles, found: int, way: Doubles) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _update_gaps(
     distance: Floats, m: Doubles, holes: Doubles, count: int,
-    work: Doubles, near: int, shift: Doubles,
+    work: Doubles, near: int, shift: Doubles, moved: float,
 ) -> float:  # fmt: skip
-    """Write the gaps of balls that are near; returns the least one."""
+    """Write the gaps of balls that are near; returns the least one.
+
+    moved: how far they went since they were written. A ball that cannot have come
+    near is not looked at: its gap is then a bound from below.
+    """
     least = FAR_MM
     for n in range(near):
-        gap = air_mm(
-            distance, m, holes, count,
-            work[n, 0] + shift[0], work[n, 1] + shift[1], work[n, 2] + shift[2],
-        ) - work[n, 3]  # fmt: skip
+        gap = work[n, 4] - STEEPEST * moved
+        if gap < 2.0 * STEP_MM:
+            gap = air_mm(
+                distance, m, holes, count,
+                work[n, 0] + shift[0], work[n, 1] + shift[1], work[n, 2] + shift[2],
+            ) - work[n, 3]  # fmt: skip
         work[n, 4] = gap
         least = min(least, gap)
     return least
@@ -336,7 +346,7 @@ def _follow_hand(
         share = min(1.0, max(free, STEP_MM) / length)
         for c in range(3):
             shift[c] += share * way[c]
-        _update_gaps(distance, m, holes, count, work, near, shift)
+        _update_gaps(distance, m, holes, count, work, near, shift, share * length)
     return found, MOST_PASSES
 
 
@@ -464,14 +474,17 @@ def _keep_in_cone(
     share = min(1.0, friction * pressed / back)
     for c in range(3):
         shift[c] += share * way[c]
+    moved = share * back
     for _ in range(2):
-        if _update_gaps(distance, m, holes, count, work, near, shift) >= 0.0:
+        least = _update_gaps(distance, m, holes, count, work, near, shift, moved)
+        if least >= 0.0:
             return
         found = _gather(distance, m, holes, count, h, work, near, shift, 0.0)
         way[:] = 0.0
         _push_apart(work, found, way)
         for c in range(3):
             shift[c] += way[c]
+        moved = math.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
