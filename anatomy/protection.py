@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.feel import with_feel
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.kernels.wall_rows import nearest_hazard
 from anatomy.tissue import TISSUE_OF, Label
@@ -75,7 +76,7 @@ def protecting_walls(
     for code in used.tolist():
         kind, hazard = divmod(code - 1, len(names) + 1)
         row_of[code] = len(table)
-        table.append(_protecting(kinds[kind], ("", *names)[hazard]))
+        table.append(with_feel(_protecting(kinds[kind], ("", *names)[hazard])))
     return distance.with_values(row_of[codes], float(NO_WALL)), tuple(table)
 
 

@@ -28,13 +28,37 @@ class Layer(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class WallFeel:
+    """Say how a wall feels under a tool, and where each figure is from.
+
+    soft_n_mm, hard_n_mm: stiffness of its mucosa and of its bone, N/mm. friction:
+    Coulomb's. damping_ns_mm: N s/mm. The sources are "guess", or who measured it; ""
+    for what it has not.
+    """
+
+    soft_n_mm: float = 0.0
+    hard_n_mm: float = 0.0
+    friction: float = 0.0
+    damping_ns_mm: float = 0.0
+    soft_source: str = ""
+    hard_source: str = ""
+    friction_source: str = ""
+    break_source: str = ""
+
+
+NO_FEEL = WallFeel()
+"""Of walls from before they said how they feel; see `anatomy.feel`."""
+
+
+@dataclass(frozen=True, slots=True)
 class WallKind:
     """Describe one kind of wall, from the air inwards.
 
     name: of its bone, such as ``"lamina papyracea"``; "" where it has none.
     mucosa_mm, bone_mm: thicknesses. mucosa, bone: their `Label`. fracture_n: axial
     force in newtons at which the bone breaks; 0 where it does not. behind: the
-    structure that it protects, one of `HazardVolumes.names`, or "".
+    structure that it protects, one of `HazardVolumes.names`, or "". feel: see
+    `anatomy.feel.feel_of`.
     """
 
     name: str
@@ -44,6 +68,7 @@ class WallKind:
     bone: int
     fracture_n: float = 0.0
     behind: str = ""
+    feel: WallFeel = NO_FEEL
 
 
 @dataclass(frozen=True, slots=True)

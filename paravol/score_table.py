@@ -55,6 +55,12 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
     if figures.washes:
         touched = f"it touched tissue for {figures.lens_touched_s:.1f} s"
         rows.append(("lens washed", f"{figures.washes} x; {touched}"))
+    if figures.greatest_n or figures.scope_n:
+        pressed = f"tool {figures.greatest_n:.1f} N, scope {figures.scope_n:.1f} N"
+        rows.append(("greatest force", pressed))
+    if figures.broken_walls:
+        broken = [f"{name} {n} x" for name, n in sorted(figures.broken_walls.items())]
+        rows.append(("walls broken by force", ", ".join(broken)))
     if not figures.injuries:
         return [*rows, ("injuries", "none")]
     return rows + [

@@ -5,6 +5,7 @@ machine steps them and however fast.
 """
 
 import math
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Change, ChangeKind, Volume
 from scenarios.endoscope import Endoscope
+from scenarios.feeling import Feeling, FeelingState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.catalogue import Action, Instrument, instrument_named
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
 from surgery.film import BloodFilm, FilmState, Suction
+from surgery.force import Touch, warm_up
 from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
@@ -90,6 +93,7 @@ class OperationState:
     injuries: InjuryState | None
     lens: LensFreeze | None
     cutting: _Cutting | None
+    feeling: FeelingState
     hand: dict[str, Any]
 
 
@@ -102,8 +106,8 @@ class Operation:
     """Turn samples into edits of a patient.
 
     patient: is edited. pushing: how it is shown, bent by the tool. film: its blood.
-    injuries: watches what must not be hurt; None
-    where nobody knows where that is. lens: of the scope, from the first sample on.
+    feeling: what both hands feel. injuries: watches what must not be hurt; None where
+    nobody knows where that is. lens: of the scope, from the first sample on.
     edits, changes: what came of the samples since somebody last took them, the changes
     of what is shown; hurt: likewise the injuries.
     """
@@ -111,6 +115,7 @@ class Operation:
     patient: OperatedPatient
     pushing: Pushing
     film: BloodFilm
+    feeling: Feeling
     injuries: InjuryWatch | None = None
     lens: Lens | None = None
     edits: list[Edit] = field(default_factory=list)
@@ -147,7 +152,18 @@ class Operation:
             hazards=hazards,
             blood_bias=blood_bias,
         )
-        return cls(patient, Pushing(patient), film, watch)
+        warm_up(patient)
+        return cls(patient, Pushing(patient), film, Feeling(patient), watch)
+
+    @property
+    def touch(self) -> Touch:
+        """Return what the tool's hand felt in the newest sample."""
+        return self.feeling.tool
+
+    @property
+    def scope_touch(self) -> Touch:
+        """Return what the scope's hand felt in the newest sample."""
+        return self.feeling.scope
 
     def step(
         self,
@@ -167,6 +183,14 @@ class Operation:
                 self.film.after_edit(change)
         self._undone = max(self._undone, state.undone)
         self._watch(sample, world_from_tip, endoscope)
+        # before it is cut: tissue resists, then gives in
+        self.feeling.step(
+            sample.time_s,
+            world_from_tip,
+            endoscope.diameter_mm / 2,
+            tool_frame(sample),
+            state,
+        )
         self._operate(sample)
         self._push(sample)
         self._bleed(sample)
@@ -191,6 +215,7 @@ class Operation:
             None if self.injuries is None else self.injuries.freeze(),
             None if self.lens is None else self.lens.freeze(),
             None if self._cutting is None else replace(self._cutting),
+            self.feeling.freeze(),
             {name: getattr(self, name) for name in _HAND},
         )
 
@@ -215,6 +240,7 @@ class Operation:
             self.lens = self._lens_of(endoscope)
             self.lens.restore(state.lens)
         self._cutting = None if state.cutting is None else replace(state.cutting)
+        self.feeling.restore(state.feeling, endoscope.diameter_mm / 2)
         for name, value in state.hand.items():
             setattr(self, name, value)
         self.edits, self.hurt = [], []
@@ -274,6 +300,7 @@ class Operation:
         """Return what the operation came to so far."""
         books, film = self.patient.books, self.film.books
         hurt = () if self.injuries is None else self.injuries.injuries
+        felt = self.feeling.figures
         return OperationFigures(
             self.patient.edits,
             books.tissues(),
@@ -295,6 +322,9 @@ class Operation:
             ],
             0 if self.lens is None else self.lens.washes,
             0.0 if self.lens is None else self.lens.touches_s,
+            felt.tool_n,
+            felt.scope_n,
+            dict(Counter(name or "bone" for name in felt.broken)),
         )
 
     def _watch(

@@ -47,7 +47,9 @@ class OperationFigures:
     edits: cuts that took something. removed_mm3: what was taken, by tissue.
     wall_bone_mm3: of that the bone of walls, by their names. pieces_mm3: of that what
     had become loose. bled_ml, sucked_ml: blood. injuries: in order. washes: of
-    the lens. lens_touched_s: how long it touched tissue.
+    the lens. lens_touched_s: how long it touched tissue. greatest_n, scope_n: largest
+    force of tissue on the tool and on the scope. broken_walls: how often each gave in,
+    by name.
     """
 
     edits: int = 0
@@ -59,6 +61,9 @@ class OperationFigures:
     injuries: list[InjuryFigure] = field(default_factory=list)
     washes: int = 0
     lens_touched_s: float = 0.0
+    greatest_n: float = 0.0
+    scope_n: float = 0.0
+    broken_walls: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,366 @@
+"""The force that tissue returns to a tool: what a hand feels, or would feel.
+
+`ToolForce` follows one tool by recorded samples and gives the same forces in every
+replay. A loop of 1 kHz calls the same compiled tick (`surgery.kernels.touch_force`)
+with patches that `patch_around` copies, so that no cut changes what it reads.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.feel import feel_of, ground_stiffness
+from anatomy.wall_layers import WallLayers
+from disk import UserError
+from surgery import solids
+from surgery.kernels import touch_force as tick
+from surgery.kernels.squeeze_jaws import squeeze_jaws
+from surgery.kernels.touch_force import Patch
+from surgery.patient import OperatedPatient
+
+Doubles = NDArray[np.float64]
+
+MOST_BALLS = 200
+"""Of which a tool is made."""
+
+APART = 0.8
+"""Balls along a capsule are so many radii apart: one is a twelfth thinner between."""
+
+FELT_MM = 60.0
+"""So much of a tool, from its tip, is felt: deeper no passage is."""
+
+MARGIN_MM = 6.0
+"""A patch reaches so far around a tool."""
+
+SEALED_KPA = 20.0
+"""Suction of an operating room, 150 mmHg, behind an opening that tissue seals."""
+
+STEPS_PER_S, MOST_STEPS = 100.0, 10
+"""Ticks on the way between two samples, of their time, and at most."""
+
+ABSENT_S = 0.25
+"""Longer than this between two samples, a tool was away."""
+
+DEVICE_SHARE = 0.5
+"""Of the stiffness at which a sampled wall begins to swing, so much is used."""
+
+
+@dataclass(frozen=True, slots=True)
+class RigidPart:
+    """Hold a part of a tool.
+
+    capsules: rows of `surgery.solids`, in the tool's frame when its jaws are closed.
+    pose: gives the part's 4x4 turn for a jaw from 0, open, to 1; None for what never
+    moves.
+    """
+
+    capsules: solids.Rows
+    pose: Callable[[float], Doubles] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """Say what a tool feels.
+
+    newton: ``(3,)`` on the tool, patient frame. torque_nmm: ``(3,)`` about its origin.
+    size_n: of the tissue alone, the largest since the last sample. depth_mm: how far
+    the hand is beyond where tissue holds the tool. wall: the name of the bone behind
+    what is touched, "" for none. place_mm: ``(3,)`` of the touch. jaw_n: what closing
+    jaws feel. held_mm: tissue between them. broken: walls that broke since the last
+    sample. flags: of `surgery.kernels.touch_force`.
+    """
+
+    newton: Doubles
+    torque_nmm: Doubles
+    size_n: float = 0.0
+    depth_mm: float = 0.0
+    wall: str = ""
+    place_mm: Doubles | None = None
+    jaw_n: float = 0.0
+    held_mm: float = 0.0
+    broken: tuple[str, ...] = ()
+    flags: int = 0
+
+    @property
+    def is_touching(self) -> bool:
+        """Return whether tissue holds the tool."""
+        return bool(self.flags & tick.TOUCHING)
+
+
+NO_TOUCH = Touch(np.zeros(3), np.zeros(3))
+
+
+@dataclass(frozen=True, slots=True)
+class ForceState:
+    """Hold a tool's proxy and holes at one moment; see `ToolForce.freeze`."""
+
+    state: Doubles
+    holes: Doubles
+    last: tuple[float, Doubles] | None
+    touch: Touch
+
+
+@dataclass(frozen=True, slots=True)
+class Gape:
+    """Say what lies between a tool's jaws.
+
+    points_mm: ``(n, 3)`` evenly in what they enclose, wide open, in the tool's frame.
+    gape_mm: how wide that is.
+    """
+
+    points_mm: Doubles
+    gape_mm: float
+
+
+def feel_tables(layers: WallLayers) -> tuple[Doubles, Doubles]:
+    """Return the tables of walls ``(256, FEEL)`` and of grounds ``(256,)``."""
+    walls = np.zeros((256, tick.FEEL))
+    for row, kind in enumerate(layers.kinds):
+        feel = feel_of(kind)
+        walls[row] = (
+            kind.mucosa_mm,
+            kind.bone_mm,
+            feel.soft_n_mm,
+            feel.hard_n_mm,
+            feel.friction,
+            feel.damping_ns_mm,
+            kind.fracture_n if kind.bone_mm > 0 else 0.0,
+        )
+    return walls, ground_stiffness()
+
+
+def whole_patch(patient: OperatedPatient) -> Patch:
+    """Return the patient's own fields: for whoever reads between edits."""
+    distance, layers = patient.surface.distance, patient.layers
+    return Patch(
+        distance.values,
+        np.ascontiguousarray(distance.voxel_from_world[:3]),
+        np.zeros(3, np.int64),
+        patient.pristine.distance.values,
+        layers.wall.values,
+        layers.ground.values,
+    )
+
+
+def patch_around(patient: OperatedPatient, places_mm: Doubles) -> Patch:
+    """Return a copy of the distance around ``(n, 3)`` places, LPS mm.
+
+    It reaches `MARGIN_MM` beyond them and belongs to one generation, where the thread
+    that edits calls this. The fields that never change are shared.
+    """
+    whole = whole_patch(patient)
+    at = places_mm @ whole.voxel[:, :3].T + whole.voxel[:, 3]
+    reach = MARGIN_MM / patient.surface.distance.spacing_mm
+    top = np.array(whole.distance.shape[::-1])
+    # never less than a cell, so that what is far from the head reads as air
+    low = np.clip(np.floor(at.min(axis=0) - reach), 0, top - 2).astype(np.int64)
+    high = np.clip(np.ceil(at.max(axis=0) + reach) + 1, low + 2, top).astype(np.int64)
+    here = tuple(slice(low[a], high[a]) for a in (2, 1, 0))
+    voxel = whole.voxel.copy()
+    voxel[:, 3] -= low
+    return whole._replace(distance=whole.distance[here].copy(), voxel=voxel, first=low)
+
+
+def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
+    """Return balls ``(n, 4)``, middle and radius, along capsules; the part of each.
+
+    parts: capsules of `surgery.solids`, in the tool's frame, +z back up the shaft.
+    """
+    rows = np.concatenate(parts)
+    if len(rows) == 0 or np.any(rows[:, 0] != solids.CAPSULE):
+        raise UserError("a tool that is felt is made of capsules, at least one")
+    if len(rows) > MOST_BALLS // 2 or np.any(rows[:, 7] <= 0.0):
+        raise UserError(
+            f"a tool that is felt is made of {MOST_BALLS // 2} capsules at most, with "
+            f"radii; got {len(rows)} down to {rows[:, 7].min()} mm"
+        )
+    begin, end, radius = rows[:, 1:4], rows[:, 4:7].copy(), rows[:, 7]
+    # what is farther up the shaft than is felt, cut off
+    long = (end[:, 2] > FELT_MM) & (begin[:, 2] < FELT_MM)
+    share = (FELT_MM - begin[long, 2]) / (end[long, 2] - begin[long, 2])
+    end[long] = begin[long] + share[:, None] * (end[long] - begin[long])
+    kept = np.flatnonzero(begin[:, 2] < FELT_MM)
+    lengths = np.linalg.norm(end - begin, axis=1)
+    apart = APART
+    while True:
+        counts = np.ceil(lengths / (apart * radius)).astype(int) + 1
+        if counts[kept].sum() <= MOST_BALLS:
+            break
+        apart *= 1.25
+    places = [np.linspace(begin[n], end[n], counts[n]) for n in kept]
+    owner = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    each = counts[kept]
+    balls = np.column_stack([np.concatenate(places), np.repeat(radius[kept], each)])
+    return np.ascontiguousarray(balls), np.repeat(owner[kept], each)
+
+
+def stiffest_n_mm(damping_ns_mm: float, period_s: float, delay_s: float = 0.0) -> float:
+    """Return the stiffness that a device of so much damping of its own bears.
+
+    Half of b / (T/2 + delay): with no delay that is a quarter of Colgate's 2 b / T.
+    """
+    for name, value in (("damping", damping_ns_mm), ("delay", delay_s)):
+        if not (math.isfinite(value) and value >= 0.0):
+            raise UserError(f"a device's {name} is not negative, got {value}")
+    if not (math.isfinite(period_s) and period_s > 0.0):
+        raise UserError(f"a loop has a positive period, got {period_s} s")
+    return DEVICE_SHARE * damping_ns_mm / (0.5 * period_s + delay_s)
+
+
+def warm_up(patient: OperatedPatient) -> None:
+    """Compile what is called, or fetch it compiled, before a flight begins."""
+    ball = solids.capsule([0, 0, 1], [0, 0, 1], 1.0)
+    gape = Gape(np.zeros((1, 3)), 1.0)
+    tool = ToolForce(patient, [RigidPart(ball)], gape=gape)
+    tool.step(0.0, np.eye(4))
+
+
+class ToolForce:
+    """Follow one tool through recorded samples: what it feels, what breaks under it.
+
+    touch: of the newest sample.
+    """
+
+    def __init__(
+        self,
+        patient: OperatedPatient,
+        parts: Sequence[RigidPart],
+        *,
+        gape: Gape | None = None,
+        bore_mm: float = 0.0,
+    ) -> None:
+        """Take a tool; gape: of its jaws, where it has any; bore_mm: that sucks."""
+        self._patient = patient
+        self._patch = whole_patch(patient)
+        self._walls, self._grounds = feel_tables(patient.layers)
+        self._gape = gape
+        self._jaw = 1.0
+        self._balls, owner = balls_of([part.capsules for part in parts])
+        closed = self._balls[:, :3].copy()
+        self._moving = [
+            (part.pose, owner == n, closed[owner == n])
+            for n, part in enumerate(parts)
+            if part.pose is not None
+        ]
+        # N of kPa times mm2
+        self._pull_n = SEALED_KPA * 1e-3 * math.pi / 4 * bore_mm**2
+        self._settings = np.zeros(tick.SETTINGS)
+        self._settings[tick.STIFFEST] = self._settings[tick.MOST_N] = math.inf
+        # the end of the tip is the tool's origin
+        away = np.linalg.norm(self._balls[:, :3], axis=1) - self._balls[:, 3]
+        self._settings[tick.PULL_BALL] = int(np.argmin(away))
+        self._state = np.zeros(tick.STATE)
+        self._holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        self._work = np.zeros((len(self._balls) + tick.BEHIND, tick.WORK))
+        self._out = np.zeros(tick.OUT)
+        self._way = np.zeros((3, 4, 4))
+        self._last: tuple[float, Doubles] | None = None
+        self.touch = NO_TOUCH
+
+    def step(
+        self,
+        time_s: float,
+        world_from_tool: Doubles,
+        jaw: float = 1.0,
+        is_sucking: bool = False,
+    ) -> Touch:
+        """Take in one sample; samples come in order of time.
+
+        world_from_tool: 4x4; one that is not finite is no pose: no force. Tissue is
+        read as it is now.
+        """
+        if jaw != self._jaw:
+            self._jaw = jaw
+            for pose_of, mine, closed in self._moving:
+                pose = pose_of(jaw)
+                self._balls[mine, :3] = closed @ pose[:3, :3].T + pose[:3, 3]
+        before = self._last
+        elapsed_s = 0.0 if before is None else time_s - before[0]
+        self._way[1] = world_from_tool
+        if before is None or not 0.0 < elapsed_s <= ABSENT_S:
+            if before is not None and elapsed_s == 0.0:
+                return self.touch
+            self._state[tick.HAS] = 0.0
+            self._way[0] = world_from_tool
+            elapsed_s = 1.0 / STEPS_PER_S
+        else:
+            self._way[0] = before[1]
+        is_pose = bool(np.isfinite(self._way[1]).all())
+        steps = 1
+        if is_pose and np.isfinite(self._way[0]).all():
+            steps = min(math.ceil(elapsed_s * STEPS_PER_S - 1e-6), MOST_STEPS)
+        self._settings[tick.DT] = self._settings[tick.PERIOD] = elapsed_s / steps
+        self._settings[tick.PULL_N] = self._pull_n if is_sucking else 0.0
+        broken = int(self._state[tick.BROKEN])
+        flags = tick.follow_way(
+            self._patch,
+            self._walls,
+            self._grounds,
+            self._balls,
+            self._way,
+            steps,
+            self._settings,
+            self._state,
+            self._holes,
+            self._work,
+            self._out,
+        )
+        self._last = time_s, self._way[1].copy()
+        self.touch = self._told(flags, broken, jaw if is_pose else None)
+        return self.touch
+
+    def inherit(self, other: "ToolForce") -> None:
+        """Find the holes open that another tool has broken."""
+        self._holes[:] = other._holes
+        self._state[tick.BROKEN] = other._state[tick.BROKEN]
+
+    def freeze(self) -> ForceState:
+        """Return all that later samples may change."""
+        return ForceState(
+            self._state.copy(), self._holes.copy(), self._last, self.touch
+        )
+
+    def restore(self, state: ForceState) -> None:
+        """Go back, or on, to a state of this tool."""
+        self._state[:], self._holes[:] = state.state, state.holes
+        self._last, self.touch = state.last, state.touch
+
+    def _told(self, flags: int, before: int, jaw: float | None) -> Touch:
+        """Turn a tick's numbers into words."""
+        out, kinds = self._out, self._patient.layers.kinds
+        touch = Touch(
+            out[tick.FORCE : tick.FORCE + 3].copy(),
+            out[tick.TORQUE : tick.TORQUE + 3].copy(),
+            size_n=float(out[tick.TISSUE_N]),
+            flags=flags,
+        )
+        now = int(self._state[tick.BROKEN])
+        if now > before:
+            rows = [
+                int(self._holes[n % tick.MOST_HOLES, tick.HOLE - 1])
+                for n in range(max(before, now - tick.MOST_HOLES), now)
+            ]
+            touch = replace(touch, broken=tuple(kinds[row].name for row in rows))
+        if flags & tick.TOUCHING:
+            touch = replace(
+                touch,
+                depth_mm=float(out[tick.DEPTH]),
+                wall=kinds[int(out[tick.ROW])].name,
+                place_mm=out[tick.PLACE : tick.PLACE + 3].copy(),
+            )
+        if self._gape is not None and jaw is not None and jaw > 0.0:
+            force, held = squeeze_jaws(
+                self._patch,
+                self._walls,
+                self._grounds,
+                self._gape.points_mm,
+                self._way[1],
+                self._gape.gape_mm,
+                jaw,
+                self._holes,
+            )
+            touch = replace(touch, jaw_n=force, held_mm=held)
+        return touch
