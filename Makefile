@@ -4,6 +4,9 @@
 # Otherwise uv refuses a network that signs its traffic with a local certificate.
 export UV_SYSTEM_CERTS = true
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
+# Some machines forbid compiled modules to be kept: the tests start a hundred programs,
+# and each would compile the same libraries for two to four seconds.
+export PYTHONDONTWRITEBYTECODE =
 
 # Name another interpreter with `make PYTHON=... demo`.
 PYTHON ?=
