@@ -14,7 +14,13 @@ from benchmarks.phantom_figures.passage_widths import (
 )
 
 
-@pytest.fixture(scope="module", params=[Side.RIGHT, Side.LEFT], ids=["right", "left"])
+SIDES = [
+    pytest.param(Side.RIGHT, id="right"),
+    pytest.param(Side.LEFT, id="left", marks=pytest.mark.slow),
+]
+
+
+@pytest.fixture(scope="module", params=SIDES)
 def half(request: pytest.FixtureRequest) -> tuple[Phantom, Side]:
     """One side of the nose with what drains into it, and the side."""
     side: Side = request.param
@@ -44,7 +50,7 @@ def test_scopes_come_as_near_to_ostia_as_in_an_unoperated_nose(
     assert nearest_mm(*half, "sphenoid", 2.7) < 1.0
 
 
-@pytest.mark.parametrize("side", [Side.RIGHT, Side.LEFT])
+@pytest.mark.parametrize("side", SIDES)
 def test_ethmoid_cells_have_ostia_of_one_to_three_millimetres(side: Side) -> None:
     found = cell_diameters_mm(PhantomParameters(), side)
     assert len(found) == 11

@@ -70,7 +70,7 @@ def test_poses_that_are_none_among_others() -> None:
     hand = Hand()
     before = remaining(hand.operation.patient)
     hand.step(name=DEBRIDER, is_working=True, is_sucking=True)
-    for n in range(50):
+    for n in range(35):
         place = rng.uniform((6, 6, 7), (18, 16, 12))
         toward = rng.normal(size=3)
         if n % 3 == 1:
@@ -117,7 +117,7 @@ def bite_places(hand: Hand, count: int, seed: int) -> None:
         taken(hand)
 
 
-@pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [100, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_many_bites(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     # the ring of old values is full well before the end
     monkeypatch.setattr(patients, "UNDO_BYTES", 1 << 18)
@@ -141,7 +141,7 @@ def test_many_bites(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "seconds",
     [
-        5,
+        2,
         pytest.param(20, marks=pytest.mark.slow),
         pytest.param(600, marks=[pytest.mark.slow, pytest.mark.timeout(2400)]),
     ],

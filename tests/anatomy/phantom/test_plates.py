@@ -1,5 +1,7 @@
 """Thin plates have their own thickness, whatever the voxel."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -15,9 +17,14 @@ ROOF = ((-17.0, 17.0), (6.0, 58.0), (40.0, 60.0))
 BONES = [label for label in Label if 20 <= label <= 30]
 
 
-@pytest.fixture(scope="module", params=[0.25, 0.5])
+@cache
+def roof_at(spacing_mm: float) -> Phantom:
+    return build_phantom(STRAIGHT, spacing_mm, field_mm=ROOF)
+
+
+@pytest.fixture(params=[0.25, 0.5])
 def roof(request: pytest.FixtureRequest) -> Phantom:
-    return build_phantom(STRAIGHT, request.param, field_mm=ROOF)
+    return roof_at(request.param)
 
 
 def over_air(phantom: Phantom, aside: tuple[float, float]) -> list[tuple[int, int]]:
@@ -64,7 +71,7 @@ def test_the_roof_has_its_plates_thickness_at_any_voxel(
 
 
 def test_the_lateral_lamella_is_as_thin_as_it_is_said_to_be() -> None:
-    roof = build_phantom(STRAIGHT, 0.25, field_mm=ROOF)
+    roof = roof_at(0.25)
     d, h, o = roof.distance.values, roof.spacing_mm, roof.ct.origin_mm
     x = o[0] + h * np.arange(d.shape[2])
     across = np.gradient(d, h, axis=2)
@@ -86,7 +93,7 @@ def test_the_lateral_lamella_is_as_thin_as_it_is_said_to_be() -> None:
 
 
 def test_a_plate_thinner_than_a_voxel_does_not_read_as_bone() -> None:
-    roof = build_phantom(STRAIGHT, 0.5, field_mm=ROOF)
+    roof = roof_at(0.5)
     peaks = []
     for j, i in over_air(roof, (1.2, 3.0)):
         air = np.flatnonzero(roof.distance.values[:, j, i] < 0)
