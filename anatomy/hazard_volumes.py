@@ -48,13 +48,14 @@ class HazardVolumes:
     ) -> float:
         """Return the least distance to a hazard of `count` points on a line, LPS mm."""
         # Imported here: this module's names are needed where nothing is compiled.
-        from anatomy.kernels.hazard_reads import least_along
+        from renderers.scene.kernels.least_along import least_along
 
         volume = self.volumes[name]
         matrix = volume.voxel_from_world
         start = matrix[:3, :3] @ begin_mm + matrix[:3, 3]
         step = matrix[:3, :3] @ step_mm
-        steps = least_along(volume.values, start, step, count, volume.background)
+        far = volume.background
+        _, steps = least_along(volume.values, 1.0, start, step, count, far)
         return UNIT_MM * steps
 
     def sha256(self) -> str:

@@ -42,7 +42,7 @@ def shaft_clearance(
         shaft is a capsule: its end sphere is centred one radius behind the tip.
     """
     # Imported here: this module's names are needed where nothing is compiled.
-    from renderers.scene.kernels.least_air import least_air
+    from renderers.scene.kernels.least_along import least_along
 
     count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
     if count < 1:
@@ -52,8 +52,9 @@ def shaft_clearance(
     voxel_from_world = distance.voxel_from_world
     back = world_from_tip[:3, 2]
     begin = world_from_tip[:3, 3] + radius_mm * back
-    nearest, air = least_air(
+    nearest, air = least_along(
         distance.values,
+        -1.0,
         voxel_from_world[:3, :3] @ begin + voxel_from_world[:3, 3],
         voxel_from_world[:3, :3] @ (_STEP_MM * back),
         count,

@@ -10,6 +10,7 @@ from renderers.scene import Mesh
 from scenarios.instruments.lofting import (
     SIDES,
     BentLine,
+    eased,
     joined,
     rings,
     section,
@@ -91,7 +92,7 @@ class Curette(Shape):
         radius = np.full(len(lengths), thick)
         radius[:4] = half * np.sin(_DOME)
         share = np.linspace(0.0, 1.0, 6)
-        radius[4:10] = half + (thick - half) * share**2 * (3 - 2 * share)
+        radius[4:10] = eased(half, thick, share)
         radius[-1] = 0.6 * thick
         neck = rings(line, lengths, np.stack([radius, radius], 1), section(SIDES))
         mesh = joined(skin(rows, closed=True), skin(neck))
@@ -159,10 +160,7 @@ class SickleKnife(Shape):
         round_mm = 0.12 + (self.height_mm / 2 - 0.12) * np.sin(point * math.pi / 2)
         thick = self.thick_mm / 2 * (0.35 + 0.65 * np.clip(point * 1.5, 0, 1))
         back = np.clip((lengths_mm - self.blade_mm) / 5.0, 0.0, 1.0)
-        back = back * back * (3 - 2 * back)
-        half = np.stack(
-            [thick + (shaft - thick) * back, round_mm + (shaft - round_mm) * back], 1
-        )
+        half = np.stack([eased(thick, shaft, back), eased(round_mm, shaft, back)], 1)
         half[lengths_mm > self.length_mm - 0.1] *= 0.6
         return half
 
@@ -235,7 +233,7 @@ class BallProbe(Shape):
         radius[: len(front)] = ball * np.sin(angles)
         share = np.linspace(0.0, 1.0, 5)
         first = len(front) + len(rest)
-        radius[first : first + 5] = thin + (thick - thin) * share**2 * (3 - 2 * share)
+        radius[first : first + 5] = eased(thin, thick, share)
         radius[-2:] = thick, 0.6 * thick
         mesh = skin(rings(line, lengths, np.stack([radius, radius], 1), section(24)))
         chosen = lengths[len(front) : -1]
@@ -283,11 +281,8 @@ class Elevator(Shape):
         end = np.clip(lengths_mm / wide, 0.0, 1.0)
         round_mm = wide * np.sqrt(np.maximum(1 - (1 - end) ** 2, 0.0))
         back = np.clip((lengths_mm - 0.3 * self.blade_mm) / (0.7 * self.blade_mm), 0, 1)
-        back = back * back * (3 - 2 * back)
         sharp = thin * (0.55 + 0.45 * np.clip(lengths_mm / 4.0, 0.0, 1.0))
-        half = np.stack(
-            [round_mm + (shaft - round_mm) * back, sharp + (shaft - sharp) * back], 1
-        )
+        half = np.stack([eased(round_mm, shaft, back), eased(sharp, shaft, back)], 1)
         half[lengths_mm > self.length_mm - 0.1] *= 0.6
         return half
 

@@ -24,6 +24,16 @@ _DOME = np.radians([12.0, 30.0, 48.0, 68.0, 90.0])
 Doubles = NDArray[np.float64]
 
 
+def eased(begin: ArrayLike, end: ArrayLike, share: ArrayLike) -> Doubles:
+    """Return what goes over from one size to another, level at both ends.
+
+    share: 0 for the begin to 1 for the end.
+    """
+    first, part = np.asarray(begin, np.float64), np.asarray(share, np.float64)
+    way: Doubles = np.asarray(end, np.float64) - first
+    return first + way * (part * part * (3 - 2 * part))
+
+
 @dataclass(frozen=True, slots=True)
 class BentLine:
     """Describe the middle of a tool: its end is straight, then comes an arc, a shaft.

@@ -137,10 +137,14 @@ class CurvedSuction(Shape):
     radius_mm: float = 9.0
     turn_deg: float = 60.0
 
+    def line(self) -> BentLine:
+        """Return its middle."""
+        return BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
+
     def parts(self) -> tuple[Part, ...]:
         """Return the tube."""
         _demand_bore(self.outer_mm, self.bore_mm)
-        line = BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
+        line = self.line()
         outer = self.outer_mm / 2
         wall = _wall(outer, self.bore_mm / 2, line.stations(outer, self.length_mm))
         half = np.repeat(wall[:, :1], 2, axis=1)
@@ -153,8 +157,7 @@ class CurvedSuction(Shape):
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its mouth."""
-        line = BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
-        return line.at(_INSET * self.outer_mm / 2)[0], self.outer_mm / 2
+        return self.line().at(_INSET * self.outer_mm / 2)[0], self.outer_mm / 2
 
     def end(self, length_mm: float) -> Capsules:
         """Return two chords of the bend."""

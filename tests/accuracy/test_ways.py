@@ -13,7 +13,6 @@ from benchmarks.phantom_figures.passage_widths import (
     ostium_diameters_mm,
 )
 
-
 SIDES = [
     pytest.param(Side.RIGHT, id="right"),
     pytest.param(Side.LEFT, id="left", marks=pytest.mark.slow),

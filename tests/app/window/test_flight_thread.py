@@ -1,14 +1,13 @@
 """The real window, flown with the mouse for longer than anybody's patience."""
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.display, pytest.mark.slow, pytest.mark.timeout(900)]
+from tests.app.window.opened_window import run_script
 
-ROOT = Path(__file__).parents[2]
+pytestmark = [pytest.mark.display, pytest.mark.slow, pytest.mark.timeout(900)]
 
 FLOWN_S = 200.0
 
@@ -17,40 +16,17 @@ NOISE = 2000
 
 FLY = """
 import math, random, sys, time
-from PySide6.QtCore import QEventLoop, QPoint, QPointF, Qt, QTimer
+from pathlib import Path
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-prepare_environment()
-from pathlib import Path
-from paravol.flight import FlightOrder
-from paravol.inputs import choose_input
-from app.window.main_window import TraineeWindow
-from app.window.flight_thread import FlightThread
-from devices import load_probe_path
-from scenarios import load_scenario
+from tests.app.window.opened_window import OpenedWindow
 
-application = QApplication([])
-scenario, folder = load_scenario(sys.argv[1])
-path = load_probe_path(folder / scenario.path)
-mouse = choose_input(None, None, scenario, path, folder / scenario.path)
-flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, Path(sys.argv[2])))
-window = TraineeWindow(flight, edge_samples=0)
+opened = OpenedWindow(sys.argv[1], None, 64, Path(sys.argv[2]))
+flight, window, wait = opened.flight, opened.window, opened.wait
 frames = []
 flight.arrived.connect(lambda: frames.append(time.monotonic()))
-window.show()
-flight.start()
-
-def wait(ms):
-    loop = QEventLoop()
-    QTimer.singleShot(ms, loop.quit)
-    loop.exec()
-
-began = time.monotonic()
-while not frames and flight.error is None:
-    assert time.monotonic() - began < 300.0
-    wait(50)
+opened.start()
 chance = random.Random(1)
 view, middle = window.picture, QPoint(200, 200)
 begun, references, counted = time.monotonic(), None, 0
@@ -70,7 +46,7 @@ while time.monotonic() < begun + SECONDS:
     none, up = Qt.MouseButton.NoButton, Qt.ScrollPhase.NoScrollPhase
     calm = Qt.KeyboardModifier.NoModifier
     wheel = QWheelEvent(at, view.mapToGlobal(at), QPoint(), turn, none, calm, up, False)
-    application.sendEvent(view, wheel)
+    opened.application.sendEvent(view, wheel)
     wait(10)
     if references is None and time.monotonic() > begun + 10.0:
         references, counted = sys.getrefcount(None), len(frames)
@@ -96,21 +72,8 @@ def test_the_window_lives_through_minutes_of_mouse_flight(
     screen: str, coarse_scenario: Path, tmp_path: Path
 ) -> None:
     script = FLY.replace("SECONDS", str(FLOWN_S))
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            script,
-            str(coarse_scenario),
-            str(tmp_path / "f.paravol"),
-        ],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=850.0,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    seconds, scored_s, way_mm, frames, lost = map(float, done.stdout.split())
+    said = run_script(script, coarse_scenario, tmp_path / "f.paravol", limit_s=850.0)
+    seconds, scored_s, way_mm, frames, lost = map(float, said.split())
     assert seconds > 180.0
     # a busy machine steers the scope more slowly than the hand
     assert scored_s > 20.0

@@ -18,11 +18,10 @@ from PIL import Image, ImageColor
 from app.vtk.overview_scene import LIGHT
 from devices.openigtlink import PoseStreamer
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
+from tests.app.window.opened_window import LIMIT_S, ROOT, run_script
 
 pytestmark = pytest.mark.display
 
-ROOT = Path(__file__).parents[2]
-LIMIT_S = 240.0
 Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 LIGHT_RGB = ImageColor.getrgb(LIGHT)
 
@@ -70,23 +69,10 @@ def test_the_window_flies_records_and_closes_by_itself(
 KEYS = """
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from paravol.inputs import choose_input
-from app.window.main_window import TraineeWindow
-from paravol.flight import FlightOrder
-from app.window.flight_thread import FlightThread
-from devices import load_probe_path
-from scenarios import load_scenario
+from tests.app.window.opened_window import OpenedWindow
 
-application = QApplication([])
-scenario, folder = load_scenario("first_flight")
-file = folder / scenario.path
-path = load_probe_path(file)
-arm = choose_input("emulator", None, scenario, path, file)
-flight = FlightThread(FlightOrder(scenario, path, arm, 128, 1, None))
-window = TraineeWindow(flight, edge_samples=0)
-window.show()
-Key = Qt.Key
+opened = OpenedWindow("first_flight", "emulator")
+flight, window, Key = opened.flight, opened.window, Qt.Key
 for key, degrees in (
     (Key.Key_Right, 5), (Key.Key_Up, 10), (Key.Key_Left, 5), (Key.Key_Down, 0)
 ):
@@ -110,73 +96,37 @@ window.release()
 
 @pytest.mark.slow
 def test_keys_turn_the_light_fill_the_screen_and_quit(screen: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", KEYS], cwd=ROOT, capture_output=True, text=True
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    run_script(KEYS)
 
 
 STEER = """
 import sys
 import numpy as np
-import time
-from PySide6.QtCore import QEvent, QEventLoop, QPoint, Qt, QTimer
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-prepare_environment()
-from paravol.inputs import choose_input
-from app.window.main_window import TraineeWindow
-from paravol.flight import FlightOrder
-from app.window.flight_thread import FlightThread
-from devices import load_probe_path
-from scenarios import load_scenario
+from tests.app.window.opened_window import OpenedWindow
 
-application = QApplication([])
-scenario, folder = load_scenario(sys.argv[1])
-file = folder / scenario.path
-path = load_probe_path(file)
-mouse = choose_input("mouse", None, scenario, path, file)
-flight = FlightThread(FlightOrder(scenario, path, mouse, 128, 1, None))
-window = TraineeWindow(flight, edge_samples=0)
-seen = []
-take = flight.take
-def watched():
-    instant = take()
-    if instant is not None:
-        seen.append(instant.view.world_from_tip)
-    return instant
-flight.take = watched
-window.show()
-flight.start()
+opened = OpenedWindow(sys.argv[1])
+window, until = opened.window, opened.until
+def pose(index):
+    return opened.seen[index].view.world_from_tip
 
-def until(what, holds):
-    count, began = -1, time.monotonic()
-    while flight.error is None and (len(seen) == count or not seen or not holds()):
-        count = len(seen)
-        assert time.monotonic() - began < 200.0, (what, count, seen[-1:])
-        # QTest.qWait keeps the interpreter for itself: the flight would stand still.
-        loop = QEventLoop()
-        QTimer.singleShot(20, loop.quit)
-        loop.exec()
-    assert flight.error is None, flight.error
-
-until("a frame", lambda: True)
-pivot, axis = seen[-1][:3, 3], -seen[-1][:3, 2]
-assert all(np.array_equal(frame, seen[0]) for frame in seen)
+opened.start()
+pivot, axis = pose(-1)[:3, 3], -pose(-1)[:3, 2]
+assert all(np.array_equal(pose(n), pose(0)) for n in range(len(opened.seen)))
 QTest.keyPress(window, Qt.Key.Key_W)
-until("depth", lambda: np.linalg.norm(seen[-1][:3, 3] - pivot) > 10.0)
+until("depth", lambda: np.linalg.norm(pose(-1)[:3, 3] - pivot) > 10.0)
 QTest.keyRelease(window, Qt.Key.Key_W)
 QTest.mousePress(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
 QTest.mouseMove(window.picture, QPoint(100, 40))
 QTest.mouseRelease(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
-until("tilt", lambda: -seen[-1][:3, 2] @ axis < np.cos(np.radians(2.0)))
-assert -seen[-1][2, 2] > axis[2]  # dragged up, it points up
+until("tilt", lambda: -pose(-1)[:3, 2] @ axis < np.cos(np.radians(2.0)))
+assert -pose(-1)[2, 2] > axis[2]  # dragged up, it points up
 # Keys that are down when the window loses the keyboard do not stick.
 QTest.keyPress(window, Qt.Key.Key_S)
-application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
-until("a halt", lambda: np.array_equal(seen[-1], seen[-2]))
-depth = np.linalg.norm(seen[-1][:3, 3] - pivot)
+opened.application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
+until("a halt", lambda: np.array_equal(pose(-1), pose(-2)))
+depth = np.linalg.norm(pose(-1)[:3, 3] - pivot)
 assert depth > 5.0, depth
 # The head is opened in a thread of its own, while the scope flies on.
 overview = window._overview.scene
@@ -186,25 +136,17 @@ until("an open head", lambda: overview.is_open)
 QTest.keyClick(window, Qt.Key.Key_C)
 until("a whole head", lambda: not overview.is_open)
 # Walls push the shaft aside, and the nostril gives way: by .11 mm here.
-off = [np.linalg.norm(np.cross(f[:3, 3] - pivot, f[:3, 2])) for f in seen]
+poses = [instant.view.world_from_tip for instant in opened.seen]
+off = [np.linalg.norm(np.cross(f[:3, 3] - pivot, f[:3, 2])) for f in poses]
 assert max(off) < 0.3, max(off)
-window.close()
-assert flight.stop(60.0)
-window.release()
+opened.close()
 """
 
 
 def test_keys_and_mouse_steer_the_scope_about_the_nostril(
     screen: str, coarse_scenario: Path
 ) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", STEER, str(coarse_scenario)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    run_script(STEER, coarse_scenario)
 
 
 @pytest.mark.slow

@@ -1,61 +1,26 @@
 """A trainee operates with the window's keys: a bite, its undoing, and what is told."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.display, pytest.mark.slow]
+from tests.app.window.opened_window import run_script
 
-ROOT = Path(__file__).parents[2]
-LIMIT_S = 240.0
+pytestmark = [pytest.mark.display, pytest.mark.slow]
 
 BITE = """
 import sys, time
 import numpy as np
-from PySide6.QtCore import QEvent, QEventLoop, Qt, QTimer
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-prepare_environment()
-from paravol.inputs import choose_input
-from app.window.main_window import TraineeWindow
-from paravol.flight import FlightOrder
-from app.window.flight_thread import FlightThread
-from devices import load_probe_path
-from scenarios import load_scenario
 from scenarios.instruments import INSTRUMENTS
+from tests.app.window.opened_window import OpenedWindow
 
-application = QApplication([])
-scenario, folder = load_scenario(sys.argv[1])
-file = folder / scenario.path
-path = load_probe_path(file)
-mouse = choose_input("mouse", None, scenario, path, file)
-flight = FlightThread(FlightOrder(scenario, path, mouse, 128, 1, None))
-window = TraineeWindow(flight, edge_samples=0)
+opened = OpenedWindow(sys.argv[1])
+flight, window, seen = opened.flight, opened.window, opened.seen
+until, application = opened.until, opened.application
 hand, Key = flight.flight.hand, Qt.Key
-seen = []
-take = flight.take
-def watched():
-    instant = take()
-    if instant is not None:
-        seen.append(instant)
-    return instant
-flight.take = watched
-window.show()
-flight.start()
-
-def until(what, holds):
-    count, began = -1, time.monotonic()
-    while flight.error is None and (len(seen) == count or not seen or not holds()):
-        count = len(seen)
-        assert time.monotonic() - began < 200.0, (what, count, seen[-1:])
-        loop = QEventLoop()
-        QTimer.singleShot(20, loop.quit)
-        loop.exec()
-    assert flight.error is None, flight.error
 
 def place(index):
     count = len(seen) + index
@@ -66,7 +31,7 @@ def again(kind, key):
         window, QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, "", True)
     )
 
-until("a frame", lambda: True)
+opened.start()
 assert seen[-1].tool.name == ""
 # the tools come in order, with an empty hand between the last and the first
 names = []
@@ -125,26 +90,15 @@ QTest.keyClick(window, Key.Key_Q)
 QTest.keyClick(window, Key.Key_Return)
 until_s = time.monotonic() + 60.0
 while window.picture._result is None and time.monotonic() < until_s:
-    loop = QEventLoop()
-    QTimer.singleShot(20, loop.quit)
-    loop.exec()
+    opened.wait()
 operation = flight.flight.result.score.operation
 assert operation.washes == 1
 if len(sys.argv) > 3:
     window.grab().save(sys.argv[3])
-window.close()
-assert flight.stop(60.0)
-window.release()
+opened.close()
 print(flight.flight.result.rows())
 """
 
 
 def test_keys_bite_undo_suck_and_wash(screen: str, coarse_scenario: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", BITE, str(coarse_scenario)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
+    run_script(BITE, coarse_scenario)

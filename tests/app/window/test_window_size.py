@@ -1,38 +1,23 @@
 """The window fits a small screen and uses a large one."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
+from tests.app.window.opened_window import run_script
+
 pytestmark = [pytest.mark.display, pytest.mark.slow]
 
-ROOT = Path(__file__).parents[2]
-
 MEASURE = """
-import json, sys
+import json
 import numpy as np
 from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QApplication, QLabel
-from paravol.environment import prepare_environment
-prepare_environment()
-from paravol.flight import FlightOrder
-from paravol.inputs import choose_input
+from PySide6.QtWidgets import QLabel
 from paravol.snapshots.snapshot_queue import MomentPicture
-from app.window.main_window import TraineeWindow
-from app.window.flight_thread import FlightThread
-from devices import load_probe_path
-from scenarios import load_scenario
+from tests.app.window.opened_window import OpenedWindow
 
-application = QApplication([])
-scenario, folder = load_scenario("first_flight")
-path = load_probe_path(folder / scenario.path)
-mouse = choose_input("mouse", None, scenario, path, folder / scenario.path)
-flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, None))
-window = TraineeWindow(flight, edge_samples=0)
-window.show()
+opened = OpenedWindow("first_flight", size=64)
+window, application = opened.window, opened.application
 # with all that the column ever holds
 window._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))
 application.processEvents()
@@ -71,15 +56,7 @@ window.release()
 def test_everything_lies_on_the_screen_and_grows_with_it(
     screen_of: tuple[int, int],
 ) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", MEASURE],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=240.0,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    found = json.loads(done.stdout)
+    found = json.loads(run_script(MEASURE))
     width, height = found["window"]
     assert found["screen"] == list(screen_of)
     assert width <= screen_of[0]

@@ -15,6 +15,9 @@ from renderers.scene.mesh import run_at_once
 from renderers.scene.mesh_drawing import list_facets_in_view
 from tests.renderers.scene.plain_triangles import fill_facets as plain
 
+HIGH = 24
+"""Rows of a picture that is drawn ray by ray as well."""
+
 
 @pytest.fixture(scope="module")
 def ring() -> Facets:
@@ -31,17 +34,17 @@ def test_the_bits_are_the_same(
     random = np.random.default_rng(seed)
     extent = 15.0 if projection is Projection.ORTHOGRAPHIC else 0.9
     camera = Camera.looking_at(
-        (0, 0, 0), (0, 1, 0), extent=extent, size=(width, 67), projection=projection
+        (0, 0, 0), (0, 1, 0), extent=extent, size=(width, HIGH), projection=projection
     )
     pose = np.eye(4)
     pose[:3, :3] = Rotation.random(random_state=seed).as_matrix()
     # around the eye, or from nearly touching it to far
     pose[:3, 3] = (*random.uniform(-6, 6, 2), random.uniform(-5, 30))
     pose[:3, 3] = camera.frame[1:].T @ pose[:3, 3]
-    wall = random.uniform(1, 40, (67, width)).astype(np.float32)
+    wall = random.uniform(1, 40, (HIGH, width)).astype(np.float32)
     drawn = []
     for fill in (packets, plain):
-        buffer = GBuffer.empty(67, width)
+        buffer = GBuffer.empty(HIGH, width)
         buffer.depth_mm[:] = wall
         list_facets_in_view(ring, 1, camera, pose).draw(buffer, run_at_once, fill)
         drawn.append(buffer)

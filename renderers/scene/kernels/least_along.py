@@ -1,4 +1,4 @@
-"""The smallest gap along a shaft in a distance field."""
+"""The least value along a line in a field: the smallest gap along a shaft."""
 
 import math
 
@@ -8,39 +8,41 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def least_air(
-    distance: NDArray[np.float32],
+def least_along(
+    values: NDArray[np.float32] | NDArray[np.int16],
+    sign: float,
     start: NDArray[np.float64],
     step: NDArray[np.float64],
     count: int,
     far: float,
 ) -> tuple[int, float]:
-    """Find which of `count` points start + i * step has least air, and how much.
+    """Find where along `count` points ``start + i * step`` a field is least; how much.
 
-    distance: ``(nz, ny, nx)``, mm, negative in air, interpolated trilinearly. start,
-    step: voxel coordinates x, y, z. far: air outside the grid, mm.
+    values: ``(nz, ny, nx)``, interpolated trilinearly. sign: 1.0, or -1.0 where the
+    field is what they fall short of 0: the air in a distance that is negative there.
+    start, step: voxel coordinates x, y, z. far: the field outside the grid.
     """
-    nz, ny, nx = distance.shape
+    nz, ny, nx = values.shape
     least = math.inf
     where = 0
     for n in range(count):
         x = start[0] + n * step[0]
         y = start[1] + n * step[1]
         z = start[2] + n * step[2]
-        air = far
+        found = far
         if 0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1:
             i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
             x -= i
             y -= j
             z -= k
-            air = 0.0
+            found = 0.0
             for corner in range(8):
                 a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
                 weight = x if a else 1 - x
                 weight *= y if b else 1 - y
                 weight *= z if c else 1 - z
-                air -= weight * distance[k + c, j + b, i + a]
-        if air < least:
-            least = air
+                found += sign * weight * values[k + c, j + b, i + a]
+        if found < least:
+            least = found
             where = n
     return where, least
