@@ -142,23 +142,19 @@ def test_replay_checks_every_frame(
     (changed / "result.json").write_text(json.dumps(result))
     assert main(["replay", str(changed), "--check", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["same_score"] is False
-    # pictures of another look are not held against it, and it says so
-    (changed / "result.json").write_bytes((bundle / "result.json").read_bytes())
+    # a recording from before contacts were described has fewer figures; pictures of
+    # another look are not held against it, and it says so
+    for name in ("contact_s", "pressure_s", "worst_depth_mm", "touched_s"):
+        del result["score"][name]
+    (changed / "result.json").write_text(json.dumps(result))
     session = json.loads((bundle / "session.json").read_text())
-    del session["look"]
+    assert session["visible_sets"] is False
+    del session["look"], session["structures_sha256"], session["automatic"]
     (changed / "session.json").write_text(json.dumps(session))
     assert main(["replay", str(changed), "--check", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["same_look"], report["is_exact"]) == (False, True)
-    # a recording from before contacts were described has fewer figures
-    for name in ("contact_s", "pressure_s", "worst_depth_mm", "touched_s"):
-        del result["score"][name]
-    (changed / "result.json").write_text(json.dumps(result))
-    assert session["visible_sets"] is False
-    del session["structures_sha256"], session["automatic"]
-    (changed / "session.json").write_text(json.dumps(session))
-    assert main(["replay", str(changed), "--check", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["same_score"] is True
+    assert report["same_score"] is True
     assert main(["replay", str(changed)]) == 0
     assert "not compared" in capsys.readouterr().out
 

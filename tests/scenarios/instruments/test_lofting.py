@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.scene import Mesh
-from scenarios.instruments.lofting import BentLine, joined, mirrored, rod, skin
+from scenarios.instruments.lofting import (
+    BentLine,
+    eased,
+    joined,
+    mirrored,
+    rod,
+    skin,
+)
 
 lines = st.builds(
     BentLine, st.floats(0.0, 12.0), st.floats(3.0, 60.0), st.floats(0.0, 90.0)
@@ -24,6 +31,17 @@ def test_a_line_is_measured_by_its_length(line: BentLine, at: list[float]) -> No
     across = line.across(lengths)
     np.testing.assert_allclose(np.linalg.norm(across, axis=1), 1.0, atol=1e-12)
     np.testing.assert_allclose((along * across).sum(axis=1), 0.0, atol=1e-4)
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+def test_a_size_goes_over_evenly_and_level_at_both_ends(one: float, two: float) -> None:
+    share = np.linspace(0.0, 1.0, 1001)
+    way = eased(one, two, share)
+    np.testing.assert_allclose(way + way[::-1], one + two, atol=1e-12)
+    np.testing.assert_allclose(way[[0, -1]], (one, two), atol=1e-12)
+    steps = np.diff(way) * np.sign(two - one)
+    assert steps.min() >= -1e-12
+    assert max(abs(steps[0]), abs(steps[-1])) <= 4e-6 * abs(two - one)
 
 
 @given(lines)
