@@ -87,11 +87,16 @@ def test_labels_and_distance_agree_with_the_model(head: Phantom) -> None:
     assert np.percentile(error, 90) < 0.05
 
 
-def stressed() -> Iterator[PhantomParameters]:
-    """List extreme heads: every variant alone, in chosen pairs, and extreme sizes."""
+def variants_alone() -> Iterator[PhantomParameters]:
+    """List heads with every variant alone."""
     plain = PhantomParameters()
     for name in SIDED_VARIANTS:
         yield with_variants(plain, [name])
+
+
+def stressed() -> Iterator[PhantomParameters]:
+    """List extreme heads: all variants together, and extreme sizes."""
+    plain = PhantomParameters()
     yield with_variants(plain, SIDED_VARIANTS)
     yield PhantomParameters(keros_mm=1.0, septal_deviation_mm=-6.0, head_scale=0.9)
     yield PhantomParameters(keros_mm=12.0, septal_deviation_mm=6.0, head_scale=1.08)
@@ -106,7 +111,13 @@ def stressed() -> Iterator[PhantomParameters]:
     )
 
 
-@pytest.mark.parametrize("parameters", [*stressed()])
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        *stressed(),
+        *(pytest.param(p, marks=pytest.mark.slow) for p in variants_alone()),
+    ],
+)
 def test_extreme_heads_are_whole(parameters: PhantomParameters) -> None:
     phantom = build_phantom(parameters, 1.2)
     for values in (phantom.distance.values, phantom.ct.values):
