@@ -34,10 +34,10 @@ from scenarios import load_scenario
 from scenarios.bundle import (
     FrameRecord,
     SampleRecord,
-    SessionInfo,
     SessionRecorder,
     read_recording,
 )
+from tests.scenarios.session_info import INFO
 
 ROUNDS = 120
 
@@ -198,21 +198,8 @@ def paths_of_light(file: Path) -> Read:
 
 def session(file: Path) -> Read:
     """The stream, or the description beside it."""
-    info = SessionInfo(
-        scenario_name="test",
-        scenario="{}",
-        picture_size=(64, 64),
-        tier="LIVE",
-        seed=3,
-        world_from_device=np.eye(4).ravel().tolist(),
-        registration_rms_mm=0.1,
-        surface_sha256="0" * 64,
-        has_instrument=True,
-        created="2026-01-01T00:00:00Z",
-        versions={"paravol": "0"},
-    )
     folder = file.parent / "made"
-    with SessionRecorder(folder, info) as recorder:
+    with SessionRecorder(folder, INFO) as recorder:
         for i in range(120):
             numbers = np.eye(4).ravel().tolist()
             recorder.add(SampleRecord(i * 0.01, numbers, 0.0, [0.0] * 3, [0.0] * 3, 0))

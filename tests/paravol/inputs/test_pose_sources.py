@@ -12,16 +12,13 @@ from hypothesis import strategies as st
 from devices import DeviceError, DeviceReason, Pose
 from devices.microscribe import MicroScribe
 from devices.microscribe.driver.sampler import HomeState
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
-from devices.microscribe.emulator.motion import StillMotion
-from devices.microscribe.kinematics.profiles import DX40937
 from paravol.inputs.pose_sources import (
     CancellableSource,
     ClosedError,
     HomedSource,
     ReconnectingSource,
 )
+from tests.paravol.plugged_arm import Plug
 
 
 def pose(time_s: float) -> Pose:
@@ -118,26 +115,6 @@ def test_patience_ends_with_the_loss() -> None:
     lasting = ReconnectingSource(Source([loss(), None, None]), patience_s=0.0)
     with pytest.raises(DeviceError, match="went away"):
         lasting.read(1.0)
-
-
-class Plug:
-    """A machine with one emulated arm."""
-
-    def __init__(self) -> None:
-        arm = EmulatedArm(DX40937, StillMotion(DX40937), now_s=time.monotonic())
-        self.line = MemoryLine(arm, SystemClock())
-
-    def names(self) -> list[str]:
-        return [self.line.name] if self.line.arm.plugged else []
-
-    def open(self, name: str) -> EmulatedPort:
-        return self.line.open_port()
-
-    def move(self, is_in: bool) -> None:
-        arm = self.line.arm
-        with self.line.changed:
-            (arm.replug if is_in else arm.unplug)(time.monotonic())
-            self.line.changed.notify_all()
 
 
 def test_the_drivers_own_losses_are_survived() -> None:

@@ -7,16 +7,13 @@ from numpy.typing import NDArray
 
 from devices import DeviceError, DeviceReason, Pose
 from devices.microscribe import MicroScribe
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
-from devices.microscribe.emulator.motion import StillMotion
-from devices.microscribe.kinematics.profiles import DX40937
 from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import PivotError
 from paravol.inputs.pose_sources import HomedSource
 from paravol.registration.walk import PATIENCE_S, RegistrationWalk
+from tests.paravol.plugged_arm import RIGHT, Plug
 
-RIGHT, LEFT = 1, 2
+LEFT = 2
 HOLE = np.array([100.0, 50.0, 20.0])
 
 
@@ -226,33 +223,6 @@ def test_an_arm_that_nobody_looks_for_fails_at_once(hand: Hand) -> None:
     hand.read = lost  # type: ignore[method-assign]
     with pytest.raises(DeviceError, match="went away"):
         _walk(hand).touch(["nasion"])
-
-
-class Plug:
-    """A machine with one emulated arm, whose plug and pedal a person moves."""
-
-    def __init__(self) -> None:
-        self.motion = StillMotion(DX40937)
-        arm = EmulatedArm(DX40937, self.motion, now_s=time.monotonic())
-        self.line = MemoryLine(arm, SystemClock())
-
-    def names(self) -> list[str]:
-        return [self.line.name] if self.line.arm.plugged else []
-
-    def open(self, name: str) -> EmulatedPort:
-        return self.line.open_port()
-
-    def move(self, is_in: bool) -> None:
-        arm = self.line.arm
-        with self.line.changed:
-            (arm.replug if is_in else arm.unplug)(time.monotonic())
-            self.line.changed.notify_all()
-
-    def press(self) -> None:
-        self.motion.buttons = RIGHT
-        time.sleep(0.6)
-        self.motion.buttons = 0
-        time.sleep(0.3)
 
 
 def test_the_drivers_arm_may_be_unplugged_between_two_landmarks(hand: Hand) -> None:
