@@ -111,12 +111,12 @@ class SurgeryPlan(Plan, suite="surgery"):
                 places | {"radius_mm": ROD_MM, "series": DENT},
                 cost_s=20.0,
             ),
-            self.task(
-                f"{name}/bite/patient",
-                EDIT,
-                self._edit,
-                places | {"series": EDIT},
-                cost_s=10.0,
+            *(
+                self.task(case, mode, work, places | {"series": mode}, cost_s=10.0)
+                for case, mode, work in (
+                    (f"{name}/bite/patient", EDIT, self._edit),
+                    (f"{name}/blood/step", FILM, self._film),
+                )
             ),
             *(
                 self.task(
@@ -137,13 +137,6 @@ class SurgeryPlan(Plan, suite="surgery"):
                 },
                 settings,
                 30.0,
-            ),
-            self.task(
-                f"{name}/blood/step",
-                FILM,
-                self._film,
-                places | {"series": FILM},
-                cost_s=10.0,
             ),
             *self._pair(
                 f"{name}/wound/light",
