@@ -427,13 +427,15 @@ class BloodFilm:
             given = sources.emitted - before
             np.add.at(self.books.bled, sources.kind, given)
         if self.wet_cells:
-            ground, cells, hold = self._ground, self._cells, self.hold_mm
-            kernels.run_down(ground, cells, self._heads, step, dt, hold)
-            pools = cells.next[: kernels.find_pools(cells, hold, cells.next)]
-            for _ in range(ROUNDS):
-                if not kernels.level(ground, cells, pools, dt / ROUNDS, hold):
-                    break
-            kernels.drip(ground, cells, hold, DROP_MM, self.books.left)
+            kernels.run(
+                self._ground,
+                self._cells,
+                self._heads,
+                step,
+                dt,
+                (self.hold_mm, DROP_MM, ROUNDS),
+                self.books.left,
+            )
             self._suck(dt)
         if step % DRAWN_EVERY == 0:
             self._paint(np.zeros(0, np.int64), 1)
@@ -487,14 +489,21 @@ class BloodFilm:
         self._cells.used[0] = count
 
     def _close_gaps(self) -> None:
+        count = self.wet_cells
+        kept = np.flatnonzero(self._cells.voxel[:count] >= 0)
+        if len(kept) < count:
+            self._put_in_order(kept)
+
+    def _put_in_order(self, order: NDArray[np.int64]) -> None:
+        """Keep these rows, in this order."""
         cells, count = self._cells, self.wet_cells
-        kept = np.flatnonzero(cells.voxel[:count] >= 0)
-        if len(kept) == count:
-            return
+        numbers = np.full(count + 1, -1, np.int32)
+        numbers[order] = np.arange(len(order))
         for array in _rows(cells):
-            array[: len(kept)] = array[kept]
-        cells.used[0] = len(kept)
-        self._slot[cells.voxel[: len(kept)]] = np.arange(1, len(kept) + 1)
+            array[: len(order)] = array[order]
+        cells.used[0] = count = len(order)
+        cells.beside[:count] = numbers[cells.beside[:count]]
+        self._slot[cells.voxel[:count]] = np.arange(1, count + 1)
 
     def _boxed(
         self,
@@ -640,9 +649,12 @@ def _empty_cells(size: int, slot: NDArray[np.int32]) -> Cells:
         np.zeros((size, 6), np.float32),
         np.zeros((size, 4), np.uint8),
         np.zeros((size, LINKS), np.int32),
+        np.full((size, LINKS), -1, np.int32),
         np.zeros((size, LINKS, 2), np.float32),
         np.zeros(size, np.int32),
         np.zeros(size, np.int32),
         np.zeros(size, np.int32),
         np.zeros(size, np.int64),
+        np.zeros(size, np.float64),
+        np.zeros(size, np.float64),
     )

@@ -93,7 +93,7 @@ class _Hazard:
 
     values: NDArray[np.int16]
     voxel: NDArray[np.float64]
-    grid: tuple[float, float]
+    grid: tuple[float, float, float]
     nearest: Approach | None = None
 
 
@@ -157,7 +157,11 @@ class InjuryWatch:
             name: _Hazard(
                 volume.values,
                 _rows(volume),
-                (UNIT_MM, steepest(volume.values, volume.spacing_mm, UNIT_MM)),
+                (
+                    UNIT_MM,
+                    steepest(volume.values, volume.spacing_mm, UNIT_MM),
+                    UNIT_MM * int(volume.values.min()),
+                ),
             )
             for name, volume in hazards.volumes.items()
         }

@@ -46,6 +46,7 @@ EDIT = "edit with books"
 FIRST_COPY, LATER_COPY = "copy of one cut", "copy of all cuts"
 NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
 WATCH = "injury watch"
+DEEP_WATCH = "injury watch deep inside"
 PICTURE = "cut to picture"
 FILM = "blood film"
 HEALED, WOUNDED = "light without wounds", "light on a wound"
@@ -59,6 +60,8 @@ FINE_MM = 0.1
 """Of the points that a cut's volume is counted with, for comparison."""
 
 WATCHED_HZ = 100
+JUMP_MM, JUMPS = 4.0, 40
+"""Spread of a tool that jumps about where a hazard is deepest, and how often."""
 SHAFT_MM = 110.0
 SCOPE_MM = 1.35
 RADIUS_MM = 2.0
@@ -89,116 +92,114 @@ class SurgeryPlan(Plan, suite="surgery"):
             "places": self._count,
             "threads": 1,
         }
-        bites = [
-            self.task(
-                f"{self._source.name}/bite/surfels",
-                mode,
-                work,
-                settings | {"series": mode, "reference": REBUILD},
-                baseline=None if mode == REBUILD else REBUILD,
-                cost_s=20.0,
-            )
-            for mode, work in ((REBUILD, self._rebuild), (UPDATE, self._update))
-        ]
-        pushed = self.task(
-            f"{self._source.name}/tool/shown",
-            DENT,
-            self._dent,
-            {"radius_mm": ROD_MM, "places": self._count, "threads": 1, "series": DENT},
-            cost_s=20.0,
-        )
         name = self._source.name
-        copies = [
-            self.task(
-                f"{name}/snapshot/copy",
-                mode,
-                partial(self._copy, count),
-                {"cuts": count, "series": mode, "reference": FIRST_COPY},
-                baseline=None if mode == FIRST_COPY else FIRST_COPY,
-                cost_s=5.0,
-            )
-            for mode, count in ((FIRST_COPY, 1), (LATER_COPY, self._count))
-        ]
-        tracers = [
-            self.task(
-                f"{name}/bite/tracer",
-                mode,
-                work,
-                settings | {"series": mode, "reference": NEW_TRACER},
-                baseline=None if mode == NEW_TRACER else NEW_TRACER,
-                cost_s=30.0,
-            )
-            for mode, work in (
-                (NEW_TRACER, partial(self._trace, True)),
-                (TRACER_UPDATE, partial(self._trace, False)),
-            )
-        ]
-        edits = self.task(
-            f"{name}/bite/patient",
-            EDIT,
-            self._edit,
-            {"places": self._count, "threads": 1, "series": EDIT},
-            cost_s=10.0,
-        )
-        watch = self.task(
-            "first_flight/sample/injuries",
-            WATCH,
-            self._watch,
-            {"sample_hz": WATCHED_HZ, "seconds": self._watched_s, "threads": 1},
-            cost_s=20.0,
-        )
-        picture = self.task(
-            "first_flight/bite/picture",
-            PICTURE,
-            self._picture,
-            {"size": self._pixels, "places": self._pictures, "threads": 2},
-            clock="wall",
-            cost_s=60.0,
-        )
+        size: dict[str, Setting] = {"size": WOUND_SIZE, "threads": 1}
+        places: dict[str, Setting] = {"places": self._count, "threads": 1}
+        shown: dict[str, Setting] = {"size": self._pixels, "places": self._pictures}
+        watched: dict[str, Setting] = {"sample_hz": WATCHED_HZ, "threads": 1}
         return [
-            *bites,
-            pushed,
-            edits,
-            *copies,
-            *tracers,
-            *self._shown_tasks(),
-            watch,
-            picture,
+            *self._pair(
+                f"{name}/bite/surfels",
+                {REBUILD: self._rebuild, UPDATE: self._update},
+                settings,
+                20.0,
+            ),
+            self.task(
+                f"{name}/tool/shown",
+                DENT,
+                self._dent,
+                places | {"radius_mm": ROD_MM, "series": DENT},
+                cost_s=20.0,
+            ),
+            *(
+                self.task(case, mode, work, places | {"series": mode}, cost_s=10.0)
+                for case, mode, work in (
+                    (f"{name}/bite/patient", EDIT, self._edit),
+                    (f"{name}/blood/step", FILM, self._film),
+                )
+            ),
+            *(
+                self.task(
+                    f"{name}/snapshot/copy",
+                    mode,
+                    partial(self._copy, count),
+                    {"cuts": count, "series": mode, "reference": FIRST_COPY},
+                    baseline=None if mode == FIRST_COPY else FIRST_COPY,
+                    cost_s=5.0,
+                )
+                for mode, count in ((FIRST_COPY, 1), (LATER_COPY, self._count))
+            ),
+            *self._pair(
+                f"{name}/bite/tracer",
+                {
+                    NEW_TRACER: partial(self._trace, True),
+                    TRACER_UPDATE: partial(self._trace, False),
+                },
+                settings,
+                30.0,
+            ),
+            *self._pair(
+                f"{name}/wound/light",
+                {
+                    HEALED: partial(self._wounded, False),
+                    WOUNDED: partial(self._wounded, True),
+                },
+                size,
+                10.0,
+            ),
+            *self._pair(
+                f"{name}/lens/picture",
+                {
+                    CLEAR: partial(self._lens, CLEAN),
+                    SOILED: partial(self._lens, LensState(0.4, 0.3)),
+                },
+                size,
+                5.0,
+            ),
+            self.task(
+                "first_flight/sample/injuries",
+                WATCH,
+                self._watch,
+                watched | {"seconds": self._watched_s},
+                cost_s=20.0,
+            ),
+            self.task(
+                "phantom/sample/deep",
+                DEEP_WATCH,
+                self._watch_deep,
+                watched | {"jump_mm": JUMP_MM, "samples": JUMPS},
+                cost_s=20.0,
+            ),
+            self.task(
+                "first_flight/bite/picture",
+                PICTURE,
+                self._picture,
+                shown | {"threads": 2},
+                clock="wall",
+                cost_s=60.0,
+            ),
         ]
 
-    def _shown_tasks(self) -> list[Task]:
-        """List blood, wounds and the soiled lens."""
-        name = self._source.name
-        film = self.task(
-            f"{name}/blood/step",
-            FILM,
-            self._film,
-            {"places": self._count, "threads": 1, "series": FILM},
-            cost_s=10.0,
-        )
-        wounds = [
+    def _pair(
+        self,
+        name: str,
+        works: dict[str, Callable[[], Measured]],
+        settings: dict[str, Setting],
+        cost_s: float,
+    ) -> list[Task]:
+        """List tasks that are compared with the first of them."""
+        first = next(iter(works))
+        return [
             self.task(
-                f"{name}/wound/light",
+                name,
                 mode,
-                partial(self._wounded, has_wounds),
-                {"size": WOUND_SIZE, "threads": 1, "series": mode, "reference": HEALED},
-                baseline=None if mode == HEALED else HEALED,
-                cost_s=10.0,
+                work,
+                settings | {"series": mode, "reference": first},
+                baseline=None if mode == first else first,
+                cost_s=cost_s,
             )
-            for mode, has_wounds in ((HEALED, False), (WOUNDED, True))
+            for mode, work in works.items()
         ]
-        lenses = [
-            self.task(
-                f"{name}/lens/picture",
-                mode,
-                partial(self._lens, state),
-                {"size": WOUND_SIZE, "threads": 1, "series": mode, "reference": CLEAR},
-                baseline=None if mode == CLEAR else CLEAR,
-                cost_s=5.0,
-            )
-            for mode, state in ((CLEAR, CLEAN), (SOILED, LensState(0.4, 0.3)))
-        ]
-        return [film, *wounds, *lenses]
 
     def close(self) -> None:
         """End the threads."""
@@ -496,6 +497,22 @@ class SurgeryPlan(Plan, suite="surgery"):
             end = pose[:3, 3] + SCOPE_MM * pose[:3, 2]
             scope = solids.capsule(end, end + SHAFT_MM * pose[:3, 2], SCOPE_MM)
             clock.time(partial(watch.move, "endoscope", time_s, scope))
+        return Measured(clock.timing(), counters=clock.counters("sample"))
+
+    def _watch_deep(self) -> Measured:
+        """Time the watch while a tool jumps about deep inside the skull base."""
+        head = sinus_phantom()
+        watch = InjuryWatch(head.hazards, head.layers, head.distance)
+        hazard = head.hazards.volumes["skull base"]
+        deepest = np.unravel_index(np.argmin(hazard.values), hazard.shape)
+        matrix, clock = hazard.world_from_voxel, _Clock()
+        place = matrix[:3, :3] @ np.array(deepest[::-1], np.float64) + matrix[:3, 3]
+        rng = np.random.default_rng(22)
+        for n in range(JUMPS):
+            end = place + rng.normal(0.0, JUMP_MM, 3)
+            axis = np.array([0.0, -0.3, 1.0]) + rng.normal(0.0, 0.05, 3)
+            scope = solids.capsule(end, end + SHAFT_MM * axis, SCOPE_MM)
+            clock.time(partial(watch.move, "endoscope", n / WATCHED_HZ, scope))
         return Measured(clock.timing(), counters=clock.counters("sample"))
 
 

@@ -40,6 +40,9 @@ EXIT, AXIS, FIRST, SECOND = range(4)
 
 NO_EXIT, NOSTRIL, THROAT, BORDER = range(4)
 
+LEAST_UP = 0.2
+"""Cosine below which a steep wall counts as one that rises so much."""
+
 UNKNOWN = -2
 """Place where a drop lands before it was looked for; -1 is outside."""
 
@@ -65,9 +68,11 @@ class Cells(NamedTuple):
     used: ``(1,)``. slot: of a voxel its row + 1, or 0. voxel: flat. volume, delta,
     before: in `surgery.film.UNIT_MM3`. shape, marks: see the columns above; SHARE goes
     to the link FIRST, the rest to SECOND; THIN is the
-    thickness of a unit of volume. links: voxels, -1 for none. drops: how much
-    lower a link's cell lies, mm, and one over the square of the way to it. landing:
-    voxel below. told: thickness that was drawn. next, queued: of the sweep.
+    thickness of a unit of volume. links: voxels, -1 for none. beside: their rows, -1
+    where no cell was made: the table of voxels is larger than any cache. drops: how
+    much lower a link's cell lies, mm, and one over the square of the way to it.
+    landing: voxel below. told: thickness that was drawn. next, queued: of the sweep.
+    head: how much higher blood stands than the surface, mm. wide: area from above, mm2.
     """
 
     used: Longs
@@ -79,11 +84,14 @@ class Cells(NamedTuple):
     shape: Floats
     marks: Bytes
     links: Ints
+    beside: Ints
     drops: Floats
     landing: Ints
     told: Ints
     next: Ints
     queued: Longs
+    head: Doubles
+    wide: Doubles
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -146,6 +154,7 @@ def shape_cell(ground: Ground, cells: Cells, row: int) -> None:
     shape[AREA] = s[0] * s[1] * s[2] / s[axis] / cosine
     shape[SHARE], shape[RATE] = 0.0, 0.0
     shape[THIN] = 1.0 / (PER_MM3 * shape[AREA])
+    cells.wide[row] = shape[AREA] * max(float(shape[UP]), LEAST_UP)
     marks[AXIS], marks[FIRST], marks[SECOND] = axis, 255, 255
     marks[EXIT] = NO_EXIT
     if ground.exits.size > 1:
@@ -214,6 +223,32 @@ def shape_cell(ground: Ground, cells: Cells, row: int) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def find_beside(cells: Cells, row: int) -> None:
+    """Look up the rows of a cell's neighbours."""
+    for link in range(LINKS):
+        voxel = cells.links[row, link]
+        cells.beside[row, link] = cells.slot[voxel] - 1 if voxel >= 0 else -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join(cells: Cells, shape: tuple[int, int, int], row: int) -> None:
+    """Join a new cell to its neighbours, and them to it."""
+    find_beside(cells, row)
+    nz, ny, nx = shape
+    voxel = cells.voxel[row]
+    i, j, k = voxel % nx, voxel // nx % ny, voxel // (nx * ny)
+    for n in range(27):
+        p, q, r = i + n % 3 - 1, j + n // 3 % 3 - 1, k + n // 9 - 1
+        if p < 0 or q < 0 or r < 0 or p >= nx or q >= ny or r >= nz:
+            continue
+        other = int(cells.slot[(r * ny + q) * nx + p]) - 1
+        if other >= 0:
+            for link in range(LINKS):
+                if cells.links[other, link] == voxel:
+                    cells.beside[other, link] = row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def cell_of(ground: Ground, cells: Cells, voxel: int) -> int:
     """Return the row of a voxel's cell, made if need be; -1 where the pool is full."""
     row = int(cells.slot[voxel]) - 1
@@ -230,7 +265,9 @@ def cell_of(ground: Ground, cells: Cells, voxel: int) -> int:
     cells.before[row] = 0
     cells.told[row] = 0
     cells.queued[row] = -1
+    cells.head[row] = 0.0
     shape_cell(ground, cells, row)
+    _join(cells, ground.distance.shape, row)
     return row
 
 
@@ -308,4 +345,15 @@ def reshape_cells(ground: Ground, cells: Cells, low: Longs, high: Longs) -> int:
             lost += volume
         else:
             cells.volume[other] += volume
+    # links reach a voxel beyond the box
+    for row in range(cells.used[0]):
+        voxel = cells.voxel[row]
+        i, j, k = voxel % nx, voxel // nx % ny, voxel // (nx * ny)
+        if (
+            voxel >= 0
+            and low[0] - 1 <= i <= high[0] + 1
+            and low[1] - 1 <= j <= high[1] + 1
+            and low[2] - 1 <= k <= high[2] + 1
+        ):
+            find_beside(cells, row)
     return lost

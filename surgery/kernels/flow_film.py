@@ -18,6 +18,7 @@ from surgery.kernels.film_cells import (
     EXIT,
     FIRST,
     HEIGHT,
+    LEAST_UP,
     LINKS,
     PER_MM3,
     RATE,
@@ -37,9 +38,6 @@ from surgery.kernels.film_cells import (
     land,
 )
 
-LEAST_UP = 0.2
-"""Cosine below which a steep wall counts as one that rises so much."""
-
 HANGS = -0.3
 """Blood drips from what faces down more than this cosine."""
 
@@ -52,6 +50,9 @@ WAKES = 1.04
 
 SILL_MM = 2e-4
 """Pools that differ in height by less are level."""
+
+SLOPES = 8
+"""Cells that run down at once: their equations are solved side by side."""
 
 HELD_DROP = 0.4
 """Share of the thickness that drips at which a drop leaves the rest behind."""
@@ -91,28 +92,34 @@ def bleed(
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _stays(thick: float, rate: float, hold: float, guess: float) -> float:
-    """Return the thickness that a step leaves on a cell.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stay(
+    thick: Doubles, rate: Doubles, hold: float, stays: Doubles, left: Longs
+) -> None:
+    """Find the thickness that a step leaves on each of `SLOPES` cells.
 
     The root of ``t + rate t^2 (t - hold) = thick`` by Newton's method: an implicit step
-    of the thin film's flow, which no length of step upsets.
+    of the thin film's flow, which no length of step upsets. stays: a guess before.
+    left: scratch.
     """
-    t = guess
+    count = thick.size
+    left[:] = 1
     for _ in range(24):
-        value = t + rate * t * t * (t - hold) - thick
-        less = value / (1.0 + rate * t * (3.0 * t - 2.0 * hold))
-        t -= less
-        if abs(less) < 1e-4 * t:
+        going = 0
+        for n in range(count):
+            t, its = stays[n], rate[n]
+            value = t + its * t * t * (t - hold) - thick[n]
+            less = value / (1.0 + its * t * (3.0 * t - 2.0 * hold))
+            after = t - less
+            go = left[n]
+            stays[n] = after if go != 0 else t
+            go = go if abs(less) >= 1e-4 * after else 0
+            left[n] = go
+            going |= go
+        if going == 0:
             break
-    return min(max(t, hold), thick)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _is_dry(slot: Ints, before: Longs, voxel: int) -> bool:
-    """Tell whether a voxel had no blood when the step began."""
-    row = int(slot[voxel]) - 1
-    return row < 0 or before[row] == 0
+    for n in range(SLOPES):
+        stays[n] = min(max(stays[n], hold), thick[n])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -125,15 +132,20 @@ def run_down(
     heads: ``(bins,)`` first cell of each bin, all -1 before and after.
     """
     lowest = ground.lowest
-    _, slot, _, volume, _, before, shape, marks, links, drops = cells[:10]
-    following, queued = cells.next, cells.queued
+    _, _, _, volume, _, before, shape, marks, links, beside, drops = cells[:11]
+    following, queued, stands = cells.next, cells.queued, cells.head
     wakes = WAKES * hold
+    thick, rate = np.empty(SLOPES), np.empty(SLOPES)
+    stays, left = np.empty(SLOPES), np.empty(SLOPES, np.int64)
+    rows = np.empty(SLOPES, np.int64)
     moving = 0
     top, low = -1, heads.size
     for row in range(cells.used[0]):
         held = volume[row]
         before[row] = held
-        if held * shape[row, THIN] <= wakes or shape[row, RATE] == 0.0:
+        high = held * shape[row, THIN]
+        stands[row] = _head(high, hold, shape[row, UP])
+        if high <= wakes or shape[row, RATE] == 0.0:
             continue
         bin_ = int((shape[row, HEIGHT] - lowest) / BIN_MM)
         following[row] = heads[bin_]
@@ -146,49 +158,60 @@ def run_down(
         row = heads[bin_]
         heads[bin_] = -1
         while row >= 0:
-            moving += 1
-            thin = float(shape[row, THIN])
-            thick = volume[row] * thin
-            guess = min(max(before[row] * thin, hold), thick)
-            stays = _stays(thick, dt * shape[row, RATE], hold, guess)
-            off = max(volume[row] - stays / thin, 0.0)
-            share = float(shape[row, SHARE])
-            if thick < TRICKLE * hold and 0.0 < share < 1.0:
-                first = _is_dry(slot, before, links[row, marks[row, FIRST]])
-                second = _is_dry(slot, before, links[row, marks[row, SECOND]])
-                if first != second:
-                    share = 0.0 if first else 1.0
-                elif first and share != 0.5:
-                    share = 1.0 if share > 0.5 else 0.0
-            for side in range(2):
-                part = 1.0 - share if side else share
-                if part <= 0.0:
-                    continue
-                link = marks[row, FIRST + side]
-                voxel = links[row, link]
-                other = int(slot[voxel]) - 1
-                if other < 0:
-                    other = cell_of(ground, cells, voxel)
-                    if other < 0:
+            count = 0
+            while row >= 0 and count < SLOPES:
+                thin = float(shape[row, THIN])
+                thick[count] = volume[row] * thin
+                rate[count] = dt * shape[row, RATE]
+                stays[count] = min(max(before[row] * thin, hold), thick[count])
+                rows[count] = row
+                count += 1
+                row = following[row]
+            after = row
+            moving += count
+            for n in range(count, SLOPES):
+                thick[n], rate[n], stays[n] = hold, 0.0, hold
+            _stay(thick, rate, hold, stays, left)
+            for n in range(count):
+                row = rows[n]
+                off = max(volume[row] - stays[n] / float(shape[row, THIN]), 0.0)
+                share = float(shape[row, SHARE])
+                if thick[n] < TRICKLE * hold and 0.0 < share < 1.0:
+                    other = beside[row, marks[row, FIRST]]
+                    first = other < 0 or before[other] == 0
+                    other = beside[row, marks[row, SECOND]]
+                    second = other < 0 or before[other] == 0
+                    if first != second:
+                        share = 0.0 if first else 1.0
+                    elif first and share != 0.5:
+                        share = 1.0 if share > 0.5 else 0.0
+                for side in range(2):
+                    part = 1.0 - share if side else share
+                    if part <= 0.0:
                         continue
-                its = float(shape[other, THIN])
-                head = _head(before[other] * its, hold, shape[other, UP])
-                if head >= drops[row, link, 0]:
-                    # it would run into a pool that already reaches here
-                    continue
-                amount = math.floor(part * off)
-                volume[row] -= amount
-                volume[other] += amount
-                if queued[other] == step or shape[other, RATE] == 0.0:
-                    continue
-                if volume[other] * its > wakes:
-                    to = int((shape[other, HEIGHT] - lowest) / BIN_MM)
-                    if to < bin_:
-                        queued[other] = step
-                        following[other] = heads[to]
-                        heads[to] = other
-                        low = min(low, to)
-            row = following[row]
+                    link = marks[row, FIRST + side]
+                    other = beside[row, link]
+                    if other < 0:
+                        other = cell_of(ground, cells, links[row, link])
+                        if other < 0:
+                            continue
+                    its = float(shape[other, THIN])
+                    if stands[other] >= drops[row, link, 0]:
+                        # it would run into a pool that already reaches here
+                        continue
+                    amount = math.floor(part * off)
+                    volume[row] -= amount
+                    volume[other] += amount
+                    if queued[other] == step or shape[other, RATE] == 0.0:
+                        continue
+                    if volume[other] * its > wakes:
+                        to = int((shape[other, HEIGHT] - lowest) / BIN_MM)
+                        if to < bin_:
+                            queued[other] = step
+                            following[other] = heads[to]
+                            heads[to] = other
+                            low = min(low, to)
+            row = after
         bin_ -= 1
     return moving
 
@@ -197,11 +220,16 @@ def run_down(
 def find_pools(cells: Cells, hold: float, pools: Ints) -> int:
     """List the cells whose blood does not run down a slope; returns how many.
 
-    They have nothing lower beside them, or a pool reaches up to them.
+    They have nothing lower beside them, or a pool reaches up to them. Finds the head
+    of every cell.
     """
-    _, slot, _, volume, _, _, shape, marks, links, drops, _, _, _, _ = cells
+    _, _, _, volume, _, _, shape, marks, _, beside, drops = cells[:11]
+    stands = cells.head
+    count = int(cells.used[0])
+    for row in range(count):
+        stands[row] = _head(volume[row] * shape[row, THIN], hold, shape[row, UP])
     found = 0
-    for row in range(cells.used[0]):
+    for row in range(count):
         if volume[row] * shape[row, THIN] <= WAKES * hold or shape[row, UP] < -0.1:
             continue
         is_pool = shape[row, RATE] == 0.0
@@ -209,13 +237,8 @@ def find_pools(cells: Cells, hold: float, pools: Ints) -> int:
             link = marks[row, FIRST + side]
             if is_pool or link == 255:
                 continue
-            other = int(slot[links[row, link]]) - 1
-            if other >= 0:
-                stands = volume[other] * shape[other, THIN]
-                # steepest slopes stand higher by a fifth of their thickness at most
-                if stands > LEAST_UP * drops[row, link, 0]:
-                    head = _head(stands, hold, shape[other, UP])
-                    is_pool = head >= drops[row, link, 0]
+            other = beside[row, link]
+            is_pool = other >= 0 and stands[other] >= drops[row, link, 0]
         if is_pool:
             pools[found] = row
             found += 1
@@ -229,64 +252,64 @@ def level(ground: Ground, cells: Cells, pools: Ints, dt: float, hold: float) -> 
     By lubrication, at most an eighth of what would make two neighbours level. Slopes
     that are not covered by a pool are left to `run_down`. pools: rows.
     """
-    count = int(cells.used[0])
-    _, slot, _, volume, delta, before, shape, marks, links, drops, _, _, _, _ = cells
-    before[:count] = volume[:count]
-    flows = np.empty(LINKS, np.float64)
+    _, _, _, volume, delta, _, shape, marks, links, beside, drops = cells[:11]
+    stands, from_above = cells.head, cells.wide
+    flows, heads, wides = np.empty(LINKS), np.empty(LINKS), np.empty(LINKS)
     rows = np.empty(LINKS, np.int64)
     moved = False
     for turn in range(pools.size):
         row = pools[turn]
-        area, up = float(shape[row, AREA]), float(shape[row, UP])
-        thick = before[row] * shape[row, THIN]
-        head = _head(thick, hold, up)
+        head = stands[row]
         if head <= SILL_MM:
             continue
-        wide = area * max(up, LEAST_UP)
-        total = 0.0
-        n = 0
+        area, wide = float(shape[row, AREA]), from_above[row]
+        thick = volume[row] * shape[row, THIN]
+        first, second = marks[row, FIRST], marks[row, SECOND]
         for link in range(LINKS):
-            voxel = links[row, link]
-            if voxel < 0:
-                break
-            way = float(drops[row, link, 0])
-            if way + head <= SILL_MM:
-                continue
-            other = int(slot[voxel]) - 1
-            its_head, its_wide = 0.0, wide
+            other = beside[row, link]
             if other >= 0:
-                its_up = float(shape[other, UP])
-                its_head = _head(before[other] * shape[other, THIN], hold, its_up)
-                its_wide = shape[other, AREA] * max(its_up, LEAST_UP)
-            above = way + head - its_head
-            if above <= SILL_MM:
+                rows[link] = other
+                heads[link], wides[link] = stands[other], from_above[other]
                 continue
-            is_slope = marks[row, FIRST] == link or marks[row, SECOND] == link
-            if is_slope and way >= BIN_MM and its_head < way:
+            # nothing flows there
+            rows[link], heads[link], wides[link] = row, math.inf, wide
+            way = drops[row, link, 0]
+            is_slope = (first == link or second == link) and way >= BIN_MM
+            if links[row, link] < 0 or way + head <= SILL_MM or is_slope:
                 continue
-            flow = VISCOUS * thick**3 * above * drops[row, link, 1] * area * dt
-            most = 0.25 * above * wide * its_wide / (wide + its_wide)
-            if other < 0:
-                other = cell_of(ground, cells, voxel)
-                if other < 0:
-                    continue
-            flows[n] = min(flow, most)
-            rows[n] = other
-            total += flows[n]
-            n += 1
-        if n == 0:
+            other = cell_of(ground, cells, links[row, link])
+            if other >= 0:
+                rows[link], heads[link] = other, 0.0
+        viscous = VISCOUS * thick**3
+        # no branches: the links are taken side by side
+        for link in range(LINKS):
+            way = float(drops[row, link, 0])
+            above = way + head - heads[link]
+            flow = viscous * above * drops[row, link, 1] * area * dt
+            most = 0.25 * above * wide * wides[link] / (wide + wides[link])
+            is_slope = (first == link) | (second == link)
+            is_left = is_slope & (way >= BIN_MM) & (heads[link] < way)
+            flow = flow if flow < most else most
+            flows[link] = flow if (above > SILL_MM) & (not is_left) else 0.0
+        total = 0.0
+        for link in range(LINKS):
+            total += flows[link]
+        if total == 0.0:
             continue
         least = min(1.0, (thick - hold) * area / total)
-        for m in range(n):
-            amount = math.floor(flows[m] * least * PER_MM3)
+        for link in range(LINKS):
+            amount = math.floor(flows[link] * least * PER_MM3)
             if amount > 0:
                 delta[row] -= amount
-                delta[rows[m]] += amount
+                delta[rows[link]] += amount
                 moved = True
     if moved:
         for row in range(cells.used[0]):
-            volume[row] += delta[row]
-            delta[row] = 0
+            if delta[row] != 0:
+                volume[row] += delta[row]
+                delta[row] = 0
+                thick = volume[row] * shape[row, THIN]
+                stands[row] = _head(thick, hold, shape[row, UP])
     return moved
 
 
@@ -326,6 +349,25 @@ def drip(
     for row in range(cells.used[0]):
         cells.volume[row] += cells.delta[row]
         cells.delta[row] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run(
+    ground: Ground, cells: Cells, heads: Ints, step: int, dt: float,
+    flow: tuple[float, float, int], left: Longs,
+) -> None:  # fmt: skip
+    """Let all blood run for a step of dt seconds: down, level, and drip.
+
+    heads: of `run_down`. flow: thicknesses that stay and that drip, mm, and how often
+    pools are levelled. left: of `drip`.
+    """
+    hold, drop_mm, rounds = flow
+    run_down(ground, cells, heads, step, dt, hold)
+    pools = cells.next[: find_pools(cells, hold, cells.next)]
+    for _ in range(rounds):
+        if not level(ground, cells, pools, dt / rounds, hold):
+            break
+    drip(ground, cells, hold, drop_mm, left)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -379,7 +421,8 @@ def paint(
     """
     nz, ny, nx = film.shape
     count = rows.size if rows.size else int(cells.used[0])
-    _, _, place, volume, _, _, shape, marks, _, _, _, told, _, _ = cells
+    _, _, place, volume, _, _, shape, marks = cells[:8]
+    told = cells.told
     drawn = 0
     for n in range(count):
         row = rows[n] if rows.size else n

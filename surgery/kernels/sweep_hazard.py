@@ -171,15 +171,16 @@ def _place(before: Doubles, after: Doubles, n: int, t: float, out: Doubles) -> f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _least(
-    values: Shorts, voxel: Doubles, grid: tuple[float, float], before: Doubles,
+    values: Shorts, voxel: Doubles, grid: tuple[float, float, float], before: Doubles,
     after: Doubles, t: float, cap: float, found: Doubles,
 ) -> float:  # fmt: skip
     """Return the gap between capsules and a hazard, mm; `cap` if it is not less.
 
-    At most `TOL_MM` too large. grid: unit of the values, and how steep they are. t:
-    share of the way. found: ``(4,)`` number of the capsule, place of its axis.
+    At most `TOL_MM` too large. grid: unit of the values, how steep they are, and the
+    least of them, mm. t: share of the way. found: ``(4,)`` number of the capsule, place
+    of its axis.
     """
-    unit, steep = grid
+    unit, steep, bottom = grid
     ends = np.empty(6)
     best = cap
     for n in range(before.shape[0]):
@@ -192,8 +193,9 @@ def _least(
             y = ends[1] + share * (ends[4] - ends[1])
             z = ends[2] + share * (ends[5] - ends[2])
             here = hazard_mm(values, voxel, unit, x, y, z) - radius
-            entry = min(OPEN_MM, here) - TOL_MM
             floor = min(best, here) - TOL_MM
+            # what is in already cannot enter: then only its depth is looked for
+            entry = OPEN_MM - TOL_MM if min(best, here) >= OPEN_MM else -math.inf
             both = last + here
             if step > 0.0 and (
                 0.5 * (both - steep * step) < entry
@@ -209,11 +211,11 @@ def _least(
             if here < best:
                 best = here
                 found[0], found[1], found[2], found[3] = n, x, y, z
-            if s >= length:
+            if s >= length or best - TOL_MM <= bottom - radius:
+                # nothing is deeper
                 break
             last = here
-            sure = (here - min(OPEN_MM, here) + TOL_MM) / steep
-            step = 2.0 * min(sure, (here - min(best, here) + TOL_MM) / SLOPE)
+            step = 2.0 * min((here - entry) / steep, (here - floor) / SLOPE)
             if s + step >= length:
                 step = length - s
                 s = length
@@ -296,7 +298,7 @@ def _foremost(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _uncovered(
-    values: Shorts, voxel: Doubles, grid: tuple[float, float], before: Doubles,
+    values: Shorts, voxel: Doubles, grid: tuple[float, float, float], before: Doubles,
     after: Doubles, t: float, head: tuple[Floats, Bytes, Floats, Doubles],
     event: Doubles,
 ) -> float:  # fmt: skip
@@ -346,15 +348,15 @@ def _fastest(before: Doubles, after: Doubles) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _may_hide(
-    a: float, a_true: float, b: float, way: float, steep: float, nearest: float,
-    inside: bool, deepest: float,
+    a: float, a_true: float, b: float, way: float, steep: float, bottom: float,
+    nearest: float, inside: bool, deepest: float,
 ) -> bool:  # fmt: skip
     """Return whether something may be met between two places that is not known yet.
 
     a, b: lower bounds of the gap at either end, a_true that by `SLOPE`. way: between
-    them, mm.
+    them, mm. bottom: no gap is less.
     """
-    least = 0.5 * (a_true + b - SLOPE * way)
+    least = max(0.5 * (a_true + b - SLOPE * way), bottom)
     if least < nearest - TOL_MM and way > 0.5 * TOL_MM:
         return True
     if inside:
@@ -370,21 +372,23 @@ def _may_hide(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    values: Shorts, voxel: Doubles, grid: tuple[float, float],
+    values: Shorts, voxel: Doubles, grid: tuple[float, float, float],
     head: tuple[Floats, Bytes, Floats, Doubles], before: Doubles, after: Doubles,
     state: Doubles, nearest: float, events: Doubles,
 ) -> int:  # fmt: skip
     """Follow capsules from one sample to the next; returns the number of rows written.
 
     values: int16 hazard distances, in units of grid[0] mm; grid[1]: how steep they
-    are; voxel: ``(3, 4)`` voxels from mm. head: of `_uncovered`. before, after:
-    ``(n, 7)`` ends and radius, mm. state: ``(4,)``, see `LOW`; -inf for a tool that
-    comes anew. nearest: least gap so far. events: ``(m, 6)``; the row `NEAREST` has a
-    gap of +inf, and `STAY` a depth of zero, where nothing is to be told.
+    are; grid[2]: the least of them, mm; voxel: ``(3, 4)`` voxels from mm. head:
+    of `_uncovered`. before, after: ``(n, 7)`` ends and radius, mm. state: ``(4,)``,
+    see `LOW`; -inf for a tool that comes anew. nearest: least gap so far. events:
+    ``(m, 6)``; the row `NEAREST` has a gap of +inf, and `STAY` a depth of zero, where
+    nothing is to be told.
     """
     found, event = np.empty(4), np.empty(EVENT)
     inward, p = np.empty(3), np.empty(3)
     steep = grid[1]
+    bottom = grid[2] - np.max(before[:, 6])
     speed = _fastest(before, after)
     low, low_true = state[LOW], state[LOW_TRUE]
     inside, deepest = state[INSIDE] > 0.0, state[DEEPEST]
@@ -422,7 +426,15 @@ def follow(
             until > t
             and top < 78
             and _may_hide(
-                low, low_true, gap - TOL_MM, way, steep, nearest, inside, deepest
+                low,
+                low_true,
+                gap - TOL_MM,
+                way,
+                steep,
+                bottom,
+                nearest,
+                inside,
+                deepest,
             )
         ):
             top += 1
@@ -457,7 +469,7 @@ def follow(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reach_of_cut(
-    values: Shorts, voxel: Doubles, grid: tuple[float, float],
+    values: Shorts, voxel: Doubles, grid: tuple[float, float, float],
     head: tuple[Floats, Bytes, Floats, Doubles], distance: Floats, rows: Doubles,
     low: Doubles, high: Doubles, place: Doubles,
 ) -> float:  # fmt: skip
@@ -478,7 +490,7 @@ def reach_of_cut(
         a, b, c = stack[top, 3], stack[top, 4], stack[top, 5]
         reach = math.sqrt(a * a + b * b + c * c)
         here = hazard_mm(values, voxel, grid[0], x, y, z)
-        if here - grid[1] * reach >= min(best - TOL_MM, OPEN_MM):
+        if max(here - grid[1] * reach, grid[2]) >= min(best - TOL_MM, OPEN_MM):
             continue
         solid = solids_distance(x, y, z, rows)
         if solid > reach + ROUGHEST_MM:
