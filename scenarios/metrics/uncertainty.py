@@ -1,8 +1,8 @@
 """How much of a metric is the device's noise.
 
 Low-passed poses are disturbed by what the device is known to be wrong by, and the
-metrics are computed again; the standard deviation over a few draws of a fixed seed is told. A tool
-held still, disturbed alike, gives each metric's noise floor.
+metrics are computed again; the standard deviation over a few draws of a fixed seed is
+told. A tool held still, disturbed alike, gives each metric's noise floor.
 """
 
 import math

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from scenarios.metrics.metric import SCOPE, Found
 from tests.scenarios.metrics.tracks import NO_TRACK, of_scope
 
 
-def approach(gap_mm: np.ndarray, rate_hz: float = 100.0, **more: object) -> Measured:
+def approach(gap_mm: np.ndarray, rate_hz: float = 100.0, **more: Any) -> Measured:
     times = np.arange(len(gap_mm)) / rate_hz
     return of_scope(NO_TRACK, hazards=HazardGaps(times, {"orbit": gap_mm}), **more)
 

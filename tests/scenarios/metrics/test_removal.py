@@ -1,3 +1,5 @@
+from typing import Any
+
 import pytest
 
 from scenarios.metrics import Measured, Settings, Taken
@@ -16,9 +18,7 @@ EDITS = (
 )
 
 
-def operated(
-    edits: tuple[Taken, ...] | None = EDITS, **wants: dict[str, float]
-) -> Measured:
+def operated(edits: tuple[Taken, ...] | None = EDITS, **wants: Any) -> Measured:
     return of_scope(NO_TRACK, edits=edits, settings=Settings(**wants))
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from scenarios.endoscope import Endoscope
 from scenarios.metrics import Measured
@@ -21,7 +22,7 @@ def value(name: str, measured: Measured, target: str = "") -> Found:
     return definition.answers(measured)[f"{name}: {target}" if target else name]
 
 
-def looking(pointing: object, at: tuple[float, float, float]) -> Measured:
+def looking(pointing: ArrayLike, at: tuple[float, float, float]) -> Measured:
     return of_scope(track(TIMES, HERE, pointing), targets={"ostium": np.array(at)})
 
 

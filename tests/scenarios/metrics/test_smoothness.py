@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from scenarios.metrics.metric import SCOPE
 from scenarios.metrics.smoothness import (
@@ -18,17 +19,18 @@ MINIMUM_JERK = -math.log(720 / 1.875**2)
 RATE = 100.0
 
 
-def gaussian() -> np.ndarray:
-    return np.exp(-5 * np.arange(-1.0, 1.0, 0.01) ** 2)
+def gaussian() -> NDArray[np.float64]:
+    return np.asarray(np.exp(-5 * np.arange(-1.0, 1.0, 0.01) ** 2))
 
 
-def least_jerk_speed(rate_hz: float) -> np.ndarray:
+def least_jerk_speed(rate_hz: float) -> NDArray[np.float64]:
     s = np.arange(round(rate_hz) + 1) / rate_hz
     return np.asarray(30 * s**2 - 60 * s**3 + 30 * s**4)
 
 
 def test_the_authors_example() -> None:
     value = ldlj_of_speed(gaussian(), RATE)
+    assert value is not None
     assert value == pytest.approx(-5.81636, abs=5e-6)
     assert -math.exp(-value) == pytest.approx(-335.747, abs=5e-4)
     assert sparc(gaussian(), RATE) == pytest.approx(-1.41403, abs=5e-6)

@@ -1,10 +1,12 @@
 """Tracks whose metrics are known."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from scenarios.metrics import Measured, Settings, Track
+from scenarios.metrics import Measured, Track
 from scenarios.metrics.recorded import rolled_frames
 
 Doubles = NDArray[np.float64]
@@ -23,11 +25,9 @@ def track(
     return Track.of_frames(times, rolled_frames(tips, axes, np.zeros(len(times))))
 
 
-def of_scope(scope: Track, tool: Track = NO_TRACK, **more: object) -> Measured:
+def of_scope(scope: Track, tool: Track = NO_TRACK, **more: Any) -> Measured:
     """What is known of a scope alone."""
-    settings = more.pop("settings", Settings())
-    assert isinstance(settings, Settings)
-    return Measured(scope, tool, settings=settings, **more)  # type: ignore[arg-type]
+    return Measured(scope, tool, **more)
 
 
 def minimum_jerk(rate_hz: float, pause_s: float = 0.0) -> tuple[Doubles, Doubles]:
