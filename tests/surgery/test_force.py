@@ -25,7 +25,7 @@ from surgery.force import (
 )
 from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
-from tests.surgery.heads import H, PAPYRACEA, floor_at, surface_of, walled
+from tests.surgery.heads import PAPYRACEA, H, floor_at, surface_of, walled
 
 FLOOR_MM = 10.0
 PLACE = np.array([12.0, 11.0, 0.0])
