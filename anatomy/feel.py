@@ -18,7 +18,6 @@ GUESS = "guess"
 
 PUNCH = "Am J Rhinol Allergy 2010;24 (3374), times 1.5: Allergy Rhinol 2012;3:e61"
 CURETTE = "Allergy Rhinol 2012;3:e61: 6.4 N in cadavers, times 1.5"
-CARTILAGE = "J Mater Sci Mater Med 2016;27:11: 2.72 MPa, under a disc of 2 mm"
 
 FRICTION = {"mucosa": 0.1, "mucus": 0.02, "inspissated mucus": 0.1}
 """Wet mucosa is slippery; other soft tissue counts as mucosa."""
@@ -39,7 +38,6 @@ _BREAKS = {
     "skull base": PUNCH,
     "sphenoid canal": PUNCH,
 }
-_STIFF = {"cartilage": CARTILAGE}
 
 
 def friction_of(name: str) -> float:
@@ -65,8 +63,8 @@ def feel_of(kind: WallKind) -> WallFeel:
         hard_n_mm=TISSUES[hard].stiffness_n_mm if has_bone else 0.0,
         friction=friction_of(hard if has_bone and kind.mucosa_mm == 0.0 else soft),
         damping_ns_mm=HARD_DAMPING_NS_MM if is_hard else SOFT_DAMPING_NS_MM,
-        soft_source=_STIFF.get(soft, GUESS),
-        hard_source=_STIFF.get(hard, GUESS) if has_bone else "",
+        soft_source=GUESS,
+        hard_source=GUESS if has_bone else "",
         friction_source=GUESS,
         break_source=_BREAKS.get(hard, GUESS) if breaks else "",
     )
