@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.haptics.kernels.publishing import begin_copy, publish_copy
+from paravol.haptics.kernels.publishing import count_one
 from paravol.haptics.kernels.run_loop import Tissue
 from renderers.scene import Change, ChangeKind
 from surgery.force import whole_patch
@@ -32,12 +32,11 @@ class TissueCopies:
         copies = self._source.copy(), self._source.copy()
         self._copies = tuple(copies)
         self._behind: tuple[list[Box], list[Box]] = ([], [])
-        # the first copy has number 1
         self.tissue = Tissue(
             patch._replace(distance=copies[0]),
             patch._replace(distance=copies[1]),
-            np.ones(1, np.int64),
-            np.ones(1, np.int64),
+            np.zeros(1, np.int64),
+            np.zeros(1, np.int64),
         )
         """What the loop reads."""
 
@@ -48,12 +47,12 @@ class TissueCopies:
             return
         for behind in self._behind:
             behind.extend(boxes)
-        number = begin_copy(self.tissue.begun)
+        number = count_one(self.tissue.begun)
         target, behind = self._copies[number % 2], self._behind[number % 2]
         for box in behind:
             target[box] = self._source[box]
         behind.clear()
-        publish_copy(self.tissue.published)
+        count_one(self.tissue.published)
 
 
 def _box_of(change: Change) -> Box:

@@ -1,22 +1,27 @@
-"""Compiled: counters by which one thread tells another what it may read."""
+"""Compiled: counters by which one thread tells another what it may read.
+
+They count down, so that each change is one step that orders what stands around it.
+"""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import fetch_add, give_back
+from renderers.lanes.atomics import give_back, look
 
 Longs = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True)
-def begin_copy(begun: Longs) -> int:
-    """Count a copy as begun, before anything of it is written; return its number."""
-    return fetch_add(begun) + 1
+def count_one(counter: Longs) -> int:
+    """Count one more; return how many that are. Whoever sees it sees all before it.
+
+    counter: ``(1,)`` int64, 0 at first.
+    """
+    return 1 - give_back(counter)
 
 
 @njit(cache=True, nogil=True)
-def publish_copy(published: Longs) -> None:
-    """Count a copy as done: whoever sees that sees all of it."""
-    # a release is there for taking one off only: two more come first
-    fetch_add(published)
+def counted(counter: Longs) -> int:
+    """Return how many were counted so far."""
+    return -look(counter)

@@ -19,6 +19,7 @@ from paravol.haptics.kernels.machine_clock import (
     sleep_until,
     wake_exactly,
 )
+from paravol.haptics.kernels.publishing import counted
 from paravol.haptics.loop_record import BIN_NS, BINS
 from renderers.lanes.atomics import give_back, look
 from surgery.kernels.touch_force import DT, FORCE, HAS, Patch, touch_tick
@@ -47,8 +48,8 @@ class Feeling(NamedTuple):
 class Tissue(NamedTuple):
     """Hold two copies of the tissue.
 
-    begun: ``(1,)`` int64, copies that were begun. published: ``(1,)`` int64, those that
-    are done, from 1; copy n is `even` or `odd`.
+    begun, published: ``(1,)`` int64, how often a copy was brought up to date, counted
+    by `paravol.haptics.kernels.publishing`; after n times `even` or `odd` is the newest.
     """
 
     even: Patch
@@ -91,7 +92,7 @@ def _feel(loop: Any, tissue: Tissue, feeling: Feeling, number: int) -> bool:
         feeling.work,
         feeling.out,
     )
-    if look(tissue.begun) >= number + 2:
+    if counted(tissue.begun) >= number + 2:
         state[:], holes[:, :] = before, holes_before
         return False
     return True
@@ -102,10 +103,10 @@ def _want_force(
     loop: Any, reading: Any, tissue: Tissue, feeling: Feeling, now: int
 ) -> None:
     """Write the force that tissue has for the device, in its frame, before the guard."""
-    number = look(tissue.published)
-    if number < 1 or look(loop.is_placed) == 0:
+    if look(loop.is_placed) == 0:
         loop.wanted_n[:] = 0.0
         return
+    number = counted(tissue.published)
     _place_tip(loop, reading)
     since = now - loop.last_ns if loop.last_ns > 0 else loop.period_ns
     feeling.settings[DT] = since * 1e-9
