@@ -7,8 +7,9 @@ device is two C functions and an address that both are given:
     int32 command(void *device, double x_n, double y_n, double z_n, int64 now_ns)
 
 `read` returns 1 when it wrote a new measurement, 0 when there is none and -1 when the
-device is not there; `command` takes a force in the device's frame and returns 0, or -1.
-`READING` is in `devices.haptics.force_records`; now_ns is the machine's monotonic clock.
+device is not there; `command` takes a force in the device's frame and returns 0 or -1.
+`READING` is in `devices.haptics.force_records`; now_ns is the machine's clock that
+`time.monotonic` tells.
 Nobody calls `command` but behind `devices.haptics.kernels.guard_force`.
 """
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.haptics.force_port import ForceLimits
-from devices.haptics.force_records import HEAD, HEAD_FAULTS, MOST_DELAY, READING
+from devices.haptics.force_records import HEAD, HEAD_FAULTS, MOST_DELAY
 from devices.haptics.kernels.step_head import command_head, lead_head, read_head
 from disk import UserError
 
@@ -165,12 +165,12 @@ class MockHead:
     @property
     def read_address(self) -> int:
         """Return the address of its C function `read`."""
-        return int(read_head.address)
+        return read_head.address or 0
 
     @property
     def command_address(self) -> int:
         """Return the address of its C function `command`."""
-        return int(command_head.address)
+        return command_head.address or 0
 
     @property
     def state_address(self) -> int:

@@ -41,7 +41,7 @@ class TissueCopies:
         """What the loop reads."""
 
     def follow(self, changes: Iterable[Change]) -> None:
-        """Take over what was cut, or came back, since the last call; then publish it."""
+        """Take over what was cut, or came back, since the last call; publish it."""
         boxes = [_box_of(c) for c in changes if c.kind is ChangeKind.CUT]
         if not boxes:
             return

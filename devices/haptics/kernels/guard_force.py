@@ -48,7 +48,7 @@ def _looked_at(guard: Any, status: int, reading: Any, now_ns: int) -> int:
         return AWAY
     if status != NEW:
         if guard.is_seen and now_ns - guard.heard_ns < guard.silence_ns:
-            return guard.fault
+            return int(guard.fault)
         return SILENT
     guard.heard_ns = now_ns
     if not _is_a_pose(reading):

@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import carray, cfunc, from_dtype, njit, types
+from numba import carray, cfunc, from_dtype, njit, types  # type: ignore[attr-defined]
 from numpy.typing import NDArray
 
 from devices.haptics.force_records import (
@@ -138,7 +138,7 @@ def fault_at(head: Any, now_ns: int) -> int:
     """Return what the head suffers from at a moment."""
     since_ns = now_ns - head.began_ns
     if head.fault_from_ns <= since_ns < head.fault_until_ns:
-        return head.fault
+        return int(head.fault)
     return HEALTHY
 
 
@@ -181,8 +181,7 @@ def _step(head: Any) -> None:
     speed = 0.0
     for i in range(3):
         before = head.hand_mm[i]
-        way = head.to_mm[i] - head.from_mm[i]
-        head.hand_mm[i] = head.to_mm[i] if share >= 1.0 else head.from_mm[i] + share * way
+        head.hand_mm[i] = head.from_mm[i] + share * (head.to_mm[i] - head.from_mm[i])
         hand_m_s = (head.hand_mm[i] - before) * 1e-3 / step_s
         v = head.velocity_mm_s[i] * 1e-3
         pull = head.motor_n[i] - head.viscous_ns_m * v
@@ -273,8 +272,8 @@ def command_probe(head: Any, x_n: float, y_n: float, z_n: float, now_ns: int) ->
     return 0
 
 
-HEAD_AT = types.CPointer(from_dtype(HEAD))
-READING_AT = types.CPointer(from_dtype(READING))
+HEAD_AT: Any = types.CPointer(from_dtype(HEAD))  # type: ignore[no-untyped-call]
+READING_AT: Any = types.CPointer(from_dtype(READING))  # type: ignore[no-untyped-call]
 
 
 @cfunc(types.int32(HEAD_AT, READING_AT, types.int64), cache=True)

@@ -16,7 +16,7 @@ COMMAND = types.int32(
 """``int32 command(void *device, double x_n, double y_n, double z_n, int64 now_ns)``"""
 
 
-class CFunction(types.WrapperAddressProtocol):  # type: ignore[misc]
+class CFunction(types.WrapperAddressProtocol):
     """Name a C function by its address and type."""
 
     def __init__(self, address: int, type_: Any) -> None:

@@ -3,6 +3,8 @@
 Called from code that holds no lock of the interpreter.
 """
 
+from typing import Any
+
 import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
@@ -13,14 +15,14 @@ MONOTONIC, THREAD_CPU = 1, 3
 ABSOLUTE = 1
 SET_TIMER_SLACK = 29
 
-_gettime = types.ExternalFunction(
+_gettime: Any = types.ExternalFunction(
     "clock_gettime", types.int32(types.int32, types.int64)
 )
-_nanosleep = types.ExternalFunction(
+_nanosleep: Any = types.ExternalFunction(
     "clock_nanosleep",
     types.int32(types.int32, types.int32, types.int64, types.int64),
 )
-_prctl = types.ExternalFunction(
+_prctl: Any = types.ExternalFunction(
     "prctl",
     types.int32(types.int32, types.int64, types.int64, types.int64, types.int64),
 )
@@ -33,7 +35,7 @@ def now_ns(clock: int, spec: Longs) -> int:
     spec: ``(2,)`` int64 to work in.
     """
     _gettime(np.int32(clock), np.int64(spec.ctypes.data))
-    return spec[0] * 1_000_000_000 + spec[1]
+    return int(spec[0] * 1_000_000_000 + spec[1])
 
 
 @njit(cache=True, nogil=True)

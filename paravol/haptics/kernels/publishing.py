@@ -18,10 +18,10 @@ def count_one(counter: Longs) -> int:
 
     counter: ``(1,)`` int64, 0 at first.
     """
-    return 1 - give_back(counter)
+    return int(1 - give_back(counter))
 
 
 @njit(cache=True, nogil=True)
 def counted(counter: Longs) -> int:
     """Return how many were counted so far."""
-    return -look(counter)
+    return int(-look(counter))

@@ -48,8 +48,8 @@ class Feeling(NamedTuple):
 class Tissue(NamedTuple):
     """Hold two copies of the tissue.
 
-    begun, published: ``(1,)`` int64, how often a copy was brought up to date, counted
-    by `paravol.haptics.kernels.publishing`; after n times `even` or `odd` is the newest.
+    begun, published: ``(1,)`` int64, how often one was brought up to date, counted by
+    `paravol.haptics.kernels.publishing`; after n times `even` or `odd` is the newest.
     """
 
     even: Patch
@@ -102,7 +102,7 @@ def _feel(loop: Any, tissue: Tissue, feeling: Feeling, number: int) -> bool:
 def _want_force(
     loop: Any, reading: Any, tissue: Tissue, feeling: Feeling, now: int
 ) -> None:
-    """Write the force that tissue has for the device, in its frame, before the guard."""
+    """Write the force that tissue has for the device, in its frame, unguarded."""
     if look(loop.is_placed) == 0:
         loop.wanted_n[:] = 0.0
         return
