@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.haptics.force_records import GUARD
+from devices.haptics.force_records import GUARD, SILENT
 from disk import UserError
 
 SILENCE_S = 0.0015
@@ -91,6 +91,8 @@ class ForceDevice(Protocol):
 def new_guard(limits: ForceLimits, ramp_s: float = RAMP_S) -> NDArray[Any]:
     """Return a guard's record, ``(1,)`` of `GUARD`, for a device of those limits."""
     guard = np.zeros(1, GUARD)
+    # nothing was heard yet
+    guard["fault"] = SILENT
     guard["limit_n"] = limits.force_n
     guard["ramp_ns"] = round(ramp_s * 1e9)
     guard["silence_ns"] = round(SILENCE_S * 1e9)

@@ -108,12 +108,12 @@ class HeadModel:
     def stiffest_n_m(self, period_s: float) -> float:
         """Return the stiffest wall that is passive at a loop's period.
 
-        ``2 b / (T + 2 d)`` with the damping b of probe and hand and the delay d (after
-        Colgate and Schenkel 1997), and no more than ``2 f / q``, below which friction
-        f swallows the encoder's steps q (Abbott and Okamura 2005).
+        ``2 b / (T + 2 d)`` with the probe's own damping b and the delay d (after
+        Colgate and Schenkel 1997), for a hand that lets go damps nothing, and no more
+        than ``2 f / q``, below which friction f swallows the encoder's steps q (Abbott
+        and Okamura 2005).
         """
-        damping = self.viscous_ns_m + self.hand_ns_m
-        stiffest = 2.0 * damping / (period_s + 2.0 * self.delay_s)
+        stiffest = 2.0 * self.viscous_ns_m / (period_s + 2.0 * self.delay_s)
         if self.quantum_mm > 0.0 and self.coulomb_n > 0.0:
             stiffest = min(stiffest, 2e3 * self.coulomb_n / self.quantum_mm)
         return stiffest
@@ -159,8 +159,8 @@ class MockHead:
     def limits(self) -> ForceLimits:
         """Return what it bears."""
         model = self.model
-        damping = model.viscous_ns_m + model.hand_ns_m
-        return ForceLimits(model.limit_n, model.stiffest_n_m(self.period_s), damping)
+        stiffest = model.stiffest_n_m(self.period_s)
+        return ForceLimits(model.limit_n, stiffest, model.viscous_ns_m)
 
     @property
     def read_address(self) -> int:

@@ -72,7 +72,7 @@ def lead_head(
 
 
 @njit(cache=True, nogil=True)
-def _take_goal(head: Any, now_ns: int) -> None:
+def _take_goal(head: Any) -> None:
     """Take a new goal, unless it is being written just now."""
     number = look(head.goal_number)
     if number == head.taken_number or number % 2 != 0:
@@ -98,7 +98,7 @@ def _take_goal(head: Any, now_ns: int) -> None:
     head.to_mm[:] = goal
     head.from_rotation[:, :] = head.rotation
     head.to_rotation[:, :] = rotation
-    head.goal_ns, head.lasts_ns = now_ns, max(lasts_ns, 1)
+    head.goal_ns, head.lasts_ns = head.time_ns, max(lasts_ns, 1)
     head.buttons = buttons
 
 
@@ -203,7 +203,7 @@ def advance_head(head: Any, now_ns: int) -> None:
     """Go on to a moment, in whole sub-steps; what is left is made up next time."""
     if head.began_ns == 0:
         head.began_ns = head.time_ns = head.commanded_ns = now_ns
-    _take_goal(head, now_ns)
+    _take_goal(head)
     if not head.is_held:
         head.time_ns = now_ns
         return
