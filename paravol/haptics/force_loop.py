@@ -5,7 +5,7 @@ import os
 import sys
 import threading
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +106,37 @@ def new_feeling(
     )
 
 
+class LoopArguments(NamedTuple):
+    """Hold what `paravol.haptics.kernels.run_loop` takes, in its order."""
+
+    read: CFunction
+    command: CFunction
+    device: int
+    reading: NDArray[Any]
+    guard: NDArray[Any]
+    loop: NDArray[Any]
+    tissue: Tissue
+    feeling: Feeling
+
+
+def loop_arguments(
+    device: ForceDevice, tissue: Tissue, feeling: Feeling, period_s: float
+) -> LoopArguments:
+    """Return the arguments of a loop that has not begun, nothing placed yet."""
+    loop = np.zeros(1, LOOP)
+    loop["period_ns"] = round(period_s * 1e9)
+    return LoopArguments(
+        CFunction(device.read_address, READ),
+        CFunction(device.command_address, COMMAND),
+        device.state_address,
+        np.zeros(1, READING),
+        new_guard(device.limits),
+        loop,
+        tissue,
+        feeling,
+    )
+
+
 class ForceLoop(Closing):
     """Run the loop from its making to `close`, in a thread without the interpreter.
 
@@ -129,20 +160,8 @@ class ForceLoop(Closing):
                 "--haptics none."
             )
         self._device = device
-        self._reading = np.zeros(1, READING)
-        self._guard = new_guard(device.limits)
-        self._loop = np.zeros(1, LOOP)
-        self._loop["period_ns"] = round(period_s * 1e9)
-        self._arguments = (
-            CFunction(device.read_address, READ),
-            CFunction(device.command_address, COMMAND),
-            device.state_address,
-            self._reading,
-            self._guard,
-            self._loop,
-            tissue,
-            feeling,
-        )
+        self._arguments = loop_arguments(device, tissue, feeling, period_s)
+        self._guard, self._loop = self._arguments.guard, self._arguments.loop
         stop = self._loop["stop"][0]
         # told to stop before it begins, it does nothing but be compiled
         stop[0] = 1

@@ -115,7 +115,8 @@ class _HapticInput(FlightInput):
         begin, end = np.array([0.0, 0.0, radius_mm]), np.array([0.0, 0.0, SHAFT_MM])
         shaft = solids.capsule(begin, end, radius_mm)
         self._copies = copies = TissueCopies(patient)
-        feeling = new_feeling(patient.layers, balls_of(shaft), device.limits, PERIOD_S)
+        balls, _ = balls_of([shaft])
+        feeling = new_feeling(patient.layers, balls, device.limits, PERIOD_S)
         with ForceLoop(device, copies.tissue, feeling) as loop:
             self._loop = loop
             try:
