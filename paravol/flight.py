@@ -242,6 +242,7 @@ class Flight:
         before = load_patient(scenario, self._progress)
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
+        order.input.operated(operation.patient)
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -378,6 +379,7 @@ class Flight:
                 keeps=keeps,
                 on_injury=observer.on_injury,
                 on_task=observer.on_task,
+                on_changes=self.order.input.changed,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

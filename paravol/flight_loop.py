@@ -2,7 +2,7 @@
 
 import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,7 +16,7 @@ from paravol.inputs.pose_sources import EndedError, OrderedPoses
 from paravol.readings import injury_text
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
-from renderers.scene import ChangeKind
+from renderers.scene import Change, ChangeKind
 from scenarios import Sample, Session, View
 from scenarios.bundle import (
     EditRecord,
@@ -110,17 +110,19 @@ def fly(
     keeps: Callable[[float], bool],
     on_injury: Callable[[str], None] = _unheard,
     on_task: Callable[[TaskEvent], None] = _unheard,
+    on_changes: Callable[[Sequence[Change]], None] = _unheard,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. on_injury: called with each injury, told in
-    words, before the frame that shows it; on_task: with what happens to each task.
-    Errors of the device pass through; what was recorded before is on disk.
+    words, before the frame that shows it; on_task: with what happens to each task;
+    on_changes: with what was cut, before that frame. Errors of the device pass through;
+    what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame)
-    operated = _Operated(view, recorder, on_injury)
+    operated = _Operated(view, recorder, on_injury, on_changes)
     with (
         _frozen_garbage(),
         _settled(view),
@@ -184,8 +186,10 @@ class _Operated:
         view: EndoscopeView,
         recorder: SessionRecorder,
         on_injury: Callable[[str], None],
+        on_changes: Callable[[Sequence[Change]], None],
     ) -> None:
         self._view = view
+        self._on_changes = on_changes
         self._recorder = recorder
         self._on_injury = on_injury
         self._cuts = 0
@@ -211,6 +215,7 @@ class _Operated:
         changes = operation.take_changes()
         self._cuts += sum(change.kind is ChangeKind.CUT for change in changes)
         self._view.apply(changes)
+        self._on_changes(changes)
         if operation.lens is not None:
             self._view.lens = operation.lens.state
         for edit in operation.take_edits():

@@ -27,6 +27,7 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
+from app.cli.train_options import NEVER, NO_HAPTICS, ClosingOptions, HapticOptions
 from disk import UserError
 from paravol.snapshots.worker_options import WorkerOptions
 
@@ -212,11 +213,11 @@ def train(
     stream_igtl: str | None = None,
     registration: Path | None = None,
     roll: str | None = None,
+    haptics: HapticOptions = NO_HAPTICS,
     size: Size = 512,
     threads: Threads = 0,
     record: Path | None = None,
-    seconds: float | None = None,
-    screenshot: Path | None = None,
+    closing: ClosingOptions = NEVER,
 ) -> int:
     """Open the trainee's window: endoscope, overview, frame rate.
 
@@ -239,10 +240,6 @@ def train(
     record
         Record the session into this folder, NAME.paravol, for good. Without it the
         newest sessions are kept below the user's data directory, 1 GB of them.
-    seconds
-        Close the window by itself after this time.
-    screenshot
-        Save a picture of the window when it closes.
     """
     from app.cli.train import run_train
 
@@ -254,11 +251,11 @@ def train(
         stream_igtl=stream_igtl,
         registration=registration,
         roll=roll,
+        haptics=haptics,
         size=size,
         threads=thread_count(threads),
         record=record,
-        seconds=seconds,
-        screenshot=screenshot,
+        closing=closing,
     )
 
 

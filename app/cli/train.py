@@ -9,6 +9,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
+from app.cli.train_options import ClosingOptions, HapticOptions
 from app.opengl import probe_window
 from disk import UserError
 
@@ -34,21 +35,21 @@ def run_train(
     stream_igtl: str | None,
     registration: Path | None,
     roll: str | None,
+    haptics: HapticOptions,
     size: int,
     threads: int,
     record: Path | None,
-    seconds: float | None,
-    screenshot: Path | None,
+    closing: ClosingOptions,
 ) -> int:
     """Open the window and fly until it is closed.
 
     input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or
     the mouse; stream_igtl: ``[HOST:]PORT``.
     registration: a file of `paravol register`; without it fiducials are touched.
-    roll: the words of `paravol.inputs.arm_roll`.
+    roll: the words of `paravol.inputs.arm_roll`. haptics: what pushes back.
     record: folder of the recording; None keeps it below the user's data directory for
     as long as there is room. The result is printed.
-    seconds: close by itself that long after the first picture.
+    closing: when the window closes by itself, and what is kept then.
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
@@ -58,7 +59,7 @@ def run_train(
     from paravol.pose_streaming import listening_address
     from scenarios import load_scenario
 
-    _check(size, record, seconds, screenshot)
+    _check(size, record, closing)
     if case is not None:
         from paravol.case_scenario import scenario_of_case
 
@@ -68,6 +69,15 @@ def run_train(
     path = load_probe_path(path_file)
     stream = None if stream_igtl is None else listening_address(stream_igtl)
     flown = choose_input(input, device, exercise, path, path_file, registration, roll)
+    if haptics.are_asked_for:
+        from paravol.inputs.haptic import felt_input
+
+        if haptics.haptics == "force-dimension" and (input or device):
+            raise UserError(
+                "--haptics force-dimension steers by itself; leave out --input and "
+                "--device."
+            )
+        flown = felt_input(haptics.haptics, haptics.haptics_fault, flown, exercise)
     demand_port(device)
     graphics = probe_window()
     if not graphics.works:
@@ -88,8 +98,8 @@ def run_train(
     window = TraineeWindow(
         thread,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
-        seconds=seconds,
-        screenshot=screenshot,
+        seconds=closing.seconds,
+        screenshot=closing.screenshot,
     )
     interrupted = False
 
@@ -106,6 +116,8 @@ def run_train(
     window.release()
     if thread.flight.result is not None:
         _tell(exercise.title, thread.flight.result)
+        for line in flown.last_lines():
+            print(line)
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -122,10 +134,9 @@ def _tell(title: str, end: "FlightEnd") -> None:
     print("\n".join(end.lines()))
 
 
-def _check(
-    size: int, record: Path | None, seconds: float | None, screenshot: Path | None
-) -> None:
+def _check(size: int, record: Path | None, closing: ClosingOptions) -> None:
     """Refuse bad options before anything slow begins."""
+    seconds, screenshot = closing.seconds, closing.screenshot
     low, high = SIZES
     if not low <= size <= high:
         raise UserError(f"--size must lie between {low} and {high}, got {size}.")

@@ -233,6 +233,10 @@ class FulcrumControl:
         if self._hold is not None:
             self._go(self._hold, before)
 
+    def let_go(self) -> None:
+        """Go through walls from now on: what the scope is put into holds it."""
+        self._hold = None
+
     def _go(self, hold: Hold, before: NDArray[np.float64]) -> None:
         """Go on from where walls hold the scope on its way from a frame."""
         wanted = self._frame(self._depth_mm, self._tilt_deg)

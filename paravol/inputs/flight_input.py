@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -13,6 +14,8 @@ from devices.controls.roll import EncoderRoll
 from paravol.inputs.pose_completer import HandChannel, PoseCompleter
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import PatientScene
+from renderers.scene import Change
+from surgery.patient import OperatedPatient
 
 POST_IS_Y_DEG = -90.0
 """Roll is counted from x of a tip frame; with the light post along y it is this."""
@@ -24,7 +27,8 @@ class FlightInput(ABC):
     name: for the window. keys: its controls, to be shown. completer: makes samples of
     its poses. until_s: when the flight is over. registration: where its frame lies in
     the patient; None when fiducials must be touched, ``touch_hint`` says how.
-    controls: takes keys and mouse, where those steer.
+    controls: takes keys and mouse, where those steer. is_held_by_walls: whether walls
+    hold a hand that feels nothing.
     """
 
     name: str
@@ -35,6 +39,7 @@ class FlightInput(ABC):
     registration: Registration | None = None
     touch_hint: str = ""
     controls: MouseKeys | None = None
+    is_held_by_walls: bool = True
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
@@ -44,6 +49,18 @@ class FlightInput(ABC):
         """Hear where the poses lie in the patient, before any becomes a sample."""
         # Most inputs have no use for it.
         del registration
+
+    def operated(self, patient: OperatedPatient) -> None:
+        """Hear whose tissue is cut, before the input is opened."""
+        del patient
+
+    def changed(self, changes: Iterable[Change]) -> None:
+        """Hear what was cut, by the thread that flies."""
+        del changes
+
+    def last_lines(self) -> list[str]:
+        """Return what there is to tell after the flight, for a terminal."""
+        return []
 
 
 def in_the_patient() -> Registration:

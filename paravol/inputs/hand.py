@@ -84,6 +84,8 @@ class _HandInput(FlightInput):
     def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
         control = scope_control(patient, self._path, self._radius_mm)
+        if not self.is_held_by_walls:
+            control.let_go()
         return SteeredArm(control, self._steering, self._handset)
 
 

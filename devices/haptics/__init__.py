@@ -1,0 +1,1 @@
+"""Devices that push back: a port for them, an emulated head, a guard before all."""

@@ -1,0 +1,1 @@
+"""Compiled: the force loop, its clock, and devices' functions by their addresses."""
