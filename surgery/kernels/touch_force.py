@@ -428,15 +428,15 @@ def _break(
     y = touch[3] - radius * touch[6]
     z = touch[4] - radius * touch[7]
     length = walls[row, MUCOSA_MM] + walls[row, BONE_MM] + MARCH_MM
-    inside = is_through = False
+    is_through = False
     for step in range(int(THROUGH_MM / MARCH_MM)):
         way = (step + 1) * MARCH_MM
         air = air_mm(
             distance, m, holes, count,
             x - way * touch[5], y - way * touch[6], z - way * touch[7],
         )  # fmt: skip
-        inside = inside or air < 0.0
-        if inside and air >= 0.0:
+        # a thin wall's ridge is cut off: nothing of it may be positive in between
+        if air >= 0.0:
             length, is_through = way, True
             break
     hole = holes[int(state[BROKEN]) % MOST_HOLES]
@@ -464,9 +464,16 @@ def _keep_in_cone(
     straight way back leads into it; it is pushed out then.
     """
     pressed = math.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
-    back = 0.0
+    if pressed < SETTLED_MM:
+        return
+    # along the wall alone: nothing holds a proxy that is still off it
+    off = 0.0
     for c in range(3):
         way[c] = start[c] - shift[c]
+        off += way[c] * shift[c] / pressed
+    back = 0.0
+    for c in range(3):
+        way[c] -= off * shift[c] / pressed
         back += way[c] * way[c]
     back = math.sqrt(back)
     if back < SETTLED_MM:
