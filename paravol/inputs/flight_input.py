@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from devices import Registration
 from devices.controls.keyboard import MouseKeys
 from devices.controls.roll import EncoderRoll
+from devices.controls.rumble import Rumble
 from paravol.inputs.pose_completer import HandChannel, PoseCompleter
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import PatientScene
@@ -24,7 +25,8 @@ class FlightInput(ABC):
     name: for the window. keys: its controls, to be shown. completer: makes samples of
     its poses. until_s: when the flight is over. registration: where its frame lies in
     the patient; None when fiducials must be touched, ``touch_hint`` says how.
-    controls: takes keys and mouse, where those steer.
+    controls: takes keys and mouse, where those steer. rumble: of the pad that steers,
+    None where it has none.
     """
 
     name: str
@@ -35,6 +37,7 @@ class FlightInput(ABC):
     registration: Registration | None = None
     touch_hint: str = ""
     controls: MouseKeys | None = None
+    rumble: Rumble | None = None
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
