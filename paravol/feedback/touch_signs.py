@@ -27,7 +27,7 @@ class Strain(Enum):
     NONE = "no press"
     LOW = "low"
     HIGH = "high"
-    BREAKING = "near the break"
+    BREAKING = "near break"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,14 +86,15 @@ class TouchSigns:
         return self.hazard_mm < MARGIN_MM
 
     def force_text(self) -> str:
-        """Return the force with what it takes to break what is pressed on."""
+        """Return the force, of which force that breaks what is pressed on, and its name."""
         if self.force_n is None:
             return UNKNOWN
-        words = f"{self._force():.1f} N"
+        words = f"{self._force():.1f}"
+        if self.share > 0.0 and self.limit_n is not None:
+            words += f" of {self.limit_n:.1f}"
+        words += " N"
         if self.share > 0.0 and self.wall:
             words += f" on {self.wall}"
-            if self.limit_n is not None:
-                words += f", breaks at {self.limit_n:.1f} N"
         return words
 
     def hazard_text(self) -> str:
@@ -102,8 +103,8 @@ class TouchSigns:
             return UNKNOWN
         name, distance_mm = self.hazard
         if distance_mm < 0.0:
-            return f"{name}: {-distance_mm:.1f} mm inside"
-        return f"{name}: {distance_mm:.1f} mm"
+            return f"{-distance_mm:.1f} mm inside {name}"
+        return f"{distance_mm:.1f} mm to {name}"
 
     def break_text(self) -> tuple[str, str]:
         """Return the caption of the last break: what broke, and at which force."""

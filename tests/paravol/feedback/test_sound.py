@@ -129,7 +129,12 @@ def test_without_the_library_it_says_how_to_get_it(
     monkeypatch.setitem(sys.modules, "miniaudio", None)
     told: list[str] = []
     heard = threading.Event()
-    player = SoundPlayer(told=lambda text: (told.append(text), heard.set())[0])
+
+    def hear(text: str) -> None:
+        told.append(text)
+        heard.set()
+
+    player = SoundPlayer(told=hear)
     player.start()
     assert heard.wait(5.0)
     assert "pip install" in told[0]

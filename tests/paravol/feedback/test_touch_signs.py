@@ -52,8 +52,8 @@ def test_the_wall_and_its_break_force_are_named() -> None:
     # a lamina breaks as an ethmoid cell does: only its name tells them apart
     lamella = TouchSigns(3.04, "ethmoid lamella", 6.06)
     lamina = TouchSigns(3.04, "lamina papyracea", 6.13)
-    assert lamella.force_text() == "3.0 N on ethmoid lamella, breaks at 6.1 N"
-    assert lamina.force_text() == "3.0 N on lamina papyracea, breaks at 6.1 N"
+    assert lamella.force_text() == "3.0 of 6.1 N on ethmoid lamella"
+    assert lamina.force_text() == "3.0 of 6.1 N on lamina papyracea"
     broken = TouchSigns(0.0, breaks=1, broken="lamina papyracea", broken_n=6.13)
     assert broken.break_text() == (
         "Broken: lamina papyracea",
@@ -63,9 +63,9 @@ def test_the_wall_and_its_break_force_are_named() -> None:
 
 def test_a_hazard_is_told_by_name_and_distance() -> None:
     near = TouchSigns(hazard=("orbit", 1.24))
-    assert near.hazard_text() == "orbit: 1.2 mm"
+    assert near.hazard_text() == "1.2 mm to orbit"
     assert near.is_near_hazard
-    assert TouchSigns(hazard=("orbit", -0.6)).hazard_text() == "orbit: 0.6 mm inside"
+    assert TouchSigns(hazard=("orbit", -0.6)).hazard_text() == "0.6 mm inside orbit"
     assert not TouchSigns(hazard=("orbit", MARGIN_MM)).is_near_hazard
 
 
