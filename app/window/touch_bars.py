@@ -88,8 +88,8 @@ class TouchBars(QWidget):
                 # hatched on its own colour, darker: a pattern alone is thin
                 painter.fillRect(full, QColor(colour).darker(200))
             painter.fillRect(full, QBrush(QColor(colour), pattern))
-        painter.setPen(QPen(QColor(PANEL), scale))
         for number in range(1, int(FULL_N / TICKS_N)):
+            painter.setPen(QPen(QColor(PANEL), scale))
             x = bar.left() + bar.width() * number * TICKS_N / FULL_N
             painter.drawLine(QPointF(x, bar.top()), QPointF(x, bar.bottom()))
             self._number(painter, bar, x, f"{number * TICKS_N:g}")
@@ -105,7 +105,7 @@ class TouchBars(QWidget):
         if signs.is_near_hazard:
             is_close = signs.hazard_mm < CAREFUL_MM
             colour = WARNING if is_close else CAUTION
-            word = "▲ very near" if is_close else "near"
+            word = "▲ close" if is_close else "near"
         words = [each for each in (word, self._sound) if each]
         self._words(
             painter, place, "Hazard", signs.hazard_text(), " · ".join(words), colour

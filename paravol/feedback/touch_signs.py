@@ -27,7 +27,7 @@ class Strain(Enum):
     NONE = "no press"
     LOW = "low"
     HIGH = "high"
-    BREAKING = "near break"
+    BREAKING = "breaks"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class TouchSigns:
             words += f" of {self.limit_n:.1f}"
         words += " N"
         if self.share > 0.0 and self.wall:
-            words += f" on {self.wall}"
+            words += f", {self.wall}"
         return words
 
     def hazard_text(self) -> str:

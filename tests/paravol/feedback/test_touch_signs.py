@@ -45,15 +45,15 @@ def test_what_does_not_break_is_told_on_the_whole_scale() -> None:
     signs = TouchSigns(FULL_N / 2, "mucosa")
     assert signs.share == 0.5
     assert signs.strain is Strain.LOW
-    assert signs.force_text() == "10.0 N on mucosa"
+    assert signs.force_text() == "10.0 N, mucosa"
 
 
 def test_the_wall_and_its_break_force_are_named() -> None:
     # a lamina breaks as an ethmoid cell does: only its name tells them apart
     lamella = TouchSigns(3.04, "ethmoid lamella", 6.06)
     lamina = TouchSigns(3.04, "lamina papyracea", 6.13)
-    assert lamella.force_text() == "3.0 of 6.1 N on ethmoid lamella"
-    assert lamina.force_text() == "3.0 of 6.1 N on lamina papyracea"
+    assert lamella.force_text() == "3.0 of 6.1 N, ethmoid lamella"
+    assert lamina.force_text() == "3.0 of 6.1 N, lamina papyracea"
     broken = TouchSigns(0.0, breaks=1, broken="lamina papyracea", broken_n=6.13)
     assert broken.break_text() == (
         "Broken: lamina papyracea",
