@@ -18,6 +18,7 @@ from app.vtk.head_model import head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
+from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
@@ -35,7 +36,8 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    cuts, signs: see `FrameEvent`. tool: what the second hand does.
+    cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
+    nearest hazard lies.
     """
 
     pixels: NDArray[np.uint8]
@@ -46,6 +48,7 @@ class DisplayedFrame:
     cuts: int = 0
     tool: InstrumentState = EMPTY_HAND
     signs: TouchSigns = NO_SIGNS
+    pointer: HazardPointer | None = None
 
 
 class FlightThread(QObject, FlightObserver):
@@ -220,6 +223,7 @@ class FlightThread(QObject, FlightObserver):
             cuts=event.cuts,
             tool=event.sample.instrument,
             signs=event.signs,
+            pointer=self._pointer(event.view),
         )
         self._feedback.follow(event.signs)
         with self._lock:
@@ -227,3 +231,10 @@ class FlightThread(QObject, FlightObserver):
             self._newest = displayed
         if was_taken:
             self.arrived.emit()
+
+    def _pointer(self, view: View) -> HazardPointer | None:
+        """Return where the nearest hazard lies, where hazards are known."""
+        patient = self._patient
+        if patient is None or patient.hazards is None:
+            return None
+        return hazard_pointer(view, patient.hazards)

@@ -24,7 +24,7 @@ from app.window.side_panel import SideColumn
 from app.window.sound_keys import SoundKeys
 from app.window.style import style_sheet
 from app.window.tool_keys import ToolKeys
-from app.window.touch_bars import TouchBars
+from app.window.touch_bars import TouchBars, hazard_look
 from app.window.window_size import FullScreen, first_size, scale_for
 from disk import UserError
 from paravol.feedback import NO_SIGNS, TouchSigns
@@ -296,6 +296,8 @@ class TraineeWindow(QMainWindow):
         frame = self._frame
         signs = NO_SIGNS if frame is None or self._is_away else frame.signs
         self._bars.show_signs(signs, self._sound.caption)
+        pointer = frame.pointer if frame is not None and not self._is_away else None
+        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs)[0])
         if signs.breaks > before.breaks:
             self._notices.notify(*signs.break_text())
 

@@ -29,6 +29,15 @@ _LOOKS = {
 """Colour and hatching of the bar of force: either alone tells them apart."""
 
 
+def hazard_look(signs: TouchSigns) -> tuple[str, str]:
+    """Return colour and word of how near the nearest hazard is."""
+    if not signs.is_near_hazard:
+        return QUIET, ""
+    if signs.hazard_mm < CAREFUL_MM:
+        return WARNING, "▲ close"
+    return CAUTION, "near"
+
+
 class TouchBars(QWidget):
     """Show the force with the mark at which the wall breaks, and the nearest hazard."""
 
@@ -101,11 +110,7 @@ class TouchBars(QWidget):
     def _paint_hazard(self, painter: QPainter, place: QRectF) -> None:
         """Paint a line from the tool to the hazard: as long as the way is."""
         signs, scale = self._signs, self._scale
-        colour, word = QUIET, ""
-        if signs.is_near_hazard:
-            is_close = signs.hazard_mm < CAREFUL_MM
-            colour = WARNING if is_close else CAUTION
-            word = "▲ close" if is_close else "near"
+        colour, word = hazard_look(signs)
         words = [each for each in (word, self._sound) if each]
         self._words(
             painter, place, "Hazard", signs.hazard_text(), " · ".join(words), colour

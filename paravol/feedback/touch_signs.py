@@ -86,7 +86,7 @@ class TouchSigns:
         return self.hazard_mm < MARGIN_MM
 
     def force_text(self) -> str:
-        """Return the force, of which force that breaks what is pressed on, and its name."""
+        """Return the force, the one that breaks what is pressed on, and its name."""
         if self.force_n is None:
             return UNKNOWN
         words = f"{self._force():.1f}"
