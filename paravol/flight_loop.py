@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from devices import Pose
+from paravol.feedback.felt_signs import felt_signs
 from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
@@ -241,7 +242,7 @@ class _Operated:
         tissue = None
         if wants_tissue:
             tissue = OperatedHead.of(operation.patient, operation.pushing)
-        signs = TouchSigns(hazard=view.hazard, bites=self._bites)
+        signs = felt_signs(operation, view.hazard, self._bites)
         return _Shown(view, tissue, self._cuts, signs)
 
 

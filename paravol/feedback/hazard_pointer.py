@@ -75,7 +75,7 @@ def hazard_pointer(view: View, hazards: HazardVolumes) -> HazardPointer | None:
 def _in_picture(
     view: View, point_mm: NDArray[np.float64]
 ) -> tuple[float, float] | None:
-    """Return where a point is seen; None beside the lens or out of the round picture."""
+    """Return where a point is seen; None beside the lens, or out of the picture."""
     camera = view.camera
     if not float((point_mm - camera.frame[0]) @ camera.frame[3]) > 0.0:
         return None

@@ -6,6 +6,7 @@ by hand on Linux, and Qt's own needs 170 MB of further parts. It is loaded only 
 and only when sound is wanted.
 """
 
+import ctypes
 import threading
 import time
 from collections import deque
@@ -31,6 +32,12 @@ NO_LIBRARY = (
     "No sound: miniaudio is not installed (pip install 'paravol-ess[desktop]')."
 )
 NO_DEVICE = "No sound: this machine has no loudspeaker."
+
+
+BACKENDS = "WASAPI", "COREAUDIO", "PULSEAUDIO", "ALSA"
+"""Sound systems that are tried, in this order. Not the null device, which swallows
+samples: whoever hears nothing is to be told so. Not JACK, which writes to the terminal
+where no server runs."""
 
 
 def _untold(text: str) -> None:
@@ -138,7 +145,7 @@ class SoundPlayer:
             self._told(NO_LIBRARY)
         except Exception as error:
             # whatever the sound system says: nobody ends a flight for it
-            self._told(f"{NO_DEVICE} ({error})")
+            self._told(f"{NO_DEVICE} ({error.args[0] if error.args else error})")
         else:
             with self._lock:
                 if not self._is_closed:
@@ -151,14 +158,34 @@ def _open_device() -> Any:
     """Open the system's loudspeaker; ImportError or miniaudio's error without one."""
     import miniaudio
 
-    nothing = miniaudio.Backend.NULL
-    # the null device swallows samples: whoever hears nothing must be told so
-    real = [each for each in miniaudio.Backend if each is not nothing]
+    _silence_alsa()
+    backends = [getattr(miniaudio.Backend, name) for name in BACKENDS]
     return miniaudio.PlaybackDevice(
         output_format=miniaudio.SampleFormat.FLOAT32,
         nchannels=1,
         sample_rate=RATE_HZ,
         buffersize_msec=BUFFER_MS,
-        backends=real,
+        backends=backends,
         app_name="PARAVOL",
     )
+
+
+# kept, since the library calls it at any time
+_HANDLER = ctypes.CFUNCTYPE(
+    None,
+    ctypes.c_char_p,
+    ctypes.c_int,
+    ctypes.c_char_p,
+    ctypes.c_int,
+    ctypes.c_char_p,
+)
+_say_nothing = _HANDLER(lambda *_: None)
+
+
+def _silence_alsa() -> None:
+    """Keep ALSA, Linux's sound library, from writing each failure to the terminal."""
+    try:
+        library = ctypes.CDLL("libasound.so.2")
+    except OSError:
+        return
+    library.snd_lib_error_set_handler(_say_nothing)
