@@ -1,5 +1,7 @@
 """Force and nearness under the picture: each a bar, a figure and a word."""
 
+import time
+
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
@@ -19,6 +21,9 @@ HAZARD_SCALE_MM = 10.0
 
 CAREFUL_MM = 1.0
 """So near a hazard the bar says so."""
+
+BITE_S = 1.0
+"""So long a bite is said."""
 
 _LOOKS = {
     Strain.NONE: (QUIET, Qt.BrushStyle.SolidPattern),
@@ -47,6 +52,8 @@ class TouchBars(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._signs = NO_SIGNS
         self._sound = ""
+        self._is_bite = False
+        self._bite_until_s = 0.0
         self._scale = 1.0
         self.set_scale(1.0)
 
@@ -62,7 +69,11 @@ class TouchBars(QWidget):
 
     def show_signs(self, signs: TouchSigns, sound: str = "") -> None:
         """Show these signs. sound: what to say of the sound, "" for nothing."""
-        if (signs, sound) != (self._signs, self._sound):
+        now = time.monotonic()
+        if signs.bites > self._signs.bites:
+            self._bite_until_s = now + BITE_S
+        is_bite, self._is_bite = self._is_bite, now < self._bite_until_s
+        if (signs, sound, is_bite) != (self._signs, self._sound, self._is_bite):
             self._signs, self._sound = signs, sound
             words = f"Force {signs.force_text()}. Hazard {signs.hazard_text()}."
             self.setAccessibleName(words)
@@ -86,7 +97,10 @@ class TouchBars(QWidget):
         colour, pattern = _LOOKS[signs.strain]
         word = "" if signs.strain is Strain.NONE else signs.strain.value
         sign = "▲ " if signs.strain is Strain.BREAKING else ""
-        self._words(painter, place, "Force", signs.force_text(), sign + word, colour)
+        words = [each for each in (sign + word, "bite" * self._is_bite) if each]
+        self._words(
+            painter, place, "Force", signs.force_text(), " · ".join(words), colour
+        )
         bar = self._bar(place)
         painter.fillRect(bar, QColor(EDGE))
         force = signs.force_n or 0.0

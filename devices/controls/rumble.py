@@ -26,7 +26,6 @@ _EFFECT = struct.Struct("@HhHHHHH0P9HIP0P")
 _NEW = -1
 
 _SET_EFFECT = request_number(1, 0x80, _EFFECT.size)
-_REMOVE_EFFECT = request_number(1, 0x81, 4)
 _GET_EFFECTS = request_number(2, 0x20 + EV_FF, _MOST_EFFECTS // 8)
 
 LENGTH_MS = 300
