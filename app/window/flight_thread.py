@@ -225,7 +225,10 @@ class FlightThread(QObject, FlightObserver):
             signs=event.signs,
             pointer=self._pointer(event.view),
         )
-        self._feedback.follow(event.signs)
+        if event.sample.is_frozen:
+            self._feedback.quiet()
+        else:
+            self._feedback.follow(event.signs)
         with self._lock:
             was_taken = self._newest is None
             self._newest = displayed
