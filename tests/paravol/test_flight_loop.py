@@ -109,6 +109,9 @@ class Still:
     def step(self, sample: Sample) -> None:
         pass
 
+    def take_task_events(self) -> list[Any]:
+        return []
+
     def view(self, sample: Sample) -> Any:
         return SimpleNamespace(
             clearance_mm=sample.time_s, hazard=("orbit", sample.time_s)
