@@ -27,7 +27,8 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from app.cli.train_options import NEVER, NO_HAPTICS, ClosingOptions, HapticOptions
+from app.cli.train_options import NOTHING_TYPED as AS_USUAL
+from app.cli.train_options import TrainOptions
 from disk import UserError
 from paravol.snapshots.worker_options import WorkerOptions
 
@@ -204,59 +205,12 @@ def metrics(
 
 
 @app.command(group=FLY)
-def train(
-    *,
-    scenario: ScenarioName = "first_flight",
-    case: Path | None = None,
-    device: str | None = None,
-    input: str | None = None,
-    stream_igtl: str | None = None,
-    registration: Path | None = None,
-    roll: str | None = None,
-    haptics: HapticOptions = NO_HAPTICS,
-    size: Size = 512,
-    threads: Threads = 0,
-    record: Path | None = None,
-    closing: ClosingOptions = NEVER,
-) -> int:
-    """Open the trainee's window: endoscope, overview, frame rate.
-
-    Parameters
-    ----------
-    case
-        Fly through a case folder, as import and phantom write, not a scenario.
-    device
-        Serial port of a MicroScribe, such as /dev/ttyUSB0.
-    input
-        Without an arm, fly with mouse (and keyboard, the default), gamepad,
-        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
-    stream_igtl
-        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
-    registration
-        File of `paravol register`, made since the arm was switched on, or of a tracker.
-    roll
-        Who knows the roll of the scope in the arm at --device: horizon (level, the
-        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
-    record
-        Record the session into this folder, NAME.paravol, for good. Without it the
-        newest sessions are kept below the user's data directory, 1 GB of them.
-    """
+def train(*, options: TrainOptions = AS_USUAL) -> int:
+    """Open the trainee's window: endoscope, overview, frame rate."""
     from app.cli.train import run_train
 
-    return run_train(
-        scenario=scenario,
-        case=case,
-        device=device,
-        input=input,
-        stream_igtl=stream_igtl,
-        registration=registration,
-        roll=roll,
-        haptics=haptics,
-        size=size,
-        threads=thread_count(threads),
-        record=record,
-        closing=closing,
-    )
+    threads = thread_count(options.threads)
+    return run_train(replace(options, threads=threads))
 
 
 @app.command(group=PICTURES)

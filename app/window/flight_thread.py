@@ -17,6 +17,8 @@ from PySide6.QtCore import QObject, Signal
 from app.vtk.head_model import head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
+from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
+from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
@@ -34,7 +36,8 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    cuts: see `FrameEvent`. tool: what the second hand does.
+    cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
+    nearest hazard lies.
     """
 
     pixels: NDArray[np.uint8]
@@ -44,6 +47,8 @@ class DisplayedFrame:
     fps: float
     cuts: int = 0
     tool: InstrumentState = EMPTY_HAND
+    signs: TouchSigns = NO_SIGNS
+    pointer: HazardPointer | None = None
 
 
 class FlightThread(QObject, FlightObserver):
@@ -69,6 +74,8 @@ class FlightThread(QObject, FlightObserver):
     """A view was saved as a file, or not: what to say of it, and where it is or why."""
     injured = Signal(str)
     """Something was hurt that must not be: what, and through what."""
+    unheard = Signal(str)
+    """There is no sound, and why."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -79,9 +86,14 @@ class FlightThread(QObject, FlightObserver):
     finished = Signal()
     """The thread is about to end; see `error`."""
 
-    def __init__(self, order: FlightOrder) -> None:
+    def __init__(
+        self, order: FlightOrder, *, has_sound: bool = False, volume: float = 1.0
+    ) -> None:
+        """Prepare a flight; has_sound: whether the sound is on. volume: 0 to 1."""
         super().__init__()
         self.error: Exception | None = None
+        self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
+        self._feedback = Feedback(self.sound, order.input.rumble)
         self.flight = Flight(order, self)
         self._queue: SnapshotQueue | None = None
         self._patient: PatientScene | None = None
@@ -95,12 +107,14 @@ class FlightThread(QObject, FlightObserver):
 
     def start(self) -> None:
         """Begin."""
+        self.sound.start()
         self._thread.start()
 
     def stop(self, patience_s: float) -> bool:
         """End the flight; return whether its thread ended in time."""
         self.flight.cancel()
         self._thread.join(patience_s)
+        self._feedback.close()
         if self._queue is not None:
             self._queue.close()
         return not self._thread.is_alive()
@@ -119,6 +133,7 @@ class FlightThread(QObject, FlightObserver):
         except Exception as error:
             # An exception of a thread is lost; the window raises this one.
             self.error = error
+        self._feedback.quiet()
         self.finished.emit()
 
     def on_progress(self, stage: str, share: float) -> None:
@@ -184,7 +199,8 @@ class FlightThread(QObject, FlightObserver):
         self.injured.emit(text)
 
     def on_loss(self, loss: DeviceError) -> None:
-        """Tell the window."""
+        """Tell the window; what is not live is neither heard nor felt."""
+        self._feedback.quiet()
         self.away.emit()
 
     def on_return(self, away_s: float) -> None:
@@ -206,9 +222,22 @@ class FlightThread(QObject, FlightObserver):
             fps=(len(times) - 1) / max(now - times[0], 1e-3),
             cuts=event.cuts,
             tool=event.sample.instrument,
+            signs=event.signs,
+            pointer=self._pointer(event.view),
         )
+        if event.sample.is_frozen:
+            self._feedback.quiet()
+        else:
+            self._feedback.follow(event.signs)
         with self._lock:
             was_taken = self._newest is None
             self._newest = displayed
         if was_taken:
             self.arrived.emit()
+
+    def _pointer(self, view: View) -> HazardPointer | None:
+        """Return where the nearest hazard lies, where hazards are known."""
+        patient = self._patient
+        if patient is None or patient.hazards is None:
+            return None
+        return hazard_pointer(view, patient.hazards)

@@ -6,6 +6,7 @@ from app.window.keys import KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
+from app.window.sound_keys import SOUND_KEYS
 from app.window.tool_keys import TOOL_KEYS
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
@@ -25,7 +26,8 @@ class SideColumn(QWidget):
         self.slices = SlicesView()
         self.moments = MomentView()
         own = order.input.has_instrument
-        self._keys = KeyHelp(order.input.keys, {} if own else TOOL_KEYS)
+        hand_keys = SOUND_KEYS if own else TOOL_KEYS | SOUND_KEYS
+        self._keys = KeyHelp(order.input.keys, hand_keys)
         self._tool = QLabel(tool_text(EMPTY_HAND))
         title = QLabel(order.scenario.title)
         title.setObjectName("title")

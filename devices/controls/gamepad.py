@@ -15,6 +15,7 @@ from devices.controls.linux_input import (
     InputEvent,
     input_devices,
 )
+from devices.controls.rumble import Rumble, open_rumble
 from devices.controls.steering import Freedom, Steering
 from devices.port import Clock, DeviceError, DeviceReason, HostClock
 
@@ -109,6 +110,8 @@ class Gamepad:
                 "the axes of a 3D mouse.",
             )
         self.layout = layout
+        self.rumble: Rumble | None = None
+        """Its motors, where it has any that may be used; it closes them."""
         self._device = device
         self._clock: Clock = HostClock() if clock is None else clock
         self._moved_s: dict[int, float] = {}
@@ -134,6 +137,8 @@ class Gamepad:
 
     def close(self) -> None:
         """Let go of the device; harmless when repeated."""
+        if self.rumble is not None:
+            self.rumble.close()
         self._device.close()
 
     def _deflect(self, steering: Steering, event: InputEvent) -> None:
@@ -181,7 +186,7 @@ def open_gamepad(path: Path | None = None) -> Gamepad:
     Raises DeviceError, in one sentence, when there is none.
     """
     if path is not None:
-        return Gamepad(InputDevice(path))
+        return _with_rumble(Gamepad(InputDevice(path)), path)
     refused: DeviceError | None = None
     for candidate in input_devices():
         try:
@@ -190,7 +195,7 @@ def open_gamepad(path: Path | None = None) -> Gamepad:
             refused = error
             continue
         if layout_of(device.description) is not None:
-            return Gamepad(device)
+            return _with_rumble(Gamepad(device), candidate)
         device.close()
     if refused is not None:
         raise refused
@@ -198,3 +203,8 @@ def open_gamepad(path: Path | None = None) -> Gamepad:
         DeviceReason.NO_DEVICE,
         "There is no gamepad or 3D mouse; plug one in, or fly with --input mouse.",
     )
+
+
+def _with_rumble(pad: Gamepad, path: Path) -> Gamepad:
+    pad.rumble = open_rumble(path)
+    return pad

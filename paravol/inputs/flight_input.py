@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from devices import Registration
 from devices.controls.keyboard import MouseKeys
 from devices.controls.roll import EncoderRoll
+from devices.controls.rumble import Rumble
 from paravol.inputs.pose_completer import HandChannel, PoseCompleter
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import PatientScene
@@ -28,7 +29,8 @@ class FlightInput(ABC):
     its poses. until_s: when the flight is over. registration: where its frame lies in
     the patient; None when fiducials must be touched, ``touch_hint`` says how.
     controls: takes keys and mouse, where those steer. is_held_by_walls: whether walls
-    hold a hand that feels nothing.
+    hold a hand that feels nothing. rumble: of the pad that steers, None where it has
+    none.
     """
 
     name: str
@@ -40,6 +42,7 @@ class FlightInput(ABC):
     touch_hint: str = ""
     controls: MouseKeys | None = None
     is_held_by_walls: bool = True
+    rumble: Rumble | None = None
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:

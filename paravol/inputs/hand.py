@@ -107,3 +107,4 @@ class GamepadInput(_HandInput):
         super().__init__(scenario, path, pad)
         self.name = pad.name
         self.keys = pad.layout.help
+        self.rumble = pad.rumble
