@@ -309,10 +309,10 @@ def bend_box(
         for j in range(box[1], box[4]):
             for i in range(first, box[3]):
                 at = lying[i - first]
-                for a in range(3):
-                    at[a] = (
-                        world[a, 0] * i + world[a, 1] * j + world[a, 2] * k
-                    ) + world[a, 3]
+                for axis in range(3):
+                    at[axis] = (
+                        world[axis, 0] * i + world[axis, 1] * j + world[axis, 2] * k
+                    ) + world[axis, 3]
                 at[3] = 0.0
             bring_to_rest(shifts, dents, lying)
             for i in range(first, box[3]):
