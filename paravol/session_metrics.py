@@ -1,7 +1,7 @@
 """The metrics of a recorded session."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -36,6 +36,7 @@ from scenarios.metrics import (
     SessionNoise,
     Settings,
     Taken,
+    Track,
     measure,
     recorded_noise,
     scope_track,
@@ -71,6 +72,7 @@ def session_metrics(
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
+    expert: Path | None = None,
     progress: Progress = no_progress,
     patient: PatientScene | None = None,
 ) -> SessionMetrics:
@@ -79,9 +81,10 @@ def session_metrics(
     settings: None for the usual ones. arm: profile of the arm that was used, for the
     rounding of its joints; "" estimates the noise from the record. case: where the case
     that was flown through lies now. has_head: step the session through its head again;
-    without that contact, hazards and removal are not known. patient: the one that was
-    flown through, where it is loaded already. UserError when the session cannot be
-    read, holds no sample, or was flown through another head.
+    without that contact, hazards and removal are not known. expert: a session of the
+    same head whose path is compared with. patient: the one that was flown through,
+    where it is loaded already. UserError when the session cannot be read, holds no
+    sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
@@ -91,6 +94,8 @@ def session_metrics(
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
+    if expert is not None:
+        measured = replace(measured, expert=_expert(expert, recording.info))
     if has_head:
         scenario = flown_scenario(folder, recording.info, case)
         patient = patient or load_patient(scenario, progress)
@@ -183,6 +188,7 @@ class _Steps:
         self.scope: list[dict[str, float]] = []
         self.tool: list[dict[str, float] | None] = []
         self.edits: list[Edit] = []
+        self._undone = 0
 
     def add(self, sample: Sample) -> None:
         """Step the session and read it."""
@@ -198,11 +204,21 @@ class _Steps:
         if operation is None:
             return
         new = operation.take_edits()
-        # what was taken back is no longer among the patient's cuts
-        kept = max(operation.patient.edits - len(new), 0)
-        self.edits = self.edits[:kept] + new
+        if sample.instrument.undone > self._undone:
+            self._undone = sample.instrument.undone
+            # a sample's undoing comes before what it cuts
+            before = operation.patient.books.counts - sum(e.counts for e in new)
+            self._take_back(before)
+        self.edits += new
         operation.take_changes()
         operation.take_injuries()
+
+    def _take_back(self, counts: int) -> None:
+        """Leave out the newest strokes, until no more is taken than the books have."""
+        while sum(edit.counts for edit in self.edits) > counts:
+            stroke = self.edits[-1].stroke
+            while self.edits and self.edits[-1].stroke == stroke:
+                self.edits.pop()
 
 
 def _through_head(
@@ -241,19 +257,28 @@ def _through_head(
         )
     radius_mm = measured.endoscope.diameter_mm / 2
     is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
-    return Measured(
-        measured.scope,
-        measured.tool,
-        measured.endoscope,
-        targets,
-        contacts,
-        _gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
-        _gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
-        edits,
-        breaches,
-        reference,
-        measured.picture_px,
-        measured.settings,
+    return replace(
+        measured,
+        targets=targets,
+        contacts=contacts,
+        hazards=_gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
+        tool_hazards=_gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
+        edits=edits,
+        breaches=breaches,
+        reference=reference,
+    )
+
+
+def _expert(folder: Path, info: SessionInfo) -> Track:
+    """Return the scope's track of another session; UserError for another head."""
+    recording = read_recording(folder)
+    if recording.info.surface_sha256 != info.surface_sha256:
+        raise UserError(
+            f"{folder} was flown through another head: its path cannot be compared."
+        )
+    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    return scope_track(
+        samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )
 
 

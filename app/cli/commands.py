@@ -162,6 +162,7 @@ def metrics(
     settings: Path | None = None,
     arm: str = "",
     case: Path | None = None,
+    expert: Path | None = None,
     motion_only: Flag = False,
     json: Json = False,
 ) -> int:
@@ -186,6 +187,8 @@ def metrics(
         it the noise is estimated from the record.
     case
         Where the case that was flown through lies now.
+    expert
+        Another session of the same head, whose path is compared with.
     motion_only
         Leave the head out: no contact, hazards, targets or removal, but at once.
     """
@@ -200,6 +203,7 @@ def metrics(
         arm=arm,
         case=case,
         motion_only=motion_only,
+        expert=expert,
     )
     return run_metrics(options, as_json=json)
 

@@ -77,7 +77,8 @@ class Measured:
     is its light post. endoscope: its angle and field. contacts, hazards, tool_hazards:
     None where the head was not measured. edits, breaches: None where nobody operated.
     targets: places ``(3,)`` by name. reference: the shortest way through the air, by
-    the targets; None where it is unknown. picture_px: width
+    the targets; None where it is unknown. expert: the scope's track in a session to
+    compare with, None without one. picture_px: width
     of the picture.
     """
 
@@ -91,6 +92,7 @@ class Measured:
     edits: tuple[Taken, ...] | None = None
     breaches: tuple[Breach, ...] | None = None
     reference: Reference | None = None
+    expert: Track | None = None
     picture_px: int = 512
     settings: Settings = field(default_factory=Settings)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from disk import UserError
 from scenarios.metrics.contact import CONTACT
+from scenarios.metrics.deviation import DEVIATION
 from scenarios.metrics.fulcrum import FULCRUM
 from scenarios.metrics.hazard import HAZARD
 from scenarios.metrics.measured import Measured
@@ -27,6 +28,7 @@ from scenarios.metrics.uncertainty import (
 DEFINITIONS: tuple[Definition, ...] = (
     *MOTION,
     *SMOOTHNESS,
+    *DEVIATION,
     *FULCRUM,
     *SCOPE_VIEW,
     *CONTACT,

@@ -90,7 +90,8 @@ def test_removal_is_what_the_books_say(
     assert figures.edits
     removed = found["patient", "tissue removed: in all"]
     assert removed.value == pytest.approx(sum(figures.removed_mm3.values()))
-    assert len(removed.intervals) == figures.edits
+    # edits counts cuts ever made
+    assert 0 < len(removed.intervals) < figures.edits
     for tissue, mm3 in figures.removed_mm3.items():
         if mm3:
             told = found["patient", f"tissue removed: {tissue}"].value
