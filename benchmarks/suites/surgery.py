@@ -35,7 +35,9 @@ from scenarios import View, tip_frame
 from surgery import solids
 from surgery.edit import Taker
 from surgery.film import STEPS_PER_S, BloodFilm
+from surgery.force import MOST_BALLS, feel_tables, whole_patch
 from surgery.injury import InjuryWatch
+from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
 
@@ -49,6 +51,10 @@ WATCH = "injury watch"
 DEEP_WATCH = "injury watch deep inside"
 PICTURE = "cut to picture"
 FILM = "blood film"
+READ, TICK, COLD_TICK = "distance at 200 balls", "tick of force", "cold tick of force"
+TICKS = 2000
+FLUSHED = 4_000_000
+"""Numbers that are written between cold ticks, 16 MB: more than caches hold."""
 HEALED, WOUNDED = "light without wounds", "light on a wound"
 CLEAR, SOILED = "clean lens", "soiled lens"
 WOUND_SIZE = 256
@@ -156,6 +162,7 @@ class SurgeryPlan(Plan, suite="surgery"):
                 size,
                 5.0,
             ),
+            *self._force_tasks(),
             self.task(
                 "first_flight/sample/injuries",
                 WATCH,
@@ -199,6 +206,24 @@ class SurgeryPlan(Plan, suite="surgery"):
                 cost_s=cost_s,
             )
             for mode, work in works.items()
+        ]
+
+    def _force_tasks(self) -> list[Task]:
+        """List a tick of force, and what reads alone cost."""
+        return [
+            self.task(
+                "first_flight/tick/force",
+                mode,
+                work,
+                {"balls": MOST_BALLS, "threads": 1, "series": mode, "reference": READ},
+                baseline=None if mode == READ else READ,
+                cost_s=5.0,
+            )
+            for mode, work in (
+                (READ, partial(self._force, True, False)),
+                (TICK, partial(self._force, False, False)),
+                (COLD_TICK, partial(self._force, False, True)),
+            )
         ]
 
     def close(self) -> None:
@@ -484,6 +509,60 @@ class SurgeryPlan(Plan, suite="surgery"):
         counters["picture_ms"] = float(np.median(walls))
         counters["picture_ms_95_percent"] = float(np.percentile(walls, 95))
         return Measured(clock.timing(), counters=counters)
+
+    def _force(self, is_read: bool, is_cold: bool) -> Measured:
+        """Time ticks of a tool that slides along walls, one call each.
+
+        is_read: its distances alone. The tool goes to and fro before a wall, 0.5 mm in
+        it half of the time, by less than a tenth of a millimetre a tick.
+        """
+        patient = self._patient
+        patch = whole_patch(patient)
+        walls, grounds = feel_tables(patient.layers)
+        place, out = self._places[0]
+        frame = np.eye(4)
+        frame[:3, :3] = tip_frame(place, -out)[:3, :3]
+        along = np.linspace(RADIUS_MM, 60.0, MOST_BALLS)
+        balls = np.zeros((MOST_BALLS, 4))
+        balls[:, 2], balls[:, 3] = along, ROD_MM
+        state, result = np.zeros(tick.STATE), np.zeros(tick.OUT)
+        holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        work = np.zeros((MOST_BALLS + tick.BEHIND, tick.WORK))
+        settings = np.zeros(tick.SETTINGS)
+        settings[[tick.DT, tick.PERIOD]] = 1e-3
+        settings[tick.STIFFEST] = settings[tick.MOST_N] = np.inf
+        still, flushed = np.zeros(3), np.zeros(FLUSHED, np.float32)
+        clock = _Clock()
+        count = TICKS // 20 if is_cold else TICKS
+        for n in range(count):
+            depth = 0.5 * np.sin(n / 50)
+            frame[:3, 3] = place - (RADIUS_MM - ROD_MM + depth) * out
+            if is_cold:
+                flushed += 1.0
+            if is_read:
+                clock.time(
+                    partial(
+                        tick.place_balls,
+                        patch.distance,
+                        patch.voxel,
+                        holes,
+                        0,
+                        balls,
+                        frame,
+                        still,
+                        0.0,
+                        work,
+                    )
+                )
+                continue
+            clock.time(
+                partial(
+                    tick.touch_tick,
+                    *(patch, walls, grounds, balls, frame, settings),
+                    *(state, holes, work, result),
+                )
+            )
+        return Measured(clock.timing(), counters=clock.counters("tick"))
 
     def _watch(self) -> Measured:
         """Time the watch a sample at a time on the bundled flight."""
