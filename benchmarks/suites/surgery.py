@@ -55,6 +55,8 @@ READ, TICK, COLD_TICK = "distance at 200 balls", "tick of force", "cold tick of 
 TICKS = 2000
 FLUSHED = 4_000_000
 """Numbers that are written between cold ticks, 16 MB: more than caches hold."""
+THIN_MM = 0.8
+"""Radius of the tool whose force is timed."""
 HEALED, WOUNDED = "light without wounds", "light on a wound"
 CLEAR, SOILED = "clean lens", "soiled lens"
 WOUND_SIZE = 256
@@ -513,18 +515,23 @@ class SurgeryPlan(Plan, suite="surgery"):
     def _force(self, is_read: bool, is_cold: bool) -> Measured:
         """Time ticks of a tool that slides along walls, one call each.
 
-        is_read: its distances alone. The tool goes to and fro before a wall, 0.5 mm in
-        it half of the time, by less than a tenth of a millimetre a tick.
+        is_read: its distances alone. The scope's shaft of the bundled flight, ahead
+        until it touches, goes to and fro by a hundredth of a millimetre a tick, half of
+        the time up to 0.5 mm into the wall. Counter `touching` is that share.
         """
         patient = self._patient
         patch = whole_patch(patient)
         walls, grounds = feel_tables(patient.layers)
-        place, out = self._places[0]
-        frame = np.eye(4)
-        frame[:3, :3] = tip_frame(place, -out)[:3, :3]
-        along = np.linspace(RADIUS_MM, 60.0, MOST_BALLS)
+        path = bundled_flight()[1]
+        seen = path.sample(0.5 * path.duration_s)
+        frame = tip_frame(seen.tip_mm, seen.axis)
         balls = np.zeros((MOST_BALLS, 4))
-        balls[:, 2], balls[:, 3] = along, ROD_MM
+        balls[:, 2] = np.linspace(THIN_MM, 60.0, MOST_BALLS)
+        balls[:, 3] = THIN_MM
+        start, ahead = frame[:3, 3].copy(), -frame[:3, 2]
+        way = np.arange(0.0, 30.0, 0.05)[:, None]
+        gaps = -patient.surface.distance.sample(start + (way - THIN_MM) * ahead)
+        start += float(way[np.argmax(gaps < THIN_MM), 0]) * ahead
         state, result = np.zeros(tick.STATE), np.zeros(tick.OUT)
         holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
         work = np.zeros((MOST_BALLS + tick.BEHIND, tick.WORK))
@@ -532,11 +539,11 @@ class SurgeryPlan(Plan, suite="surgery"):
         settings[[tick.DT, tick.PERIOD]] = 1e-3
         settings[tick.STIFFEST] = settings[tick.MOST_N] = np.inf
         still, flushed = np.zeros(3), np.zeros(FLUSHED, np.float32)
-        clock = _Clock()
+        clock, touches = _Clock(), 0
         count = TICKS // 20 if is_cold else TICKS
         for n in range(count):
             depth = 0.5 * np.sin(n / 50)
-            frame[:3, 3] = place - (RADIUS_MM - ROD_MM + depth) * out
+            frame[:3, 3] = start + depth * ahead
             if is_cold:
                 flushed += 1.0
             if is_read:
@@ -562,7 +569,9 @@ class SurgeryPlan(Plan, suite="surgery"):
                     *(state, holes, work, result),
                 )
             )
-        return Measured(clock.timing(), counters=clock.counters("tick"))
+            touches += int(result[tick.PASSES] > 0)
+        counters = clock.counters("tick") | {"touching": touches / count}
+        return Measured(clock.timing(), counters=counters)
 
     def _watch(self) -> Measured:
         """Time the watch a sample at a time on the bundled flight."""
