@@ -188,14 +188,7 @@ class FeltPoses:
         """
         until = time.monotonic() + timeout_s
         while True:
-            try:
-                pose = self.hand.read(max(until - time.monotonic(), 0.0))
-            except TimeoutError:
-                if not self.is_flown or self.loop.state.is_measured:
-                    raise
-                raise TimeoutError(
-                    f"no pose came from the {self.head.name} in {timeout_s:g} s"
-                ) from None
+            pose = self.hand.read(max(until - time.monotonic(), 0.0))
             last_s = pose.time_s if self._last_s is None else self._last_s
             lasts_s = min(max(pose.time_s - last_s, SHORTEST_S), LONGEST_S)
             self._last_s = pose.time_s
@@ -209,6 +202,10 @@ class FeltPoses:
             if state.is_measured:
                 self._is_away = False
                 return replace(pose, device_from_tip=state.device_from_tip)
+            if time.monotonic() >= until:
+                raise TimeoutError(
+                    f"no pose came from the {self.head.name} in {timeout_s:g} s"
+                )
 
 
 class ForceDeviceInput(_HapticInput):

@@ -83,7 +83,7 @@ def test_every_fault_keeps_the_limit_and_the_force_comes_back(name: str) -> None
         assert not loop.sizes[1001:1200].any()
         assert loop.sizes[1199 + 10] <= limit * 10 / 250
     assert np.isfinite(loop.sizes).all()
-    # a tool that is back deep inside tissue is not thrown out: it is felt once it is out
+    # a tool that is back deep inside tissue is felt only once it is out
     loop.lead(2.0, 0.2)
     loop.tick(500)
     loop.lead(-3.0, 0.2)
