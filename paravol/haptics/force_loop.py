@@ -21,7 +21,7 @@ from paravol.haptics.kernels.run_loop import Feeling, Tissue, copy_state, run_lo
 from paravol.haptics.loop_record import BIN_NS, LOOP
 from scenarios.session import SHAFT_CHECKED_MM
 from surgery import solids
-from surgery.force import balls_of, feel_tables, stiffest_n_mm
+from surgery.force import balls_of, feel_tables
 from surgery.kernels import touch_force
 
 Doubles = NDArray[np.float64]
@@ -93,10 +93,7 @@ def new_feeling(
     walls, grounds = feel_tables(layers)
     settings = np.zeros(touch_force.SETTINGS)
     settings[touch_force.PERIOD] = period_s
-    stiffest = limits.stiffness_n_m * 1e-3
-    if limits.damping_ns_m > 0.0:
-        stiffest = min(stiffest, stiffest_n_mm(1e-3 * limits.damping_ns_m, period_s))
-    settings[touch_force.STIFFEST] = stiffest
+    settings[touch_force.STIFFEST] = limits.stiffest_n_m(period_s) * 1e-3
     settings[touch_force.DAMPING] = limits.damping_ns_m * 1e-3
     settings[touch_force.MOST_N] = limits.force_n
     return Feeling(
