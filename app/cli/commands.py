@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from app.cli import arm_commands, case_commands, picture_commands
+from app.cli.device_options import ONE_DEVICE, DeviceOptions
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
     DEVICES,
@@ -210,8 +211,7 @@ def train(
     device: str | None = None,
     input: str | None = None,
     stream_igtl: str | None = None,
-    registration: Path | None = None,
-    roll: str | None = None,
+    devices: Annotated[DeviceOptions, FLATTENED] = ONE_DEVICE,
     size: Size = 512,
     threads: Threads = 0,
     record: Path | None = None,
@@ -231,11 +231,6 @@ def train(
         recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
     stream_igtl
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
-    registration
-        File of `paravol register`, made since the arm was switched on, or of a tracker.
-    roll
-        Who knows the roll of the scope in the arm at --device: horizon (level, the
-        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
     record
         Record the session into this folder, NAME.paravol, for good. Without it the
         newest sessions are kept below the user's data directory, 1 GB of them.
@@ -252,8 +247,7 @@ def train(
         device=device,
         input=input,
         stream_igtl=stream_igtl,
-        registration=registration,
-        roll=roll,
+        devices=devices,
         size=size,
         threads=thread_count(threads),
         record=record,

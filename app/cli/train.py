@@ -9,6 +9,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
+from app.cli.device_options import DeviceOptions
 from app.opengl import probe_window
 from disk import UserError
 
@@ -32,8 +33,7 @@ def run_train(
     device: str | None,
     input: str | None,
     stream_igtl: str | None,
-    registration: Path | None,
-    roll: str | None,
+    devices: DeviceOptions,
     size: int,
     threads: int,
     record: Path | None,
@@ -44,8 +44,8 @@ def run_train(
 
     input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or
     the mouse; stream_igtl: ``[HOST:]PORT``.
-    registration: a file of `paravol register`; without it fiducials are touched.
-    roll: the words of `paravol.inputs.arm_roll`.
+    devices: where arms and trackers stand (without a file fiducials are touched), who
+    knows the roll and what moves the tool.
     record: folder of the recording; None keeps it below the user's data directory for
     as long as there is room. The result is printed.
     seconds: close by itself that long after the first picture.
@@ -67,8 +67,11 @@ def run_train(
     path_file = folder / exercise.path
     path = load_probe_path(path_file)
     stream = None if stream_igtl is None else listening_address(stream_igtl)
-    flown = choose_input(input, device, exercise, path, path_file, registration, roll)
+    flown = choose_input(
+        input, device, exercise, path, path_file, devices.registration, devices.roll
+    )
     demand_port(device)
+    second = devices.second_input(input, device, exercise, path)
     graphics = probe_window()
     if not graphics.works:
         raise UserError(graphics.problem)
@@ -83,7 +86,17 @@ def run_train(
 
     application = QApplication(["paravol"])
     kept = SessionStore.of_the_user()
-    order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
+    order = FlightOrder(
+        exercise,
+        path,
+        flown,
+        size,
+        threads,
+        record,
+        stream,
+        kept,
+        instrument=second,
+    )
     thread = FlightThread(order)
     window = TraineeWindow(
         thread,

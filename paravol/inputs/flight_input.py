@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -12,6 +13,7 @@ from devices.controls.keyboard import MouseKeys
 from devices.controls.roll import EncoderRoll
 from paravol.inputs.pose_completer import HandChannel, PoseCompleter
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import DeviceTurns
 from paravol.patient import PatientScene
 
 POST_IS_Y_DEG = -90.0
@@ -24,7 +26,8 @@ class FlightInput(ABC):
     name: for the window. keys: its controls, to be shown. completer: makes samples of
     its poses. until_s: when the flight is over. registration: where its frame lies in
     the patient; None when fiducials must be touched, ``touch_hint`` says how.
-    controls: takes keys and mouse, where those steer.
+    controls: takes keys and mouse, where those steer. turns: gives its device to the
+    tool and back, once it is open; None where that cannot be.
     """
 
     name: str
@@ -35,6 +38,7 @@ class FlightInput(ABC):
     registration: Registration | None = None
     touch_hint: str = ""
     controls: MouseKeys | None = None
+    turns: DeviceTurns | None = None
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
@@ -44,6 +48,11 @@ class FlightInput(ABC):
         """Hear where the poses lie in the patient, before any becomes a sample."""
         # Most inputs have no use for it.
         del registration
+
+    def on_swap(self, heard: Callable[[], object]) -> None:
+        """Call `heard` when a button of the device asks for the tool, or the scope."""
+        # Most devices have no button for it.
+        del heard
 
 
 def in_the_patient() -> Registration:
