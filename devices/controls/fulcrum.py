@@ -271,8 +271,10 @@ class FulcrumControl:
         """Go from a frame towards the one that passes through the pivot."""
         wanted = self._frame(self._depth_mm, self._tilt_deg)
         way_mm = float(np.linalg.norm(wanted[:3, 3] - before[:3, 3]))
-        trace = float(np.sum(wanted[:3, :3] * before[:3, :3]))
-        turn_deg = math.degrees(math.acos(min(max((trace - 1.0) / 2.0, -1.0), 1.0)))
+        # a turn about the shaft is no way to the pivot: the hand asks for it
+        across = np.cross(wanted[:3, 2], before[:3, 2])
+        along = float(wanted[:3, 2] @ before[:3, 2])
+        turn_deg = math.degrees(math.atan2(float(np.linalg.norm(across)), along))
         share = 1.0
         for way, rate in (
             (way_mm, self.limits.insert_mm_s),

@@ -89,6 +89,7 @@ class SecondDevice:
         self._reopen = reopen
         self._join = PoseJoin()
         self._is_lost = False
+        self._lost_s = self._newest_s = -math.inf
         self._is_failed = False
         self._retry_s = -math.inf
         self._has_ended = False
@@ -104,9 +105,10 @@ class SecondDevice:
             return None
         if host_time_s - pose.host_time_s > OLDEST_S:
             if not self._has_ended:
-                self._lose(f"{self._name} sends nothing; the tool is put away.")
+                text = f"{self._name} sends nothing; the tool is put away."
+                self._lose(text, pose.host_time_s)
             return None
-        if self._is_lost:
+        if self._is_lost and pose.host_time_s > self._lost_s:
             self._is_lost = False
             self.on_return(f"{self._name} is back.")
         return pose
@@ -126,11 +128,12 @@ class SecondDevice:
                 return
             # a source that looks for its device says so once, and gives poses later
             self._is_failed = True
-            self._lose(f"{self._name}: {error}")
+            self._lose(f"{self._name}: {error}", self._newest_s)
 
     def _take(self) -> None:
         for pose in self._source.drain():
             self._join.put(pose)
+            self._newest_s = max(self._newest_s, pose.host_time_s)
 
     def _opened_again(self) -> bool:
         """Return whether the source may be read: the old one, or a new one."""
@@ -147,9 +150,11 @@ class SecondDevice:
         self._is_failed = False
         return True
 
-    def _lose(self, text: str) -> None:
+    def _lose(self, text: str, last_s: float) -> None:
+        """Tell of a loss once; last_s: of the last pose before it, on the host."""
         if not self._is_lost:
             self._is_lost = True
+            self._lost_s = last_s
             self.on_loss(text)
 
 
