@@ -32,6 +32,9 @@ LEAST_LEVER_MM = 20.0
 TURN_DEG = 1.0
 """Largest turn of a tool in one step: what lies 6 mm off its shaft moves by 0.1 mm."""
 
+TURNED = 2
+"""Times that a tool which walls have turned is looked at anew."""
+
 MOST_TURNS = 12
 """Steps of one motion, at most: its time is bounded however far a hand jumps."""
 
@@ -150,6 +153,13 @@ class CapsuleHold(ShaftHold):
             off = balls.copy()
             off[:, 2:] = balls[:, 2:] @ aim[:3, :3].T
             frame = self.held(frame, aim, off, give_mm)
+        if frame is wanted:
+            return wanted
+        # walls have turned it, too, and what lies off its line with it
+        for _ in range(TURNED):
+            off = balls.copy()
+            off[:, 2:] = balls[:, 2:] @ frame[:3, :3].T
+            frame = self.held(frame, frame, off, give_mm)
         return frame
 
 

@@ -94,7 +94,7 @@ def test_one_that_fails_is_opened_again_from_where_it_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     now = [0.0]
-    monkeypatch.setattr(second_device.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
     gone = DeviceError(DeviceReason.DISCONNECTED, "It went away.")
     source, replacement = Scripted(), Scripted()
     tries = []

@@ -94,7 +94,7 @@ def test_without_a_tool_the_scope_keeps_its_device() -> None:
     hand.complete(Pose(0.1, 0.0, frame, 0))
     assert hand.swap()
     hand.complete(Pose(0.2, 0.0, frame, 0))
-    assert turns.is_tools
+    assert hand.holds_scope
     hand.choose(NO_TOOL)
     sample = hand.complete(Pose(0.3, 0.0, frame, 0))
     assert not turns.is_tools
