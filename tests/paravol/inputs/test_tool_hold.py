@@ -34,8 +34,13 @@ LOOSE_MM = 0.12
 TOOLS = "microdebrider", "curette", "suction tube", "ball probe", "curved suction"
 
 
+INSIDE_MM = 25.0
+"""Of a tool so much lies in the grid: where that ends, so does the plate."""
+
+
 def gap_mm(name: str, tool: np.ndarray) -> float:
-    return tool_clearance(PLATE, placed_table(contact_table(name, 1.0), tool)).gap_mm
+    table = contact_table(name, 1.0, INSIDE_MM)
+    return tool_clearance(PLATE, placed_table(table, tool)).gap_mm
 
 
 @given(
@@ -85,8 +90,8 @@ def test_contacts_and_loads_of_both_hands_are_the_same_in_a_replay(
 
     def session() -> Session:
         pivots = Nostrils.of(np.array([[8.0, -20.0, 0.0]]), np.array([[0.0, 1, 0.3]]))
-        args = Endoscope(), np.eye(4), PLATE, {}, (8, 8)
-        return Session(*args, nostrils=pivots)
+        scope = Endoscope()
+        return Session(scope, np.eye(4), PLATE, {}, (8, 8), nostrils=pivots)
 
     flown, replayed = session(), session()
     pointing = np.array([0.0, 1.0, 0.1])
