@@ -346,7 +346,7 @@ class Flight:
         recorder.add(pedal_record(event, sample.time_s))
         if event.is_down and event.button == Button.RIGHT_PEDAL:
             self.keep_moment()
-        if event.button == Button.LEFT_PEDAL and not self.order.has_own_tool:
+        if event.button == Button.LEFT_PEDAL and not self.order.input.has_instrument:
             self.hand.work(event.is_down)
 
     def _on_tool_device(

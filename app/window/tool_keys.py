@@ -17,7 +17,7 @@ TOOL_KEYS = {
     "Z": "undo the last cut",
     "Pg↑ Pg↓": "tool ahead, back",
     "Home End": "turn the tool",
-    "H": "hold the scope, move the tool; back",
+    "H": "hold the scope; back",
 }
 """What to show to whoever has a free second hand."""
 
