@@ -16,6 +16,7 @@ from paravol.view import EndoscopeView
 from renderers.shading import LOOK_VERSION, Tier
 from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionInfo
+from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
 from surgery.patient import OperatedPatient
@@ -58,6 +59,9 @@ def describe_session(
         operated=True,
         hazards_sha256=patient.hazards_sha256,
     )
+
+
+SIDES = ("right", "left")
 
 
 def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
@@ -151,7 +155,22 @@ def build_session(
         operation,
         patient.hazards,
         tasks,
+        nostrils(patient),
     )
+
+
+def nostrils(patient: PatientScene) -> Nostrils | None:
+    """Return what a patient's shafts pass through; None where nobody knows."""
+    if patient.way_in is not None:
+        way = patient.way_in
+        return Nostrils.of(np.array([way.pivot_mm]), np.array([way.axis]))
+    places = patient.landmarks
+    ways = [(f"nostril, {s}", f"sphenoethmoidal recess, {s}") for s in SIDES]
+    known = [(a, b) for a, b in ways if a in places and b in places]
+    if not known:
+        return None
+    middles = np.array([places[a] for a, _ in known])
+    return Nostrils.of(middles, np.array([places[b] for _, b in known]) - middles)
 
 
 def build_view(

@@ -49,14 +49,15 @@ def run_train(options: TrainOptions) -> int:
     stream = None
     if options.stream_igtl is not None:
         stream = listening_address(options.stream_igtl)
+    second = options.devices.second_input(options.input, device, exercise, path)
     flown = choose_input(
         options.input,
         device,
         exercise,
         path,
         path_file,
-        options.registration,
-        options.roll,
+        options.devices.registration,
+        options.devices.roll,
     )
     if options.haptics != "none" or options.haptics_fault is not None:
         from paravol.inputs.haptic import felt_input
@@ -84,7 +85,15 @@ def run_train(options: TrainOptions) -> int:
     kept = SessionStore.of_the_user()
     size, record = options.size, options.record
     order = FlightOrder(
-        exercise, path, flown, size, options.threads, record, stream, kept
+        exercise,
+        path,
+        flown,
+        size,
+        options.threads,
+        record,
+        stream,
+        kept,
+        instrument=second,
     )
     thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
     window = TraineeWindow(

@@ -11,6 +11,7 @@ from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
 from paravol.inputs.pose_completer import HandChannel, PathChannel
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
@@ -54,6 +55,7 @@ class ArmInput(FlightInput):
         self.name = device or "emulated arm"
         if device is not None and not follows_path:
             self.completer = self._hand
+            self.turns = ClutchTurns()
             return
         self.completer = PathChannel(path)
         self.has_instrument = True
