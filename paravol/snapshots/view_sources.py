@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import load_probe_path
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
+from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress, load_patient
 from paravol.session_setup import SEED, flown_scenario, path_view
 from paravol.session_timeline import GRACE_S, SessionTimeline
@@ -110,7 +110,7 @@ def case_views(
     """Return what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(scenario_of_case(folder)))
     patient = load_patient(scenario, progress)
-    path = load_probe_path(place / scenario.path)
+    path = recorded_path(scenario, place)
     _demand_within(times_s, path.duration_s, folder)
     views = [
         view_of(
