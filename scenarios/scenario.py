@@ -21,8 +21,10 @@ INSTALLED_EXAMPLES = Path(__file__).parent / "examples"
 
 
 class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the patient: a phantom by its seed, or a case.
+    """Choose the patient: a phantom by its seed, a case, or an abstract scene.
 
+    scene: name of a scene to practise in, one of `anatomy.abstract.SCENES`; the seed
+    varies its layout.
     case: folder beside the scenario file, made by ``paravol import`` or ``paravol
     phantom``; seed and spacing are its own then. Loaded, it is a full path.
     decongested: its mucosa was shrunk before, see `surgery.decongestion`.
@@ -32,6 +34,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     spacing_mm: float = 0.5
     case: str = ""
     decongested: bool = False
+    scene: str = ""
 
 
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
