@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
+from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.phantom.head_skin import head_skin
@@ -94,8 +95,8 @@ class PatientScene:
     landmarks: positions ``(3,)`` by name; paired ones carry their side, as in
         ``"maxillary ostium, right"``.
     surface_sha256: hash of the air distance values and where they lie.
-    way_in: where a scope enters a patient's own head; None for a phantom, whose
-        landmarks say it.
+    way_in: where a scope enters a patient's own head, or a scene; None for a phantom,
+        whose landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
     structures: what names the places that a tool touches.
     face: gives the distance to the skin of the whole head, mm, negative in the room,
@@ -309,13 +310,15 @@ def instrument(name: str = FIRST_TOOL, jaw: float = 1.0) -> Mesh:
 
 
 def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
-    """Build the scenario's head, fetch it from the cache, or read its case.
+    """Build the scenario's head or scene, fetch it from the cache, or read its case.
 
     Raises UserError for a case that cannot be flown.
     """
     head = scenario.head
     if head.case:
         patient = load_case(Path(head.case), progress)
+    elif head.scene:
+        patient = load_scene(head.scene, head.seed, head.spacing_mm, progress)
     else:
         patient = load_phantom(
             head.seed,
@@ -404,6 +407,36 @@ def load_phantom(
         face=partial(head_skin, phantom.parameters, SKIN_MM),
         layers=phantom.layers,
         hazards=phantom.hazards,
+    )
+
+
+def load_scene(
+    name: str,
+    seed: int = 1,
+    spacing_mm: float = 0.5,
+    progress: Progress = no_progress,
+) -> PatientScene:
+    """Return an abstract space to practise in, built in about two seconds.
+
+    name: one of `anatomy.abstract.SCENES`. seed: varies its layout; an odd one is the
+    one before it in a mirror. UserError for a name that there is not.
+    """
+    stage = f"Scene: {name}"
+    progress(stage, 0.0)
+    space = build_scene(name, seed, spacing_mm)
+    progress(stage, 1.0)
+    surface = AirSurface(space.distance, space.blood, space.skin)
+    return PatientScene(
+        Scene(space.ct, classic_transfer_function(), surface=surface),
+        space.landmarks,
+        surface_hash(surface),
+        space.way_in,
+        structures=Structures(
+            space.distance,
+            space.labels,
+            {int(label): name for label, name in LABELS.items()},
+            space.landmarks,
+        ),
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from anatomy.abstract import SCENES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.variants import with_variants
 from anatomy.tissue import Label
@@ -114,9 +115,11 @@ def _start_problems(scenario: "Scenario") -> Iterator[Problem]:
         yield Problem(("start", "axis"), "The axis of the start has no length.")
     head = scenario.head
     has_parameters = head.variants or head.polyps_right or head.polyps_left
-    if head.case and has_parameters:
-        text = "A case has the anatomy it has; leave out variants and polyps."
-        yield Problem(("head", "case"), text)
+    if (head.case or head.scene) and has_parameters:
+        text = "Only a phantom can be given variants and polyps; leave them out."
+        yield Problem(("head", "case" if head.case else "scene"), text)
+    if head.scene:
+        yield from _unknown(("head", "scene"), "scene", SCENES, head.scene)
     try:
         with_variants(PhantomParameters(), head.variants)
     except UserError as error:

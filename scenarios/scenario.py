@@ -42,8 +42,10 @@ class Level(StrEnum):
 
 
 class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the patient: a phantom by its seed, or a case.
+    """Choose the patient: a phantom by its seed, a case, or an abstract scene.
 
+    scene: name of a scene to practise in, one of `anatomy.abstract.SCENES`; the seed
+    varies its layout.
     case: folder beside the scenario file, made by ``paravol import`` or ``paravol
     phantom``; seed and spacing are its own then. Loaded, it is a full path.
     decongested: its mucosa was shrunk before, see `surgery.decongestion`.
@@ -58,6 +60,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     variants: tuple[str, ...] = ()
     polyps_right: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
     polyps_left: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
+    scene: str = ""
 
 
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -21,6 +21,7 @@ from paravol.snapshots.view_file import (
     Head,
     OperatedMark,
     PhantomHead,
+    SceneHead,
     PlacedInstrument,
     ScopeLook,
     ViewCamera,
@@ -180,9 +181,12 @@ def view_of(
     lens: LensState = CLEAN,
 ) -> ViewFile:
     """Describe a view of a session, so that it can be saved and drawn later."""
-    head: Head = PhantomHead(scenario.head.seed, scenario.head.spacing_mm)
-    if scenario.head.case:
-        head = CaseHead(str(Path(scenario.head.case).resolve()))
+    flown = scenario.head
+    head: Head = PhantomHead(flown.seed, flown.spacing_mm)
+    if flown.case:
+        head = CaseHead(str(Path(flown.case).resolve()))
+    elif flown.scene:
+        head = SceneHead(flown.scene, flown.seed, flown.spacing_mm)
     tools: tuple[PlacedInstrument, ...] = ()
     if has_instrument and view.instrument != NO_TOOL:
         rows = msgspec.convert(
