@@ -27,7 +27,9 @@ class BoxSpace:
     def of(cls, rooms: Sequence[Box], blocks: Sequence[Box] = ()) -> "BoxSpace":
         """Cut rooms out of solid, then put blocks into them."""
         planes = [
-            np.unique([-np.inf, np.inf, *(v for box in (*rooms, *blocks) for v in box[a])])
+            np.unique(
+                [-np.inf, np.inf, *(v for box in (*rooms, *blocks) for v in box[a])]
+            )
             for a in range(3)
         ]
         is_air = np.zeros([len(p) - 1 for p in planes], np.bool_)
