@@ -5,8 +5,7 @@ run: the lower bound of the pass rate over the last `LAST_RUNS` runs must reach
 `LEAST_RATE`. The bound is Clopper and Pearson's (Biometrika 26, 1934): the rate at
 which so many passes or more would be met with probability 1 - `CONFIDENCE`. A trainee
 whose true rate is below `LEAST_RATE` so opens a door by luck with at most that
-probability at each look; `false_unlock` gives it exactly, `false_unlock_within` for
-somebody who tries again and again.
+probability at each look; `false_unlock` gives it for who tries again and again.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,7 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.stats import beta, binom
+from scipy.stats import beta
 
 from scenarios.scenario import Scenario
 
@@ -85,12 +84,6 @@ def lower_bound(passes: int, runs: int, confidence: float = CONFIDENCE) -> float
 
 
 def false_unlock(rate: float, runs: int) -> float:
-    """Return how probably so many runs at a true pass rate meet the benchmark."""
-    enough = [k for k in range(runs + 1) if lower_bound(k, runs) >= LEAST_RATE]
-    return float(binom.pmf(enough, runs, rate).sum()) if enough else 0.0
-
-
-def false_unlock_within(rate: float, runs: int) -> float:
     """Return how probably the benchmark is met at least once within so many runs.
 
     It is looked at after each of them. Exact: a chain over the last results.
