@@ -4,7 +4,7 @@ import gc
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -26,7 +26,7 @@ from scenarios.bundle import (
     SampleRecord,
     SessionRecorder,
 )
-from scenarios.tasks import TaskEvent
+from scenarios.tasks import TaskEvent, TaskState
 
 PATIENCE_S = 2.0
 """How long the loop waits for a pose before it reports that the device is silent. The
@@ -45,7 +45,7 @@ class FrameEvent:
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
     for before the frame was begun and somebody operates. cuts: counts them so far, and
-    their undoing.
+    their undoing. tasks: how they stand.
     """
 
     view: View
@@ -55,6 +55,7 @@ class FrameEvent:
     pose_age_ms: float
     tissue: OperatedHead | None = None
     cuts: int = 0
+    tasks: tuple[TaskState, ...] = ()
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -158,6 +159,8 @@ def fly(
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
             shown = operated.shown(session, seen, keeps(sample.time_s))
+            if session.tasks is not None:
+                shown = replace(shown, tasks=session.tasks.states)
             index = recorder.samples - 1
             finish = partial(frames.finish, number, index, pose, sample, shown)
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
@@ -176,6 +179,7 @@ class _Shown:
     view: View
     tissue: OperatedHead | None = None
     cuts: int = 0
+    tasks: tuple[TaskState, ...] = ()
 
 
 class _Operated:
@@ -275,7 +279,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.cuts
+        kept = shown.tissue, shown.cuts, shown.tasks
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 

@@ -59,8 +59,8 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
         print(
             f"Passed: the last {LAST_RUNS} runs show a pass rate of {LEAST_RATE:.0%} "
             "with confidence: three in a row, or five of six. Luck at a rate of "
-            f"{RARE:.0%} gets there within ten runs {false_unlock(RARE, 10):.0%} of the "
-            "time."
+            f"{RARE:.0%} gets there within ten runs with a probability of "
+            f"{false_unlock(RARE, 10):.0%}."
         )
     return 0
 

@@ -25,6 +25,7 @@ from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
 from scenarios import InstrumentState, View
 from scenarios.instrument_state import EMPTY_HAND
+from scenarios.tasks import Status, TaskEvent, TaskState
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
@@ -34,7 +35,8 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    cuts: see `FrameEvent`. tool: what the second hand does.
+    cuts, tasks: see `FrameEvent`. tool: what the second hand does. is_frozen: the
+    trainer was.
     """
 
     pixels: NDArray[np.uint8]
@@ -44,6 +46,8 @@ class DisplayedFrame:
     fps: float
     cuts: int = 0
     tool: InstrumentState = EMPTY_HAND
+    tasks: tuple[TaskState, ...] = ()
+    is_frozen: bool = False
 
 
 class FlightThread(QObject, FlightObserver):
@@ -69,6 +73,8 @@ class FlightThread(QObject, FlightObserver):
     """A view was saved as a file, or not: what to say of it, and where it is or why."""
     injured = Signal(str)
     """Something was hurt that must not be: what, and through what."""
+    task_ended = Signal(str, bool, str)
+    """A task was done (True) or failed: its name, and what to say of it."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -184,6 +190,12 @@ class FlightThread(QObject, FlightObserver):
         """Tell the window."""
         self.injured.emit(text)
 
+    def on_task(self, event: TaskEvent) -> None:
+        """Tell the window of what is done or failed."""
+        if event.status in (Status.DONE, Status.FAILED):
+            is_done = event.status is Status.DONE
+            self.task_ended.emit(event.task, is_done, event.text)
+
     def on_loss(self, loss: DeviceError) -> None:
         """Tell the window."""
         self.away.emit()
@@ -207,6 +219,8 @@ class FlightThread(QObject, FlightObserver):
             fps=(len(times) - 1) / max(now - times[0], 1e-3),
             cuts=event.cuts,
             tool=event.sample.instrument,
+            tasks=event.tasks,
+            is_frozen=event.sample.is_frozen,
         )
         with self._lock:
             was_taken = self._newest is None
