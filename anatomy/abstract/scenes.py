@@ -47,10 +47,10 @@ APART_MM = 1.0
 RAISED_MM = 1.0
 """A raised sign stands so far out of its wall."""
 
-NICHE_MM = 5.0
-"""Half a niche's length along its passage. At 5.5 mm of depth, no line steeper than 48
-degrees from the passage misses its bottom's middle: outside a straight scope's
-field."""
+NICHE_MM = 5.5
+"""Half a niche's length along its passage, and its depth: its bottom's middle is in
+sight from 45 degrees beside the passage, where a straight scope's picture of 40 has
+ended."""
 
 FAINT = 0.35
 """Paint of bands that only show how far it is."""
@@ -137,7 +137,7 @@ def _targets(draw: Draw) -> Layout:
 
 def _niches(draw: Draw) -> Layout:
     """Cut niches into the sides of a passage, signs at their bottoms."""
-    half, deep, last = 6.0, 5.5, 64.0
+    half, deep, last = 6.0, NICHE_MM, 64.0
     passage: Box = ((-half, half), (0.0, last), (-half, half))
     rooms, signs, side = [passage], [], -1
     for letter, middle in zip(LETTERS, np.arange(24.0, 57.0, 8.0), strict=False):

@@ -5,15 +5,19 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from paravol.patient import load_patient, load_scene, no_progress
-from paravol.session_setup import operate_on
+from paravol.session_setup import build_session, operate_on
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import SceneHead, load_view, save_view
 from paravol.snapshots.view_sources import view_of
-from scenarios import Scenario, View, tip_frame
+from scenarios import Sample, Scenario, View, tip_frame
 from scenarios.clearance import Clearance
+from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
+from scenarios.tasks import Status
+from scenarios.tasks.task import Follow, Hold, Look, Ring
 from surgery.edit import Taker
 from surgery.solids import capsule
 
@@ -66,3 +70,54 @@ def test_a_wall_can_be_cut() -> None:
     assert operated.books.tissues()["mucosa"] > 1.0
     # the scene itself stays as it was
     assert load_scene("niches", 2, 1.0).surface_sha256 == before.surface_sha256
+
+
+def test_a_straight_scope_follows_hoops_looks_and_holds_without_a_touch() -> None:
+    patient = load_scene("hoops", 4)
+    marks = patient.landmarks
+    start = marks["start"]
+    ways = {
+        name: _unit(marks[name] - start) for name in sorted(marks) if name != "start"
+    }
+    rings = tuple(
+        Ring(place=name, axis=tuple(way), radius_mm=3.0) for name, way in ways.items()
+    )
+    last = rings[-1].place
+    assert isinstance(last, str)
+    scenario = msgspec.structs.replace(
+        HOOPS,
+        tasks=(
+            Follow(name="hoops", title="", rings=rings),
+            Look(name="look", title="", place=last, after=("hoops",)),
+            Hold(
+                name="hold",
+                title="",
+                place=last,
+                radius_mm=8.0,
+                still_mm=0.5,
+                hold_s=2.0,
+                after=("look",),
+            ),
+        ),
+    )
+    session = build_session(scenario, patient, np.eye(4), (8, 8))
+    tips = []
+    for name, way in ways.items():
+        deepest = np.linalg.norm(marks[name] - start) + 2.0
+        tips += [(start + depth * way, way) for depth in (2.0, deepest, 2.0)]
+    tips += [(marks[last] - 6.0 * ways[last], ways[last])] * 40
+    for n, (tip, way) in enumerate(tips):
+        away = tip - 200.0 * way
+        session.step(
+            Sample(0.1 * n, tip_frame(tip, way), 0.0, away, way, 0, EMPTY_HAND)
+        )
+    score = session.score()
+    assert {state.name: state.status for state in score.tasks or ()} == dict.fromkeys(
+        ("hoops", "look", "hold"), Status.DONE
+    )
+    assert score.contacts == 0
+
+
+def _unit(way: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = way / np.linalg.norm(way)
+    return unit

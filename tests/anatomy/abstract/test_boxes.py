@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from anatomy.abstract.boxes import Box, BoxSpace
 
 SIDE = 5
-RANGES = st.tuples(st.integers(0, SIDE), st.integers(0, SIDE)).filter(
-    lambda ends: ends[0] < ends[1]
+RANGES = st.tuples(st.integers(0, SIDE - 1), st.integers(1, SIDE)).map(
+    lambda of: (of[0], min(of[0] + of[1], SIDE))
 )
 BOXES = st.lists(st.tuples(RANGES, RANGES, RANGES), min_size=1, max_size=4)
 PLACE = st.tuples(*[st.floats(-2, SIDE + 2)] * 3)

@@ -15,7 +15,7 @@ from renderers.shading.strands import LEAST_SKIN
 @pytest.fixture(scope="module", params=SCENES)
 def named(request: pytest.FixtureRequest) -> tuple[str, AbstractSpace]:
     """Return a scene with its name."""
-    return request.param, build_scene(request.param, 2)
+    return request.param, build_scene(request.param, 2, 0.8)
 
 
 def test_the_grid_holds_the_exact_distance(named: tuple[str, AbstractSpace]) -> None:
