@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.vtk.head_model import head_model
+from app.vtk.head_model import COARSENESS, FINE, head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
 from paravol.flight import Flight, FlightObserver, FlightOrder
@@ -143,7 +143,9 @@ class FlightThread(QObject, FlightObserver):
         assert self.flight.path is not None
         cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
-        self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
+        coarseness = FINE if order.scenario.head.scene else COARSENESS
+        head = head_model(patient.surface, targets, cut_open, face, coarseness)
+        self.head_ready.emit(head)
 
     def on_touch(self, stage: str, share: float) -> None:
         """Report each fiducial once."""
