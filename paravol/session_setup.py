@@ -1,11 +1,13 @@
 """The parts of a session, built from its description or from its scenario."""
 
 import datetime
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
 import numpy as np
+import xxhash
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration
@@ -14,9 +16,19 @@ from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
+from renderers.scene import Volume
 from renderers.shading import LOOK_VERSION, Tier
-from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
+from scenarios import (
+    Sample,
+    Scenario,
+    Session,
+    Structures,
+    View,
+    load_scenario,
+    tip_frame,
+)
 from scenarios.bundle import SessionInfo
+from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
@@ -140,7 +152,8 @@ def build_session(
 ) -> Session:
     """Start a session of the scenario under a registration, 4x4.
 
-    operation: what the second hand does to the patient; see `operate_on`.
+    operation: what the second hand does to the patient; see `operate_on`. Where there
+    is one, or there are tasks, what mucosa is seen is watched.
     """
     surface = patient.surface if operation is None else operation.patient.surface
     tasks = None
@@ -157,7 +170,37 @@ def build_session(
         patient.hazards,
         tasks,
         nostrils(patient),
+        coverage_watch(patient, operation) if tasks or operation else None,
     )
+
+
+def coverage_watch(
+    patient: PatientScene, operation: Operation | None = None
+) -> CoverageWatch:
+    """Begin to watch what is seen of a patient's mucosa, as it was before any cut."""
+    distance = patient.surface.distance
+    if operation is not None:
+        distance = operation.patient.pristine.distance
+    digest = xxhash.xxh3_128(distance.values.data)
+    digest.update(distance.world_from_voxel.tobytes())
+    known = digest.hexdigest(), patient.structures_sha256
+    head = _Head(known, distance, patient.structures)
+    return CoverageWatch(_divided(head), patient.landmarks)
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Hold a head's surface and names, told apart by their hashes."""
+
+    known: tuple[str, str]
+    distance: Volume = field(compare=False)
+    structures: Structures | None = field(compare=False)
+
+
+@lru_cache(maxsize=1)
+def _divided(head: _Head) -> Mucosa:
+    """Return a head's patches; of the newest head they are kept."""
+    return mucosa_of(head.distance, head.structures)
 
 
 def nostrils(patient: PatientScene) -> Nostrils | None:
