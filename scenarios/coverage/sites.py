@@ -59,6 +59,9 @@ CLEFT_MM = 7.0
 """The olfactory cleft is so near to the middle, and above the superior turbinate's
 landmark; beside it lie the septum's and the turbinates' upper ends."""
 
+SEPTUM_MM = 5.0
+"""Walls so near to the middle that face outwards are the septum's."""
+
 MEDIAL_MM, STEP_MM = 14.0, 0.5
 """Way towards the middle on which a turbinate is looked for."""
 
@@ -98,8 +101,12 @@ def sites_of(
         if front[n] not in (*SINUSES, "nasal air"):
             found.append("")
             continue
-        site = SINUSES.get(front[n]) or _nasal(place, back[n], over[n], known, middle)
         is_left = place[0] > middle
+        outwards = normals[n, 0] * (1.0 if is_left else -1.0)
+        if not back[n] and outwards > 0.5 and abs(place[0] - middle) < SEPTUM_MM:
+            # where its cartilage or bone lies deep
+            back[n] = "septum"
+        site = SINUSES.get(front[n]) or _nasal(place, back[n], over[n], known, middle)
         if back[n] == "septum" and abs(normals[n, 0]) > 0.3:
             # a bent septum leaves the midline, but faces its own side
             is_left = bool(normals[n, 0] > 0.0)
@@ -122,6 +129,8 @@ def _nasal(
     is_medial = abs(place[0] - middle) <= CLEFT_MM
     if roof is not None and is_medial and place[2] > roof[2] + 2.0:
         return CLEFT
+    if back == "septum":
+        return back
     for landmark, (site, near_mm) in PLACES.items():
         at = known.get(f"{landmark}, {SIDES[int(place[0] > middle)]}")
         if at is not None and np.linalg.norm(place - at) <= near_mm:

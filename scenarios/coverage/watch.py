@@ -70,8 +70,8 @@ def nearest_sharp_mm() -> float:
 class SiteSeen:
     """Sum up a site: its area, how much of it was seen, and what that may err by.
 
-    uncertain_percent: 1 sigma of `seen_percent`: by how much rays from checked places of
-    the wall to the eye see more or less than the item buffer, and, added in squares,
+    uncertain_percent: 1 sigma of `seen_percent`: by how much rays from checked places
+    of the wall to the eye see more or less than the item buffer, and, added in squares,
     how well so few places tell.
     """
 
