@@ -10,7 +10,13 @@ from PIL import Image as PilImage
 from PIL import ImageDraw
 
 from disk import UserError
-from paravol.patient import Progress, StrPath, load_patient, no_progress
+from paravol.patient import (
+    PatientScene,
+    Progress,
+    StrPath,
+    load_patient,
+    no_progress,
+)
 from paravol.session_setup import flown_scenario, reopen_session
 from renderers.scene import Volume
 from scenarios.bundle import SampleRecord, read_recording
@@ -75,17 +81,20 @@ class SessionCoverage:
 
 
 def session_coverage(
-    folder: StrPath, case: Path | None = None, progress: Progress = no_progress
+    folder: StrPath,
+    case: Path | None = None,
+    progress: Progress = no_progress,
+    patient: PatientScene | None = None,
 ) -> SessionCoverage:
     """Step a recorded session again and return what it saw.
 
-    case: where the case that was flown through lies now. UserError when the session
-    cannot be read, was flown through another head, or nobody operated in it.
+    case: where the case that was flown through lies now. patient: the one that was
+    flown through, where it is loaded already. UserError when the session cannot be read, was flown through another head, or nobody operated in it.
     """
     folder = Path(folder)
     recording = read_recording(folder)
     scenario = flown_scenario(folder, recording.info, case)
-    patient = load_patient(scenario, progress)
+    patient = patient or load_patient(scenario, progress)
     _, session = reopen_session(folder, recording.info, patient)
     if session.coverage is None:
         raise UserError(f"{folder} is of a version that did not watch what is seen.")

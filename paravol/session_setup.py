@@ -1,6 +1,7 @@
 """The parts of a session, built from its description or from its scenario."""
 
 import datetime
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -32,6 +33,7 @@ from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
+from scenarios.tasks.task import Survey, Task
 from surgery.patient import OperatedPatient
 
 SEED = 1
@@ -153,12 +155,16 @@ def build_session(
     """Start a session of the scenario under a registration, 4x4.
 
     operation: what the second hand does to the patient; see `operate_on`. Where there
-    is one, or there are tasks, what mucosa is seen is watched.
+    is one, or there are tasks, what mucosa is seen is watched. UserError where a survey
+    names a site that the head does not have.
     """
     surface = patient.surface if operation is None else operation.patient.surface
     tasks = None
     if scenario.tasks:
         tasks = TaskEngine(scenario.tasks, patient.landmarks)
+    watch = coverage_watch(patient, operation) if tasks or operation else None
+    if watch is not None:
+        _check_sites(scenario.tasks, watch)
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
@@ -170,7 +176,7 @@ def build_session(
         patient.hazards,
         tasks,
         nostrils(patient),
-        coverage_watch(patient, operation) if tasks or operation else None,
+        watch,
     )
 
 
@@ -186,6 +192,18 @@ def coverage_watch(
     known = digest.hexdigest(), patient.structures_sha256
     head = _Head(known, distance, patient.structures)
     return CoverageWatch(_divided(head), patient.landmarks)
+
+
+def _check_sites(tasks: Sequence[Task], watch: CoverageWatch) -> None:
+    known = watch.mucosa.members
+    for task in tasks:
+        if isinstance(task, Survey):
+            for name in task.sites:
+                if name not in known:
+                    raise UserError(
+                        f"The task {task.name!r} names the site {name!r}, which this "
+                        f"head does not have; it has: {'; '.join(sorted(known))}."
+                    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,9 @@
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from anatomy.files.surfaces import save_surface
+import numpy as np
+
+from anatomy.files.surfaces import Surface, save_surface
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place
 from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
@@ -51,12 +53,15 @@ def _write_surface(seen: SessionCoverage, path: Path) -> None:
     from app.vtk.case_surfaces import zero_set
 
     surface = zero_set(seen.distance)
-    if surface is None:
+    if surface is None or not len(seen.watch.mucosa.area_mm2):
         raise UserError("The head has no surface to paint on.")
     middle, normals = surface.middles()
-    # the triangles face the air
+    # the triangles face the air; the face and closed cells are no mucosa to be seen
     seconds = seconds_at(seen.watch, middle, normals)
-    save_surface(surface, path, {"seconds_seen": seconds})
+    is_mucosa = np.isfinite(seconds)
+    corners, faces = np.unique(surface.faces[is_mucosa], return_inverse=True)
+    mucosa = Surface(surface.vertices[corners], faces.reshape(-1, 3).astype(np.int32))
+    save_surface(mucosa, path, {"seconds_seen": seconds[is_mucosa]})
 
 
 def _print(session: Path, seen: SessionCoverage) -> None:
