@@ -89,7 +89,8 @@ def session_coverage(
     """Step a recorded session again and return what it saw.
 
     case: where the case that was flown through lies now. patient: the one that was
-    flown through, where it is loaded already. UserError when the session cannot be read, was flown through another head, or nobody operated in it.
+    flown through, where it is loaded already. UserError when the session cannot be
+    read, was flown through another head, or nobody operated in it.
     """
     folder = Path(folder)
     recording = read_recording(folder)

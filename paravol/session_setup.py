@@ -20,6 +20,7 @@ from paravol.view import EndoscopeView
 from renderers.scene import Volume
 from renderers.shading import LOOK_VERSION, Tier
 from scenarios import (
+    Endoscope,
     Sample,
     Scenario,
     Session,
@@ -29,7 +30,7 @@ from scenarios import (
     tip_frame,
 )
 from scenarios.bundle import SessionInfo
-from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
+from scenarios.coverage import SITE_NAMES, CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
@@ -183,7 +184,10 @@ def build_session(
 def coverage_watch(
     patient: PatientScene, operation: Operation | None = None
 ) -> CoverageWatch:
-    """Begin to watch what is seen of a patient's mucosa, as it was before any cut."""
+    """Begin to watch what is seen of a patient's mucosa, as it was before any cut.
+
+    The first look loads compiled code, so one is made here: no flight waits for it.
+    """
     distance = patient.surface.distance
     if operation is not None:
         distance = operation.patient.pristine.distance
@@ -191,7 +195,10 @@ def coverage_watch(
     digest.update(distance.world_from_voxel.tobytes())
     known = digest.hexdigest(), patient.structures_sha256
     head = _Head(known, distance, patient.structures)
-    return CoverageWatch(_divided(head), patient.landmarks)
+    mucosa = _divided(head)
+    camera = Endoscope().camera(np.eye(4), 0.0, (8, 8))
+    CoverageWatch(mucosa).step(0.0, camera, distance)
+    return CoverageWatch(mucosa, patient.landmarks)
 
 
 def _check_sites(tasks: Sequence[Task], watch: CoverageWatch) -> None:
@@ -199,11 +206,17 @@ def _check_sites(tasks: Sequence[Task], watch: CoverageWatch) -> None:
     for task in tasks:
         if isinstance(task, Survey):
             for name in task.sites:
-                if name not in known:
+                if name in known:
+                    continue
+                if name.partition(", ")[0] not in SITE_NAMES:
                     raise UserError(
-                        f"The task {task.name!r} names the site {name!r}, which this "
-                        f"head does not have; it has: {'; '.join(sorted(known))}."
+                        f"The task {task.name!r} names the site {name!r}, which is "
+                        f"none; known are: {'; '.join(SITE_NAMES)}."
                     )
+                raise UserError(
+                    f"The task {task.name!r} names the site {name!r}, which this head "
+                    f"does not have; it has: {'; '.join(sorted(known))}."
+                )
 
 
 @dataclass(frozen=True, slots=True)

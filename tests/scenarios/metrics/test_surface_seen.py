@@ -8,7 +8,7 @@ from scenarios.coverage import CoverageFigures, SiteSeen
 from scenarios.metrics import Measured, PoseNoise, SessionNoise, definitions_named
 from scenarios.metrics.registry import measure
 from scenarios.metrics.surface_seen import landmarks_seen, surface_seen
-from tests.scenarios.metrics.tracks import track_of
+from tests.scenarios.metrics.tracks import of_scope, track, wander
 
 SITES = {
     "septum, left": SiteSeen(300.0, 50.0, 4.0),
@@ -17,8 +17,7 @@ SITES = {
 
 
 def measured(coverage: CoverageFigures | None) -> Measured:
-    track = track_of()
-    return Measured(track, track, coverage=coverage)
+    return of_scope(track(*wander(2.0)), coverage=coverage)
 
 
 def test_in_all_is_the_mean_by_area_and_errors_add_in_squares() -> None:
