@@ -266,6 +266,7 @@ def _through_head(
         edits=edits,
         breaches=breaches,
         reference=reference,
+        coverage=None if session.coverage is None else session.coverage.figures(),
     )
 
 

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Camera, Volume
+from renderers.scene.lens_state import CLEAN
 from scenarios.clearance import Clearance, shaft_clearance, tool_clearance
+from scenarios.coverage import CoverageState, CoverageWatch, SeenPercent
 from scenarios.endoscope import Endoscope
 from scenarios.hazard_watch import HazardGaps, hazard_gaps
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
@@ -92,6 +94,7 @@ class SessionState:
     operation: "OperationState | None"
     tasks: EngineState | None
     clock: "_Clock"
+    coverage: CoverageState | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +137,7 @@ class Session:
         hazards: HazardVolumes | None = None,
         tasks: TaskEngine | None = None,
         nostrils: Nostrils | None = None,
+        coverage: CoverageWatch | None = None,
     ) -> None:
         """Start a flight.
 
@@ -146,6 +150,7 @@ class Session:
         hazards: what must not be hurt; None where nobody knows where that is.
         tasks: what the trainee is asked to do; None for nothing.
         nostrils: what the shafts pass through; None where that is unknown.
+        coverage: watches what mucosa is seen; None where nobody asks.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
@@ -154,6 +159,7 @@ class Session:
         self._structures = structures
         self._hazards = hazards
         self._nostrils = nostrils
+        self.coverage = coverage
         self.operation = operation
         self.tasks = tasks
         self._task_events: list[TaskEvent] = []
@@ -193,6 +199,7 @@ class Session:
             self.clock_s, depth_mm, placed.tool_touched, placed.drags_mm
         )
         self._stepped = sample, placed
+        self._watch_mucosa(sample, placed)
         if self.tasks is not None:
             situation = self._situation(sample, placed)
             self._task_events += self.tasks.step(situation)
@@ -206,8 +213,14 @@ class Session:
         """Return all that later samples may change, the patient's tissue included."""
         operation = None if self.operation is None else self.operation.freeze()
         tasks = None if self.tasks is None else self.tasks.freeze()
+        coverage = None if self.coverage is None else self.coverage.freeze()
         return SessionState(
-            self._scorer.copy(), self._stepped, operation, tasks, self._clock
+            self._scorer.copy(),
+            self._stepped,
+            operation,
+            tasks,
+            self._clock,
+            coverage,
         )
 
     def restore(self, state: SessionState) -> None:
@@ -218,6 +231,8 @@ class Session:
         self._task_events = []
         if self.tasks is not None and state.tasks is not None:
             self.tasks.restore(state.tasks)
+        if self.coverage is not None and state.coverage is not None:
+            self.coverage.restore(state.coverage)
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
@@ -237,6 +252,18 @@ class Session:
             placed.tool_touched,
             placed.drags_mm,
         )
+
+    def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
+        watch = self.coverage
+        if watch is None or not watch.is_due(self.clock_s):
+            return
+        lens = CLEAN
+        if self.operation is not None and self.operation.lens is not None:
+            lens = self.operation.lens.state
+        camera = self.endoscope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size
+        )
+        watch.step(self.clock_s, camera, self._distance, lens)
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
@@ -258,6 +285,8 @@ class Session:
             hand.is_working,
             gaps,
         )
+        if self.coverage is not None:
+            now = replace(now, seen_percent=SeenPercent(self.coverage))
         operation = self.operation
         if operation is None:
             return now
@@ -358,6 +387,8 @@ class Session:
         score = self._scorer.score()
         if self.tasks is not None:
             score = replace(score, tasks=list(self.tasks.ended()))
+        if self.coverage is not None:
+            score = replace(score, coverage=self.coverage.figures())
         if self.operation is None:
             return score
         return replace(score, operation=self.operation.figures())
