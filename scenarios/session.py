@@ -311,8 +311,13 @@ class Session:
             SHAFT_CHECKED_MM,
         )
         touched = self._touched(clearance)
-        gaps = self._hazard_gaps(sample, world_from_tip)
-        tool = self._tool_clearance(sample)
+        frame = tip_mm = None
+        if sample.instrument.name != NO_TOOL:
+            held = tool_frame(sample)
+            frame = held if np.all(np.isfinite(held)) else None
+            tip_mm = held[:3, 3] if np.all(np.isfinite(held[:3, 3])) else None
+        gaps = self._hazard_gaps(tip_mm, world_from_tip)
+        tool = self._tool_clearance(sample, frame)
         # what works is meant to touch
         is_idle = tool is not None and not sample.instrument.is_working
         return Placed(
@@ -322,7 +327,7 @@ class Session:
             gaps,
             None if tool is None else tool.gap_mm,
             self._touched(tool) if tool is not None and is_idle else "",
-            self._drags(sample, world_from_tip),
+            self._drags(sample, frame, world_from_tip),
         )
 
     def _touched(self, clearance: Clearance) -> str:
@@ -332,20 +337,22 @@ class Session:
         named = self._structures
         return TISSUE if named is None else named.touched(clearance)
 
-    def _tool_clearance(self, sample: Sample) -> Clearance | None:
+    def _tool_clearance(
+        self, sample: Sample, frame: NDArray[np.float64] | None
+    ) -> Clearance | None:
         """Measure the gap around the tool beside the scope; None without one."""
         state = sample.instrument
-        if state.name == NO_TOOL:
-            return None
-        frame = tool_frame(sample)
-        if not np.all(np.isfinite(frame)):
+        if frame is None:
             return None
         length_mm = CARRIED_MM if state.is_carried else CHECKED_MM
         table = contact_table(state.name, state.jaw, length_mm)
         return tool_clearance(self._distance, placed_table(table, frame))
 
     def _drags(
-        self, sample: Sample, world_from_tip: NDArray[np.float64]
+        self,
+        sample: Sample,
+        frame: NDArray[np.float64] | None,
+        world_from_tip: NDArray[np.float64],
     ) -> dict[str, float]:
         """Return how far the shafts are off their places in the nostril, mm."""
         found: dict[str, float] = {}
@@ -357,10 +364,7 @@ class Session:
         if scope is not None and math.isfinite(scope):
             found[SCOPE] = scope
         state = sample.instrument
-        if state.name == NO_TOOL or state.is_carried:
-            return found
-        frame = tool_frame(sample)
-        if not np.all(np.isfinite(frame)):
+        if frame is None or state.is_carried:
             return found
         at = frame[:3, :3] @ shaft_mm(state.name) + frame[:3, 3]
         tool = drag_mm(self._nostrils.tool_mm, at, frame[:3, 2])
@@ -369,17 +373,13 @@ class Session:
         return found
 
     def _hazard_gaps(
-        self, sample: Sample, world_from_tip: NDArray[np.float64]
+        self, tip_mm: NDArray[np.float64] | None, world_from_tip: NDArray[np.float64]
     ) -> HazardGaps | None:
         if self._hazards is None:
             return None
-        held = None
-        if sample.instrument.name != NO_TOOL:
-            tip_mm = tool_frame(sample)[:3, 3]
-            held = tip_mm if np.all(np.isfinite(tip_mm)) else None
         radius_mm = self.endoscope.diameter_mm / 2
         return hazard_gaps(
-            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, held
+            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, tip_mm
         )
 
     def score(self) -> Score:

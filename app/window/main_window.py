@@ -354,15 +354,16 @@ class TraineeWindow(QMainWindow):
         self._is_away = True
         self._warn()
         self._notices.say(
-            "The arm is away",
-            "Check its plugs and its power; the session goes on by itself.",
+            "The device is away",
+            f"{self._order.input.name}: check plugs and power; "
+            "the session goes on by itself.",
         )
 
     @Slot(float)
     def _on_back(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
-        self._notices.notify("The arm is back", f"It was away for {away_s:.1f} s.")
+        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
 
     @Slot(object)
     def _on_landed(self, end: FlightEnd) -> None:
