@@ -43,9 +43,9 @@ DENT_MM = 1.5
 AWAY_MM = np.array([0.0, -400.0, -400.0])
 BITTEN_MM = 3.0
 """The last part of a bite's way lies in what is bitten."""
-SPARED_MM = 2.5
-"""No bite is set so near to a hazard."""
-LINE_POINTS = 80
+SPARED_MM = 4.0
+"""No jaw is opened so near to a hazard."""
+LINE_POINTS = 60
 """At which a shaft's line is looked at."""
 
 
@@ -242,11 +242,16 @@ class ScriptedHand:
         """Return the frontmost target that a straight tool reaches."""
         depth = (targets - self._pivot) @ self._axis
         targets = targets[np.argsort(depth)]
-        targets = targets[self._nearest_hazard(targets) > SPARED_MM][:400]
+        targets = targets[self._nearest_hazard(targets) > SPARED_MM][:100]
         if not len(targets):
             return None
         tips, entries, dents = self._lines(targets, BITTEN_MM)
-        fits = np.flatnonzero(dents < DENT_MM)
+        back = entries - tips
+        back /= np.linalg.norm(back, axis=1, keepdims=True)
+        is_safe = np.ones(len(tips), np.bool_)
+        for behind_mm in (3.0, 6.0, 9.0):
+            is_safe &= self._nearest_hazard(tips + behind_mm * back) > SPARED_MM
+        fits = np.flatnonzero((dents < DENT_MM) & is_safe)
         return (tips[fits[0]], entries[fits[0]]) if len(fits) else None
 
     def _targets(self, task: Remove) -> Callable[[], Doubles]:
@@ -308,7 +313,7 @@ class ScriptedHand:
 
         The third: how deep the axis lies in tissue, mm, but for its last part.
         """
-        entries = self._entries[:20]
+        entries = self._entries[:12]
         way = tips[:, None] - entries
         length = np.linalg.norm(way, axis=2)
         share = np.linspace(0.0, 1.0, LINE_POINTS)
