@@ -41,11 +41,13 @@ ENTRY_MM = 4.5
 DENT_MM = 1.5
 """So deep a shaft presses mucosa aside, at most."""
 AWAY_MM = np.array([0.0, -400.0, -400.0])
-BITTEN_MM = 3.0
+BITTEN_MM = 5.0
 """The last part of a bite's way lies in what is bitten."""
-SPARED_MM = 2.5
-"""No bite is set so near to a hazard."""
-LINE_POINTS = 80
+SPARED_MM = 4.0
+"""No jaw is opened so near to a hazard."""
+TOOL_DENT_MM = 0.0
+"""So deep the axis of a tool lies in tissue, at most, before what it bites."""
+LINE_POINTS = 60
 """At which a shaft's line is looked at."""
 
 
@@ -76,6 +78,9 @@ class ScriptedHand:
         aside = random.normal(size=(40, 3)) * ENTRY_MM / 2
         aside -= (aside @ self._axis)[:, None] * self._axis
         self._entries = np.vstack([np.zeros(3), aside]) + self._pivot
+        inwards = 2.6 if self._pivot[0] < 0.0 else -2.6
+        hand = self._pivot + np.array([inwards, 0.0, 6.5])
+        self._hands = hand + np.vstack([np.zeros(3), aside[:8] / 2])
         self._tip, self._entry = self._pivot, self._pivot - 30.0 * self._axis
         self._roll_deg = 0.0
 
@@ -239,15 +244,19 @@ class ScriptedHand:
             self._tool(name, tip, entry, is_working=jaw > 0.0, jaw=jaw)
 
     def _reachable(self, targets: Doubles) -> tuple[Doubles, Doubles] | None:
-        """Return the frontmost target that a straight tool reaches."""
-        depth = (targets - self._pivot) @ self._axis
-        targets = targets[np.argsort(depth)]
-        targets = targets[self._nearest_hazard(targets) > SPARED_MM][:400]
+        """Return the target with most air on the way of a straight tool."""
+        targets = targets[self._nearest_hazard(targets) > SPARED_MM]
+        targets = targets[:: max(len(targets) // 150, 1)]
         if not len(targets):
             return None
-        tips, entries, dents = self._lines(targets, BITTEN_MM)
-        fits = np.flatnonzero(dents < DENT_MM)
-        return (tips[fits[0]], entries[fits[0]]) if len(fits) else None
+        tips, entries, dents = self._lines(targets, BITTEN_MM, self._hands)
+        back = entries - tips
+        back /= np.linalg.norm(back, axis=1, keepdims=True)
+        for behind_mm in (3.0, 6.0, 9.0):
+            gap = self._nearest_hazard(tips + behind_mm * back)
+            dents[gap < SPARED_MM] = np.inf
+        best = int(dents.argmin())
+        return (tips[best], entries[best]) if dents[best] < TOOL_DENT_MM else None
 
     def _targets(self, task: Remove) -> Callable[[], Doubles]:
         """Return what gives the voxels of the wanted tissue on the side of the nose."""
@@ -303,12 +312,14 @@ class ScriptedHand:
                     nearest = np.minimum(nearest, gap)
         return nearest
 
-    def _lines(self, tips: Doubles, but_mm: float) -> tuple[Doubles, Doubles, Doubles]:
+    def _lines(
+        self, tips: Doubles, but_mm: float, entries: Doubles | None = None
+    ) -> tuple[Doubles, Doubles, Doubles]:
         """Return each tip with the entry from which least tissue is on its way.
 
         The third: how deep the axis lies in tissue, mm, but for its last part.
         """
-        entries = self._entries[:20]
+        entries = self._entries[:12] if entries is None else entries
         way = tips[:, None] - entries
         length = np.linalg.norm(way, axis=2)
         share = np.linspace(0.0, 1.0, LINE_POINTS)
