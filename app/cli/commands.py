@@ -7,7 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from app.cli import arm_commands, case_commands, picture_commands
+from app.cli import (
+    arm_commands,
+    case_commands,
+    picture_commands,
+    session_commands,
+)
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
     DEVICES,
@@ -33,7 +38,13 @@ from paravol.snapshots.worker_options import WorkerOptions
 
 ONE_RANK = WorkerOptions()
 
-__all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
+__all__ = [
+    "app",
+    "arm_commands",
+    "case_commands",
+    "picture_commands",
+    "session_commands",
+]
 
 
 FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
