@@ -12,6 +12,7 @@ from app.cli import (
     case_commands,
     picture_commands,
     scenario_commands,
+    session_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
@@ -45,6 +46,7 @@ __all__ = [
     "case_commands",
     "picture_commands",
     "scenario_commands",
+    "session_commands",
 ]
 
 
