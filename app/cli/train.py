@@ -14,6 +14,7 @@ from disk import UserError
 
 if TYPE_CHECKING:
     from paravol.flight import FlightEnd
+    from paravol.inputs.flight_input import FlightInput
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -116,7 +117,7 @@ def run_train(options: TrainOptions) -> int:
     thread.stop(CLOSE_PATIENCE_S)
     window.release()
     if thread.flight.result is not None:
-        _tell(exercise.title, thread.flight.result)
+        _tell(exercise.title, thread.flight.result, flown)
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -125,12 +126,12 @@ def run_train(options: TrainOptions) -> int:
     return 0
 
 
-def _tell(title: str, end: "FlightEnd") -> None:
+def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
     """Print a flight's result: a window takes it along when it closes."""
     from app.cli.terminal import print_table
 
     print_table(title, end.rows())
-    print("\n".join(end.lines()))
+    print("\n".join([*end.lines(), *flown.last_lines()]))
 
 
 def _check(options: TrainOptions) -> None:
