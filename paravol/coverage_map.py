@@ -236,9 +236,9 @@ def _slice(watch: CoverageWatch, distance: Volume, y_mm: float, box: Doubles) ->
     size = np.ceil(SCALE * (box[1] - box[0])).astype(int)
     x = box[0, 0] + (np.arange(size[0]) + 0.5) / SCALE
     z = box[1, 2] - (np.arange(size[2]) + 0.5) / SCALE
-    plane = np.empty((len(z), len(x), 3))
-    plane[..., 0], plane[..., 1], plane[..., 2] = x, y_mm, z[:, None]
-    places = plane.reshape(-1, 3)
+    grid = np.empty((len(z), len(x), 3))
+    grid[..., 0], grid[..., 1], grid[..., 2] = x, y_mm, z[:, None]
+    places = grid.reshape(-1, 3)
     values = distance.sample(places)
     colours = np.where(values[:, None] < 0.0, GROUND, TISSUE).astype(np.float64)
     # a line of 0.7 mm in tissue along the wall
