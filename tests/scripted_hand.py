@@ -319,7 +319,7 @@ class ScriptedHand:
 
         The third: how deep the axis lies in tissue, mm, but for its last part.
         """
-        entries = self._entries[:12] if entries is None else entries
+        entries = self._entries[:24] if entries is None else entries
         way = tips[:, None] - entries
         length = np.linalg.norm(way, axis=2)
         share = np.linspace(0.0, 1.0, LINE_POINTS)
