@@ -46,6 +46,7 @@ from scenarios.metrics import (
     SessionNoise,
     Settings,
     Taken,
+    Track,
     measure,
     recorded_noise,
     scope_track,
@@ -94,6 +95,7 @@ def session_metrics(
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
+    expert: Path | None = None,
     progress: Progress = no_progress,
     patient: PatientScene | PatientSource | None = None,
     trusts: bool = False,
@@ -103,8 +105,9 @@ def session_metrics(
     settings: None for the usual ones. arm: profile of the arm that was used, for the
     rounding of its joints; "" estimates the noise from the record. case: where the case
     that was flown through lies now. has_head: step the session through its head again;
-    without that contact, hazards and removal are not known. patient: the one that was
-    flown through, where it is loaded already, or who loads it. trusts: do not step a
+    without that contact, hazards and removal are not known. expert: a session of the
+    same head whose path is compared with. patient: the one that was flown through,
+    where it is loaded already, or who loads it. trusts: do not step a
     session whose recording can be checked otherwise, see `paravol.recorded_gaps`; some
     hundred times faster, and equal but for rounding. UserError when the session cannot
     be read, holds no sample, or was flown through another head.
@@ -117,6 +120,8 @@ def session_metrics(
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
+    if expert is not None:
+        measured = replace(measured, expert=_expert(expert, recording.info))
     score, source = None, ""
     if has_head:
         flown = flown_scenario(folder, recording.info, case)
@@ -231,6 +236,7 @@ class _Steps:
         self.scope: list[dict[str, float]] = []
         self.tool: list[dict[str, float] | None] = []
         self.edits: list[Edit] = []
+        self._undone = 0
 
     def add(self, sample: Sample) -> None:
         """Step the session and read it."""
@@ -246,11 +252,21 @@ class _Steps:
         if operation is None:
             return
         new = operation.take_edits()
-        # what was taken back is no longer among the patient's cuts
-        kept = max(operation.patient.edits - len(new), 0)
-        self.edits = self.edits[:kept] + new
+        if sample.instrument.undone > self._undone:
+            self._undone = sample.instrument.undone
+            # a sample's undoing comes before what it cuts
+            before = operation.patient.books.counts - sum(e.counts for e in new)
+            self._take_back(before)
+        self.edits += new
         operation.take_changes()
         operation.take_injuries()
+
+    def _take_back(self, counts: int) -> None:
+        """Leave out the newest strokes, until no more is taken than the books have."""
+        while sum(edit.counts for edit in self.edits) > counts:
+            stroke = self.edits[-1].stroke
+            while self.edits and self.edits[-1].stroke == stroke:
+                self.edits.pop()
 
 
 class _Flown(NamedTuple):
@@ -381,8 +397,22 @@ def _stepped(
         tool_hazards=_gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
         edits=edits,
         breaches=_breaches(score),
+        coverage=None if session.coverage is None else session.coverage.figures(),
     )
     return measured, score
+
+
+def _expert(folder: Path, info: SessionInfo) -> Track:
+    """Return the scope's track of another session; UserError for another head."""
+    recording = read_recording(folder)
+    if recording.info.surface_sha256 != info.surface_sha256:
+        raise UserError(
+            f"{folder} was flown through another head: its path cannot be compared."
+        )
+    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    return scope_track(
+        samples, np.array(recording.info.world_from_device).reshape(4, 4)
+    )
 
 
 def _breaches(score: Score) -> tuple[Breach, ...] | None:

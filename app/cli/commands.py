@@ -11,6 +11,7 @@ from app.cli import (
     arm_commands,
     case_commands,
     picture_commands,
+    scenario_commands,
     session_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
@@ -32,7 +33,8 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from app.cli.train_options import NEVER, NO_HAPTICS, ClosingOptions, HapticOptions
+from app.cli.train_options import NOTHING_TYPED as AS_USUAL
+from app.cli.train_options import TrainOptions
 from disk import UserError
 from paravol.snapshots.worker_options import WorkerOptions
 
@@ -43,6 +45,7 @@ __all__ = [
     "arm_commands",
     "case_commands",
     "picture_commands",
+    "scenario_commands",
     "session_commands",
 ]
 
@@ -172,6 +175,7 @@ def metrics(
     settings: Path | None = None,
     arm: str = "",
     case: Path | None = None,
+    expert: Path | None = None,
     motion_only: Flag = False,
     json: Json = False,
 ) -> int:
@@ -196,6 +200,8 @@ def metrics(
         it the noise is estimated from the record.
     case
         Where the case that was flown through lies now.
+    expert
+        Another session of the same head, whose path is compared with.
     motion_only
         Leave the head out: no contact, hazards, targets or removal, but at once.
     """
@@ -210,64 +216,49 @@ def metrics(
         arm=arm,
         case=case,
         motion_only=motion_only,
+        expert=expert,
     )
     return run_metrics(options, as_json=json)
 
 
-@app.command(group=FLY)
-def train(
+@app.command(group=SESSIONS)
+def coverage(
+    session: Path,
     *,
-    scenario: ScenarioName = "first_flight",
+    out: Path | None = None,
+    picture: Path | None = None,
+    json_file: Path | None = None,
     case: Path | None = None,
-    device: str | None = None,
-    input: str | None = None,
-    stream_igtl: str | None = None,
-    registration: Path | None = None,
-    roll: str | None = None,
-    haptics: HapticOptions = NO_HAPTICS,
-    size: Size = 512,
-    threads: Threads = 0,
-    record: Path | None = None,
-    closing: ClosingOptions = NEVER,
+    json: Json = False,
 ) -> int:
-    """Open the trainee's window: endoscope, overview, frame rate.
+    """Tell which mucosa and landmarks a recorded session really saw, site by site.
 
     Parameters
     ----------
+    session
+        A folder NAME.paravol.
+    out
+        Write the mucosa as a surface (.vtp, LPS) with the seconds each part was seen.
+    picture
+        Write a picture (.png) of the opened nose, coloured likewise.
+    json_file
+        Write all values.
     case
-        Fly through a case folder, as import and phantom write, not a scenario.
-    device
-        Serial port of a MicroScribe, such as /dev/ttyUSB0.
-    input
-        Without an arm, fly with mouse (and keyboard, the default), gamepad,
-        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
-    stream_igtl
-        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
-    registration
-        File of `paravol register`, made since the arm was switched on, or of a tracker.
-    roll
-        Who knows the roll of the scope in the arm at --device: horizon (level, the
-        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
-    record
-        Record the session into this folder, NAME.paravol, for good. Without it the
-        newest sessions are kept below the user's data directory, 1 GB of them.
+        Where the case that was flown through lies now.
     """
+    from app.cli.coverage_command import CoverageOptions, run_coverage
+
+    options = CoverageOptions(session, out, picture, json_file, case)
+    return run_coverage(options, as_json=json)
+
+
+@app.command(group=FLY)
+def train(*, options: TrainOptions = AS_USUAL) -> int:
+    """Open the trainee's window: endoscope, overview, frame rate."""
     from app.cli.train import run_train
 
-    return run_train(
-        scenario=scenario,
-        case=case,
-        device=device,
-        input=input,
-        stream_igtl=stream_igtl,
-        registration=registration,
-        roll=roll,
-        haptics=haptics,
-        size=size,
-        threads=thread_count(threads),
-        record=record,
-        closing=closing,
-    )
+    threads = thread_count(options.threads)
+    return run_train(replace(options, threads=threads))
 
 
 @app.command(group=PICTURES)

@@ -5,11 +5,10 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from app.cli.train_options import ClosingOptions, HapticOptions
+from app.cli.train_options import TrainOptions
 from app.opengl import probe_window
 from disk import UserError
 
@@ -26,58 +25,49 @@ CLOSE_PATIENCE_S = 5.0
 """The flight looks ten times a second whether the window is closed."""
 
 
-def run_train(
-    *,
-    scenario: str,
-    case: Path | None = None,
-    device: str | None,
-    input: str | None,
-    stream_igtl: str | None,
-    registration: Path | None,
-    roll: str | None,
-    haptics: HapticOptions,
-    size: int,
-    threads: int,
-    record: Path | None,
-    closing: ClosingOptions,
-) -> int:
-    """Open the window and fly until it is closed.
+def run_train(options: TrainOptions) -> int:
+    """Open the window, fly until it is closed and print the result.
 
-    input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or
-    the mouse; stream_igtl: ``[HOST:]PORT``.
-    registration: a file of `paravol register`; without it fiducials are touched.
-    roll: the words of `paravol.inputs.arm_roll`. haptics: what pushes back.
-    record: folder of the recording; None keeps it below the user's data directory for
-    as long as there is room. The result is printed.
-    closing: when the window closes by itself, and what is kept then.
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
-    from devices import load_probe_path
+    from paravol.exercise_path import recorded_path, recorded_path_file
     from paravol.inputs import choose_input
     from paravol.inputs.open_arm import demand_port
     from paravol.pose_streaming import listening_address
     from scenarios import load_scenario
 
-    _check(size, record, closing)
-    if case is not None:
+    _check(options)
+    scenario, device = options.scenario, options.device
+    if options.case is not None:
         from paravol.case_scenario import scenario_of_case
 
-        scenario = str(scenario_of_case(case))
+        scenario = str(scenario_of_case(options.case))
     exercise, folder = load_scenario(scenario)
-    path_file = folder / exercise.path
-    path = load_probe_path(path_file)
-    stream = None if stream_igtl is None else listening_address(stream_igtl)
-    flown = choose_input(input, device, exercise, path, path_file, registration, roll)
-    if haptics.are_asked_for:
+    path_file = recorded_path_file(exercise, folder)
+    path = None if path_file is None else recorded_path(exercise, folder)
+    stream = None
+    if options.stream_igtl is not None:
+        stream = listening_address(options.stream_igtl)
+    second = options.devices.second_input(options.input, device, exercise, path)
+    flown = choose_input(
+        options.input,
+        device,
+        exercise,
+        path,
+        path_file,
+        options.devices.registration,
+        options.devices.roll,
+    )
+    if options.haptics != "none" or options.haptics_fault is not None:
         from paravol.inputs.haptic import felt_input
 
-        if haptics.haptics == "force-dimension" and (input or device):
+        if options.haptics == "force-dimension" and (options.input or device):
             raise UserError(
                 "--haptics force-dimension steers by itself; leave out --input and "
                 "--device."
             )
-        flown = felt_input(haptics.haptics, haptics.haptics_fault, flown, exercise)
+        flown = felt_input(options.haptics, options.haptics_fault, flown, exercise)
     demand_port(device)
     graphics = probe_window()
     if not graphics.works:
@@ -93,13 +83,24 @@ def run_train(
 
     application = QApplication(["paravol"])
     kept = SessionStore.of_the_user()
-    order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
-    thread = FlightThread(order)
+    size, record = options.size, options.record
+    order = FlightOrder(
+        exercise,
+        path,
+        flown,
+        size,
+        options.threads,
+        record,
+        stream,
+        kept,
+        instrument=second,
+    )
+    thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
     window = TraineeWindow(
         thread,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
-        seconds=closing.seconds,
-        screenshot=closing.screenshot,
+        seconds=options.seconds,
+        screenshot=options.screenshot,
     )
     interrupted = False
 
@@ -116,8 +117,6 @@ def run_train(
     window.release()
     if thread.flight.result is not None:
         _tell(exercise.title, thread.flight.result)
-        for line in flown.last_lines():
-            print(line)
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -134,9 +133,10 @@ def _tell(title: str, end: "FlightEnd") -> None:
     print("\n".join(end.lines()))
 
 
-def _check(size: int, record: Path | None, closing: ClosingOptions) -> None:
+def _check(options: TrainOptions) -> None:
     """Refuse bad options before anything slow begins."""
-    seconds, screenshot = closing.seconds, closing.screenshot
+    size, record = options.size, options.record
+    seconds, screenshot = options.seconds, options.screenshot
     low, high = SIZES
     if not low <= size <= high:
         raise UserError(f"--size must lie between {low} and {high}, got {size}.")

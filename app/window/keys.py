@@ -17,22 +17,25 @@ WINDOW_KEYS = {
     "Q": "end the flight",
 }
 
+TASK_KEYS = {"P": "freeze, go on", "I": "hint"}
+"""Of exercises with tasks."""
+
 _NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
 _NOTCH = 120.0
 """Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""
 
 
 class KeyHelp(QWidget):
-    """Show keys and what they do: of the input, of the tools, of the window."""
+    """Show keys and what they do: of the input, of the hand and sound, the window."""
 
-    def __init__(self, input_keys: dict[str, str], tool_keys: dict[str, str]) -> None:
+    def __init__(self, input_keys: dict[str, str], hand_keys: dict[str, str]) -> None:
         super().__init__()
         table = self._table = QGridLayout(self)
         table.setContentsMargins(0, 0, 0, 0)
         table.setColumnStretch(1, 3)
         table.setColumnStretch(3, 2)
         # Side by side, or a small screen has no room for them.
-        keys = [*input_keys.items(), *tool_keys.items(), *WINDOW_KEYS.items()]
+        keys = [*input_keys.items(), *hand_keys.items(), *WINDOW_KEYS.items()]
         rows = (len(keys) + 1) // 2
         for place, (key, does) in enumerate(keys):
             column, row = divmod(place, rows)

@@ -11,6 +11,7 @@ from benchmarks.suites.art_scaling import ScalingPlan
 from benchmarks.suites.devices import DevicesPlan
 from benchmarks.suites.flight import FlightPlan
 from benchmarks.suites.fsr import FsrPlan
+from benchmarks.suites.haptics import HapticsPlan
 from benchmarks.suites.jobs import JobsPlan
 from benchmarks.suites.light import LightPlan
 from benchmarks.suites.look import LookPlan
@@ -32,6 +33,7 @@ __all__ = [
     "FlightPlan",
     "FsrPlan",
     "GrowthPlan",
+    "HapticsPlan",
     "JobsPlan",
     "KernelPlan",
     "LightPlan",

@@ -35,7 +35,9 @@ from scenarios import View, tip_frame
 from surgery import solids
 from surgery.edit import Taker
 from surgery.film import STEPS_PER_S, BloodFilm
+from surgery.force import MOST_BALLS, feel_tables, whole_patch
 from surgery.injury import InjuryWatch
+from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
 
@@ -49,6 +51,12 @@ WATCH = "injury watch"
 DEEP_WATCH = "injury watch deep inside"
 PICTURE = "cut to picture"
 FILM = "blood film"
+READ, TICK, COLD_TICK = "distance at 200 balls", "tick of force", "cold tick of force"
+TICKS = 2000
+FLUSHED = 4_000_000
+"""Numbers that are written between cold ticks, 16 MB: more than caches hold."""
+THIN_MM = 0.8
+"""Radius of the tool whose force is timed."""
 HEALED, WOUNDED = "light without wounds", "light on a wound"
 CLEAR, SOILED = "clean lens", "soiled lens"
 WOUND_SIZE = 256
@@ -156,6 +164,7 @@ class SurgeryPlan(Plan, suite="surgery"):
                 size,
                 5.0,
             ),
+            *self._force_tasks(),
             self.task(
                 "first_flight/sample/injuries",
                 WATCH,
@@ -199,6 +208,24 @@ class SurgeryPlan(Plan, suite="surgery"):
                 cost_s=cost_s,
             )
             for mode, work in works.items()
+        ]
+
+    def _force_tasks(self) -> list[Task]:
+        """List a tick of force, and what reads alone cost."""
+        return [
+            self.task(
+                "first_flight/tick/force",
+                mode,
+                work,
+                {"balls": MOST_BALLS, "threads": 1, "series": mode, "reference": READ},
+                baseline=None if mode == READ else READ,
+                cost_s=5.0,
+            )
+            for mode, work in (
+                (READ, partial(self._force, True, False)),
+                (TICK, partial(self._force, False, False)),
+                (COLD_TICK, partial(self._force, False, True)),
+            )
         ]
 
     def close(self) -> None:
@@ -483,6 +510,67 @@ class SurgeryPlan(Plan, suite="surgery"):
         walls = np.array(clock.walls[1:]) * 1e3
         counters["picture_ms"] = float(np.median(walls))
         counters["picture_ms_95_percent"] = float(np.percentile(walls, 95))
+        return Measured(clock.timing(), counters=counters)
+
+    def _force(self, is_read: bool, is_cold: bool) -> Measured:
+        """Time ticks of a tool that slides along walls, one call each.
+
+        is_read: its distances alone. The scope's shaft of the bundled flight, ahead
+        until it touches, goes to and fro by a hundredth of a millimetre a tick, half of
+        the time up to 0.5 mm into the wall. Counter `touching` is that share.
+        """
+        patient = self._patient
+        patch = whole_patch(patient)
+        walls, grounds = feel_tables(patient.layers)
+        path = bundled_flight()[1]
+        seen = path.sample(0.5 * path.duration_s)
+        frame = tip_frame(seen.tip_mm, seen.axis)
+        balls = np.zeros((MOST_BALLS, 4))
+        balls[:, 2] = np.linspace(THIN_MM, 60.0, MOST_BALLS)
+        balls[:, 3] = THIN_MM
+        start, ahead = frame[:3, 3].copy(), -frame[:3, 2]
+        way = np.arange(0.0, 30.0, 0.05)[:, None]
+        gaps = -patient.surface.distance.sample(start + (way - THIN_MM) * ahead)
+        start += float(way[np.argmax(gaps < THIN_MM), 0]) * ahead
+        state, result = np.zeros(tick.STATE), np.zeros(tick.OUT)
+        holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        work = np.zeros((MOST_BALLS + tick.BEHIND, tick.WORK))
+        settings = np.zeros(tick.SETTINGS)
+        settings[[tick.DT, tick.PERIOD]] = 1e-3
+        settings[tick.STIFFEST] = settings[tick.MOST_N] = np.inf
+        still, flushed = np.zeros(3), np.zeros(FLUSHED, np.float32)
+        clock, touches = _Clock(), 0
+        count = TICKS // 20 if is_cold else TICKS
+        for n in range(count):
+            depth = 0.5 * np.sin(n / 50)
+            frame[:3, 3] = start + depth * ahead
+            if is_cold:
+                flushed += 1.0
+            if is_read:
+                clock.time(
+                    partial(
+                        tick.place_balls,
+                        patch.distance,
+                        patch.voxel,
+                        holes,
+                        0,
+                        balls,
+                        frame,
+                        still,
+                        0.0,
+                        work,
+                    )
+                )
+                continue
+            clock.time(
+                partial(
+                    tick.touch_tick,
+                    *(patch, walls, grounds, balls, frame, settings),
+                    *(state, holes, work, result),
+                )
+            )
+            touches += int(result[tick.PASSES] > 0)
+        counters = clock.counters("tick") | {"touching": touches / count}
         return Measured(clock.timing(), counters=counters)
 
     def _watch(self) -> Measured:

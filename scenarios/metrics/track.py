@@ -1,6 +1,5 @@
 """Where a tool was: recorded poses, and evenly sampled, low-passed pieces of them."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -60,17 +59,6 @@ class Track:
         if part is None:
             part = np.zeros(len(time_s), np.int64)
         return cls(time_s, frames[:, :3, 3].copy(), quaternion, part)
-
-    @classmethod
-    def joined(cls, tracks: Iterable["Track"]) -> "Track":
-        """Return tracks as one, in order."""
-        rows = list(tracks)
-        return cls(
-            np.concatenate([t.time_s for t in rows]),
-            np.concatenate([t.tip_mm for t in rows]),
-            np.concatenate([t.quaternion for t in rows]),
-            np.concatenate([t.part for t in rows]),
-        )
 
     @cached_property
     def valid(self) -> NDArray[np.intp]:

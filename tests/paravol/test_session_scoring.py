@@ -2,7 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -286,6 +286,7 @@ def test_workers_find_the_same(folder: Path) -> None:
 def test_a_stop_leaves_whole_lines_to_go_on_from(folder: Path) -> None:
     order = BatchOrder(RUBRIC, folder / "out")
     lines = score_all(folder, order, None)
+    assert isinstance(lines, Generator)
     first = [next(lines), next(lines)]
     lines.close()  # as Ctrl-C leaves it
     files = sorted((folder / "out").iterdir())
