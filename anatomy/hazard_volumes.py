@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ class HazardVolumes:
 
     volumes: Mapping[str, Volume]
     source: str = "phantom"
+    _boxes: dict[str, NDArray[np.float64]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -78,9 +81,28 @@ class HazardVolumes:
         longest_mm = float(np.linalg.norm(steps_mm, axis=1).max(initial=0.0))
         fall = math.sqrt(3.0) * longest_mm / UNIT_MM + 2.0
         _, found = least_along_each(
-            volume.values, 1.0, starts, steps, count, volume.background, fall
+            volume.values,
+            1.0,
+            starts,
+            steps,
+            count,
+            volume.background,
+            fall,
+            (self._near_box(name), FARTHEST_MM / UNIT_MM),
         )
         return UNIT_MM * found
+
+    def _near_box(self, name: str) -> NDArray[np.float64]:
+        """Return voxel corners x, y, z ``(2, 3)`` of all that is not cut off as far."""
+        if name not in self._boxes:
+            near = self.volumes[name].values != round(FARTHEST_MM / UNIT_MM)
+            box = np.array([[np.inf] * 3, [-np.inf] * 3])
+            for axis, others in enumerate(((0, 1), (0, 2), (1, 2))):
+                places = np.flatnonzero(near.any(axis=others))
+                if len(places):
+                    box[:, axis] = places[0] - 1.0, places[-1] + 1.0
+            self._boxes[name] = box
+        return self._boxes[name]
 
     def sha256(self) -> str:
         """Hash all distances and their grid."""

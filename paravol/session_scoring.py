@@ -192,7 +192,8 @@ _patients: dict[bytes, PatientScene] = {}
 """The newest head that this process has loaded: sessions of one exercise share it."""
 
 
-def _patient_of(scenario: Scenario) -> PatientScene:
+def patient_of(scenario: Scenario) -> PatientScene:
+    """Return the head that a scenario is flown through, loaded once for its sessions."""
     key = msgspec.json.encode(scenario.head)
     if key not in _patients:
         _patients.clear()
@@ -215,7 +216,7 @@ def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
             arm=order.arm,
             case=case,
             exact=order.exact,
-            patient=_patient_of,
+            patient=patient_of,
         )
         line = Scored(session, key, assessment, source=found.source)
     except ChangedStreamError as error:

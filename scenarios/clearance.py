@@ -13,6 +13,8 @@ _STEP_MM = 0.25
 """Distance between samples along the shaft. The distance field changes by at most
 1 mm per mm, so a sample misses at most half a step of clearance."""
 
+_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
+
 _FAR_MM = 1000.0
 """Clearance outside the field: more than any tool is long."""
 
@@ -103,6 +105,7 @@ def shaft_clearances(
         _count(radius_mm, length_mm),
         _FAR_MM,
         math.inf,
+        (_EVERYWHERE, 0.0),
     )
     return air - radius_mm, begins + nearest[:, None] * _STEP_MM * back
 

@@ -12,6 +12,7 @@ from paravol.session_metrics import session_metrics
 from paravol.session_scoring import (
     BatchOrder,
     Scored,
+    patient_of,
     score_all,
     sessions_in,
 )
@@ -219,7 +220,9 @@ def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int
     with Stages() as stages:
         for place, session in enumerate(sessions):
             try:
-                found = session_metrics(session, chosen=chosen, trusts=True)
+                found = session_metrics(
+                    session, chosen=chosen, trusts=True, patient=patient_of
+                )
             except UserError as error:
                 stages.say(f"{session.name}: {error}")
                 continue

@@ -16,6 +16,7 @@ from benchmarks.suites.jobs import JobsPlan
 from benchmarks.suites.light import LightPlan
 from benchmarks.suites.look import LookPlan
 from benchmarks.suites.refinement import RefinementPlan
+from benchmarks.suites.scoring import ScoringPlan
 from benchmarks.suites.splats import SplatsPlan
 from benchmarks.suites.startup import StartupPlan
 from benchmarks.suites.surgery import SurgeryPlan
@@ -39,6 +40,7 @@ __all__ = [
     "LookPlan",
     "RefinementPlan",
     "ScalingPlan",
+    "ScoringPlan",
     "SplatsPlan",
     "StartupPlan",
     "SurgeryPlan",

@@ -96,7 +96,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
 @pytest.fixture
 def heads(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches find the head of the flight loaded."""
-    monkeypatch.setattr(session_scoring, "_patient_of", lambda _: flight.patient)
+    monkeypatch.setattr(session_scoring, "patient_of", lambda _: flight.patient)
 
 
 def changed(flight: Flight, folder: Path, change: Callable[[Record], object]) -> Path:

@@ -57,14 +57,17 @@ def least_along_each(
     count: int,
     far: float,
     fall: float,
+    level: tuple[NDArray[np.float64], float],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Do as `least_along` for many lines ``(n, 3)``; where and how much, ``(n,)``.
 
     fall: the field changes by at most this from point to point inside the grid, so that
-    points that cannot be the least are left out; inf reads all.
+    points that cannot be the least are left out; inf reads all. level: corners x, y, z
+    of a box ``(2, 3)``, and the value that the grid has everywhere outside of it.
     """
     nz, ny, nx = values.shape
     lines = len(starts)
+    box, outside = level
     where = np.empty(lines, np.int64)
     leasts = np.empty(lines, np.float64)
     for line in range(lines):
@@ -77,7 +80,18 @@ def least_along_each(
             z = starts[line, 2] + n * steps[line, 2]
             found = far
             skipped = 0
-            if 0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1:
+            if not (0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1):
+                pass
+            elif (
+                x < box[0, 0]
+                or x > box[1, 0]
+                or y < box[0, 1]
+                or y > box[1, 1]
+                or z < box[0, 2]
+                or z > box[1, 2]
+            ):
+                found = outside
+            else:
                 i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
                 x -= i
                 y -= j

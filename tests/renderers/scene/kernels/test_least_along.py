@@ -53,6 +53,9 @@ def test_many_lines_are_each_line_to_the_bit(seed: int) -> None:
         least_along(values, 1.0, a, b, 60, 50.0)
         for a, b in zip(starts, steps, strict=True)
     ]
+    everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
     for falling in (fall, np.inf):
-        where, least = least_along_each(values, 1.0, starts, steps, 60, 50.0, falling)
+        where, least = least_along_each(
+            values, 1.0, starts, steps, 60, 50.0, falling, (everywhere, 0.0)
+        )
         assert [(int(a), float(b)) for a, b in zip(where, least, strict=True)] == each
