@@ -7,6 +7,7 @@ lens, with the light that it carries.
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,19 @@ FILM_FPS = 30.0
 
 GAP_PX = 8
 """Between two pictures side by side."""
+
+
+class Pictures(Protocol):
+    """Something of which there is a picture at any time.
+
+    size: ``(width, height)``.
+    """
+
+    size: tuple[int, int]
+
+    def at(self, time_s: float) -> NDArray[np.uint8]:
+        """Return the picture of a session's time, ``(h, w, 3)`` sRGB."""
+        ...
 
 
 class SessionPictures:
@@ -160,7 +174,7 @@ class FilmClock:
 
 def film_session(
     file: Path,
-    pictures: SessionPictures | SideBySide,
+    pictures: Pictures,
     times_s: tuple[float, float],
     *,
     speed: float,

@@ -1,8 +1,8 @@
 """How tools moved, as other programs keep it: named transforms with times.
 
 Our files and memory are in the patient's LPS frame; PerkTutor and 3D Slicer work in
-RAS. Only the patient's side is turned: a tool keeps its own axes, its tip at the origin and
-+z running back up the shaft. Slicer's names say both ends: ``ScopeTipToRas``.
+RAS. Only the patient's side is turned: a tool keeps its own axes, its tip at the origin
+and +z running back up the shaft. Slicer's names say both ends: ``ScopeTipToRas``.
 """
 
 from collections.abc import Sequence
@@ -90,7 +90,7 @@ def lps_from_ras(matrices: Doubles) -> Doubles:
 
 def are_poses(matrices: Doubles) -> NDArray[np.bool_]:
     """Return which of ``(n, 4, 4)`` turn and move, and do nothing else."""
-    good = np.isfinite(matrices).all(axis=(1, 2))
+    good: NDArray[np.bool_] = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))
     matrices = np.where(good[:, None, None], matrices, 0.0)
     # numbers that overflow when multiplied are no rotation either
     turns = np.clip(matrices[:, :3, :3], -2.0, 2.0)
@@ -98,7 +98,7 @@ def are_poses(matrices: Doubles) -> NDArray[np.bool_]:
     good &= np.abs(square).max(axis=(1, 2), initial=0.0) <= RIGID
     good &= np.linalg.det(turns) > 0.0
     good &= (matrices[:, 3] == [0.0, 0.0, 0.0, 1.0]).all(axis=1)
-    return np.asarray(good)
+    return good
 
 
 def motions_of(recording: Recording) -> Motions:

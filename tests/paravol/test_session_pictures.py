@@ -72,7 +72,8 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Flights:
                 recorder.add(SampleRecord.of(sample))
             recorder.close({})
         folders.append(folder)
-    return Flights(*folders, patient)
+    slow, fast = folders
+    return Flights(slow, fast, patient)
 
 
 @dataclass

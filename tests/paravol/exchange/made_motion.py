@@ -6,9 +6,7 @@ from scipy.spatial.transform import Rotation
 from paravol.exchange.tool_motion import Message, Motions, ToolMotion
 
 
-def motion(
-    name: str, count: int = 40, *, seed: int = 3, every_s: float = 0.01
-) -> ToolMotion:
+def motion(name: str, count: int = 40, *, seed: int = 3) -> ToolMotion:
     """Move and turn a tool through the head; two of its poses are invalid."""
     rng = np.random.default_rng(seed)
     steps = np.cumsum(rng.normal(scale=0.02, size=(count, 3)), axis=0)
@@ -19,7 +17,8 @@ def motion(
     valid = np.ones(count, np.bool_)
     valid[[5, count // 2]] = False
     frames[~valid] = np.eye(4)
-    return ToolMotion(name, 100.25 + 0.01 * np.arange(count), frames, valid)
+    times = np.asarray(100.25 + 0.01 * np.arange(count), np.float64)
+    return ToolMotion(name, times, frames, valid)
 
 
 def motions() -> Motions:

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import SimpleITK as sitk  # noqa: N813
+import SimpleITK
 
 from disk import ForeignFileError, UserError
 from paravol.exchange import sequence_file
@@ -56,7 +57,7 @@ def test_another_reader_finds_the_same_numbers(tmp_path: Path) -> None:
     """ITK opens the NRRD as it is, and has the poses in RAS among its keys."""
     written = motions()
     write_sequence(tmp_path / "a.seq.nrrd", written)
-    reader = sitk.ImageFileReader()
+    reader: Any = SimpleITK.ImageFileReader()  # type: ignore[no-untyped-call]
     reader.SetFileName(str(tmp_path / "a.seq.nrrd"))
     reader.ReadImageInformation()
     tool = written.tools[0]
