@@ -16,6 +16,9 @@ from scenarios.bundle import EventRecord, Recording, SampleRecord
 NEAR_MM = 10.0
 """A scope that stays farther away did not visit a landmark."""
 
+DEPARTED_MM = 1.0
+"""A scope was so much farther away before and after; else it began or ended there."""
+
 
 class Mark(NamedTuple):
     """Say when something was reached, and how near it, mm; 0 for an event."""
@@ -58,8 +61,10 @@ def session_marks(
         for name, position in landmarks.items():
             away = np.linalg.norm(tips - position, axis=1)
             nearest = int(np.argmin(away))
-            if away[nearest] <= NEAR_MM:
-                marks[name] = Mark(float(times[nearest]), float(away[nearest]))
+            near_mm = float(away[nearest])
+            departed_mm = min(away[: nearest + 1].max(), away[nearest:].max()) - near_mm
+            if near_mm <= NEAR_MM and departed_mm >= DEPARTED_MM:
+                marks[name] = Mark(float(times[nearest]), near_mm)
     for record in records:
         if isinstance(record, EventRecord) and record.kind == "task":
             marks.setdefault(f"task {record.text}", Mark(record.time_s, 0.0))

@@ -66,6 +66,7 @@ def run_at(
     rows = [("sample", f"{sample.time_s:.2f} s"), *score_rows(score)]
     if options.picture is not None:
         rows.append(("picture", str(options.picture)))
+        rows += _alignment(options, shown)
     print_table(f"{folder} at {time_s:g} s", rows)
 
 
@@ -88,8 +89,8 @@ def run_film(folder: Path, options: ReplayOptions, *, as_json: bool) -> None:
         lasts_s = film_session(
             options.video, shown, (from_s, to_s), speed=speed, progress=stages
         )
-    names = list(shown.times.names) if isinstance(shown, SideBySide) else []
     if as_json:
+        names = list(shown.times.names) if isinstance(shown, SideBySide) else []
         print_json({"film": str(options.video), "film_s": lasts_s, "aligned_by": names})
         return
     rows = [
@@ -97,10 +98,20 @@ def run_film(folder: Path, options: ReplayOptions, *, as_json: bool) -> None:
         ("shows", f"{from_s:.1f} to {to_s:.1f} s at {speed:g} times the speed"),
         ("lasts", f"{lasts_s:.1f} s"),
     ]
-    if options.beside is not None:
-        rows.append(("beside", str(options.beside)))
-        rows.append(("aligned by", ", ".join(names) or "nothing that both reached"))
+    rows += _alignment(options, shown)
     print_table(f"Film of {folder}", rows)
+
+
+def _alignment(
+    options: ReplayOptions, shown: "SessionPictures | SideBySide"
+) -> list[tuple[str, str]]:
+    """Return what ties a session to the one beside it."""
+    from paravol.session_pictures import SideBySide
+
+    if not isinstance(shown, SideBySide):
+        return []
+    by = "; ".join(shown.times.names) or "nothing that both reached"
+    return [("beside", str(options.beside)), ("aligned by", by)]
 
 
 def _pictures(

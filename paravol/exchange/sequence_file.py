@@ -137,7 +137,7 @@ def _fields(file: Path) -> Iterator[tuple[int, str, bytes]]:
                 return
             found = _FRAME.match(line.strip())
             if found is not None:
-                yield int(found[1][:9]), found[2].decode("ascii"), found[3]
+                yield int(found[1]), found[2].decode("ascii"), found[3]
 
 
 def _number(word: bytes | None) -> float:

@@ -27,6 +27,12 @@ MOST_FRAMES = 2_000_000
 LARGEST_FILE = 1 << 30
 """Bytes that are read of a file of another program, pictures not counted."""
 
+FARTHEST_MM = 1e6
+"""A pose farther away than a kilometre is none."""
+
+LATEST_S = 1e12
+"""Of a time stamp; clocks count from 1970."""
+
 RIGID = 1e-3
 """How far a rotation may be from one and still be a pose; files keep few digits."""
 
@@ -53,7 +59,8 @@ class ToolMotion:
     @property
     def rising(self) -> NDArray[np.intp]:
         """Return the places of the valid poses at which time goes on."""
-        good = self.valid & np.isfinite(self.time_s) & are_poses(self.world_from_tool)
+        good = self.valid & (np.abs(self.time_s) < LATEST_S)
+        good &= are_poses(self.world_from_tool)
         places = np.flatnonzero(good)
         times = self.time_s[places]
         before = np.concatenate([[-np.inf], np.maximum.accumulate(times)[:-1]])
@@ -97,6 +104,7 @@ def are_poses(matrices: Doubles) -> NDArray[np.bool_]:
     square = turns @ turns.transpose(0, 2, 1) - np.eye(3)
     good &= np.abs(square).max(axis=(1, 2), initial=0.0) <= RIGID
     good &= np.linalg.det(turns) > 0.0
+    good &= np.abs(matrices[:, :3, 3]).max(axis=1, initial=0.0) < FARTHEST_MM
     good &= (matrices[:, 3] == [0.0, 0.0, 0.0, 1.0]).all(axis=1)
     return good
 

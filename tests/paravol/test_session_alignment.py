@@ -101,6 +101,8 @@ def test_landmarks_and_tasks_are_found_in_the_patient() -> None:
         "near": np.array([10.0, 3.0, 0.0]),
         "late": np.array([15.0, 0.0, 0.0]),
         "far": np.array([12.0, NEAR_MM + 1.0, 0.0]),
+        "at the beginning": np.array([0.5, 0.0, 0.0]),
+        "still ahead": np.array([41.0, 0.0, 0.0]),
     }
     slow, fast = (session_marks(recording(v), places) for v in (1.0, 2.0))
     assert slow == {

@@ -37,13 +37,14 @@ def test_ras_is_right_and_anterior() -> None:
 
 
 def test_what_is_no_pose() -> None:
-    good = np.tile(np.eye(4), (6, 1, 1))
+    good = np.tile(np.eye(4), (7, 1, 1))
     good[1, 0, 0] = np.nan
     good[2, 0, 0] = 1.1
     good[3, 0, 0] = -1.0  # a mirror
     good[4, 3, 0] = 1.0
     good[5, 0, 0] = 1e300
-    assert are_poses(good).tolist() == [True] + 5 * [False]
+    good[6, 1, 3] = 1e9
+    assert are_poses(good).tolist() == [True] + 6 * [False]
 
 
 def test_times_that_do_not_go_on_are_left_out() -> None:
