@@ -90,7 +90,7 @@ def export(
 
 
 @app.command(group=SESSIONS)
-def import_path(
+def path(
     recording: Path, *, options: Annotated[PathOptions, FLATTENED], json: Json = False
 ) -> int:
     """Make a path that can be flown of a recording, another program's or our own.
@@ -101,9 +101,9 @@ def import_path(
         PerkTutor's .xml, a .seq.mha, .igs.mha or .seq.nrrd of 3D Slicer or PLUS, or a
         session, NAME.paravol.
     """
-    from app.cli.exchange_command import run_import_path
+    from app.cli.exchange_command import run_path
 
-    return run_import_path(recording, options, as_json=json)
+    return run_path(recording, options, as_json=json)
 
 
 @app.command(group=PATIENTS)

@@ -1,4 +1,4 @@
-"""`paravol export` of a session, and `paravol import-path`: tool motion in and out."""
+"""`paravol export` of a session, and `paravol path`: tool motion in and out."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +65,7 @@ def run_session_export(
     return 0
 
 
-def run_import_path(file: Path, options: PathOptions, *, as_json: bool) -> int:
+def run_path(file: Path, options: PathOptions, *, as_json: bool) -> int:
     """Make a probe path, tell how much of the recording it holds."""
     from devices import save_probe_path
     from paravol.exchange.flown_path import path_of, read_motions

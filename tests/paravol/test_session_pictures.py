@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -21,9 +22,10 @@ from paravol.session_pictures import (
     film_session,
 )
 from paravol.session_setup import describe_session
+from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ViewCamera
 from scenarios import Sample, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.bundle import SampleRecord, SessionRecorder, read_recording
 from tests.scenes import make_scene
 
 SIZE = 32
@@ -74,6 +76,31 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Flights:
         folders.append(folder)
     slow, fast = folders
     return Flights(slow, fast, patient)
+
+
+@pytest.mark.parametrize("operated", [False, True])
+def test_a_clock_that_ran_backwards_stands(
+    flights: Flights, tmp_path: Path, operated: bool
+) -> None:
+    """Every sample is stepped once, and the score's clock never goes back."""
+    found = read_recording(flights.slow)
+    info = msgspec.structs.replace(found.info, operated=operated)
+    samples = [r for r in found.records if isinstance(r, SampleRecord)][:20]
+    times = [0.0, 0.1, 0.2, 9.0, -4.0, 0.3, *np.linspace(8.5, 9.8, 14).tolist()]
+    folder = tmp_path / "back.paravol"
+    with SessionRecorder(folder, info) as recorder:
+        for record, time_s in zip(samples, times, strict=True):
+            recorder.add(msgspec.structs.replace(record, time_s=time_s))
+        recorder.close({})
+    timeline = SessionTimeline(folder, flights.patient)
+    assert (timeline.begin_s, timeline.end_s) == (0.0, max(times))
+    clock_s = 0.0
+    for time_s in (0.0, 0.25, 5.0, 9.0, 9.5, timeline.end_s):
+        sample, _ = timeline.go_to(time_s)
+        assert sample.time_s <= time_s
+        assert timeline.session.clock_s >= clock_s
+        clock_s = timeline.session.clock_s
+    assert timeline.steps == len(times)
 
 
 @dataclass
