@@ -15,6 +15,8 @@ from app.cli import (
     session_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
+from app.cli.replay_options import NOTHING_TYPED as REPLAYED
+from app.cli.replay_options import ReplayOptions
 from app.cli.root import (
     DEVICES,
     FLATTENED,
@@ -106,62 +108,37 @@ def demo(
 
 @app.command(group=SESSIONS)
 def replay(
-    session: Path,
-    *,
-    check: bool = False,
-    video: Path | None = None,
-    at: float | None = None,
-    picture: Path | None = None,
-    view_at: float | None = None,
-    out: Path | None = None,
-    case: Path | None = None,
-    threads: Threads = 0,
-    json: Json = False,
+    session: Path, *, options: ReplayOptions = REPLAYED, json: Json = False
 ) -> int:
-    """Run a recorded session again, without the device.
+    """Run a recorded session again, without the device; film it, or two together.
 
     Parameters
     ----------
     session
         A folder NAME.paravol.
-    check
-        End with status 1 unless every frame and every figure comes out the same.
-    video
-        Write the frames as an MP4 film.
-    at
-        Stop at this second and tell the score, what was taken and bled, and the
-        injuries so far; nothing is compared.
-    picture
-        With --at: write the live picture of then as a PNG.
-    view_at
-        Write what was seen at this second as a view file, for `paravol snapshot
-        --view`; without --check or --video nothing else is done.
-    out
-        The view file, such as a.view.json.
-    case
-        With --at or --view-at: where the case that was flown through lies now.
     """
-    from app.cli.replay_command import run_at, run_replay, run_view_at
+    from app.cli.replay_command import run_at, run_film, run_replay, run_view_at
 
-    if (view_at is None) != (out is None):
-        raise UserError("--view-at and --out go together.")
-    if case is not None and out is None and at is None:
-        raise UserError("--case goes with --at or --view-at.")
-    if picture is not None and at is None:
-        raise UserError("--picture goes with --at, the second that it shows.")
-    if at is not None:
-        if check or video is not None or out is not None:
-            raise UserError("--at goes without --check, --video and --view-at.")
-        threads = thread_count(threads)
-        run_at(session, at, picture, case=case, threads=threads, as_json=json)
+    options.demand_sense()
+    options = replace(options, threads=thread_count(options.threads))
+    if options.at is not None:
+        run_at(session, options.at, options, as_json=json)
         return 0
-    if view_at is not None and out is not None:
-        run_view_at(session, view_at, out, case=case, quietly=json)
-        if not check and video is None:
+    if options.view_at is not None and options.out is not None:
+        run_view_at(
+            session, options.view_at, options.out, case=options.case, quietly=json
+        )
+        if not options.check and options.video is None:
             return 0
-
+    if options.is_own_film:
+        run_film(session, options, as_json=json)
+        return 0
     return run_replay(
-        session, check=check, video=video, threads=thread_count(threads), as_json=json
+        session,
+        check=options.check,
+        video=options.video,
+        threads=options.threads,
+        as_json=json,
     )
 
 
