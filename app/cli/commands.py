@@ -7,7 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from app.cli import arm_commands, case_commands, picture_commands
+from app.cli import (
+    arm_commands,
+    case_commands,
+    picture_commands,
+    progress_commands,
+    teaching_commands,
+)
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
     DEVICES,
@@ -34,7 +40,14 @@ from paravol.snapshots.worker_options import WorkerOptions
 
 ONE_RANK = WorkerOptions()
 
-__all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
+__all__ = [
+    "app",
+    "arm_commands",
+    "case_commands",
+    "picture_commands",
+    "progress_commands",
+    "teaching_commands",
+]
 
 
 FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
