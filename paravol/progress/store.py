@@ -71,13 +71,13 @@ class ProgressStore:
         event.listen(self._engine, "connect", _set_up)
         event.listen(self._engine, "begin", _begin)
         with _one_at_a_time(self.file.parent):
-            if not is_the_users:
-                self._demand_sqlite()
             try:
                 self._open()
             except DatabaseError as error:
                 if not _is_damage(error):
                     raise
+                if not is_the_users:
+                    self._demand_sqlite()
                 self._set_aside()
                 self._open()
 
@@ -210,13 +210,13 @@ class ProgressStore:
 
     def _demand_sqlite(self) -> None:
         """Raise UserError for a named file that never was a store."""
-        with suppress(FileNotFoundError):
-            head = self.file.open("rb").read(len(_MAGIC))
-            if head and head != _MAGIC:
-                raise UserError(
-                    f"{self.file} is no progress store; name another with --store, or "
-                    "move it away."
-                )
+        with self.file.open("rb") as file:
+            head = file.read(len(_MAGIC))
+        if head != _MAGIC:
+            raise UserError(
+                f"{self.file} is no progress store; name another with --store, or "
+                "move it away."
+            )
 
     def _set_aside(self) -> None:
         now = datetime.datetime.now(datetime.UTC)

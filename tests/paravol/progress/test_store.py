@@ -64,18 +64,18 @@ def test_deleted_bytes_are_gone_from_the_file_and_its_log(tmp_path: Path) -> Non
     """Other sessions stay, and so does what they need."""
     file = tmp_path / "p.sqlite"
     store = ProgressStore(file)
-    gone = [entry("Zanthoxylum", n, exercise="quixotic") for n in range(1, 30)]
-    kept = [entry("ann", n) for n in range(1, 30)]
+    gone = [entry("Zanthoxylum", n, exercise="quixotic") for n in range(1, 13)]
+    kept = [entry("ann", n) for n in range(1, 13)]
     # a reader keeps the log from being emptied by itself
     reader = sqlite3.connect(file)
     for pair in zip(gone, kept, strict=True):
         for each in pair:
             store.add(each)
-    assert reader.execute("SELECT count(*) FROM sessions").fetchone() == (58,)
+    assert reader.execute("SELECT count(*) FROM sessions").fetchone() == (24,)
     told = b"".join(part.read_bytes() for part in family(file))
     marks = [b"Zanthoxylum", b"quixotic", gone[3].sha256.encode()]
     assert all(mark in told for mark in marks)
-    assert store.delete([each.sha256 for each in gone]) == 29
+    assert store.delete([each.sha256 for each in gone]) == 12
     left = b"".join(part.read_bytes() for part in family(file))
     assert not any(mark in left for mark in marks)
     assert kept[3].sha256.encode() in left
@@ -112,6 +112,7 @@ for n in range(1, 13):
 """
 
 
+@pytest.mark.slow
 def test_two_programs_at_once_lose_nothing(tmp_path: Path) -> None:
     file = tmp_path / "p.sqlite"
     programs = [
@@ -140,6 +141,7 @@ kept.add(entry("bob", 2))
 """
 
 
+@pytest.mark.slow
 def test_a_program_killed_while_it_writes_leaves_the_store_whole(
     tmp_path: Path,
 ) -> None:
@@ -219,7 +221,7 @@ def test_a_step_that_fails_leaves_the_older_store(
     file = tmp_path / "p.sqlite"
     ProgressStore(file).add(entry())
     good = "ALTER TABLE sessions ADD COLUMN place TEXT"
-    monkeypatch.setattr(tables, "STEPS", [(good, "UPDATE nothing SET place = 1")])
+    monkeypatch.setattr(tables, "STEPS", [(good, "UPDATE nowhere SET place = 1")])
     with pytest.raises(Exception, match="no such table"):
         ProgressStore(file)
     monkeypatch.setattr(tables, "STEPS", [])
