@@ -124,7 +124,8 @@ def run_curve(
     if out is not None:
         demand_format(out)
         demand_place(out)
-    entries = open_store(file).sessions(trainee=trainee, exercise=exercise)
+    store = open_store(file)
+    entries = store.sessions(trainee=trainee, exercise=exercise)
     if not entries:
         raise UserError(
             f"There is no session of {exercise!r}{_by(trainee)}; paravol progress list "
@@ -133,8 +134,7 @@ def run_curve(
     role, wanted = _figure(figure, entries)
     figures = _figures(entries, wanted, role)
     curve = fit_learning_curve(figures)
-    passed = [e.has_passed for e in entries if e.has_passed is not None]
-    rates = moving_pass_rate(passed)
+    rates = moving_pass_rate(store.results(trainee).get(exercise, []))
     units = [v.unit for e in entries if (v := e.value(wanted, role)) is not None]
     unit = units[0] if units else ""
     if out is not None:

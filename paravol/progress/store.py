@@ -120,6 +120,25 @@ class ProgressStore:
             found = connection.execute(wanted.order_by(s.c.begun, s.c.id)).all()
             return [_entry(connection, row._mapping) for row in found]
 
+    def results(self, trainee: str) -> dict[str, list[bool]]:
+        """Return whether a trainee's attempts were passed, in order, by exercise.
+
+        What `scenarios.ladder` opens exercises by. Attempts of which nothing says
+        whether they were passed are left out.
+        """
+        t, s = tables.trainees, tables.sessions
+        wanted = (
+            select(s.c.exercise, s.c.has_passed)
+            .join_from(s, t)
+            .where(t.c.name == trainee, s.c.has_passed.is_not(None))
+            .order_by(s.c.begun, s.c.id)
+        )
+        found: dict[str, list[bool]] = {}
+        with self._writing() as connection:
+            for exercise, has_passed in connection.execute(wanted):
+                found.setdefault(exercise, []).append(has_passed)
+        return found
+
     def trainees(self) -> list[str]:
         """Return the names that there are, in alphabetical order."""
         with self._writing() as connection:
