@@ -1,5 +1,6 @@
 """An exercise made of a recording loads, and the recording passes it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,7 @@ from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
 from paravol.recorded_scenario import scenario_from_session
 from paravol.session_setup import build_session, describe_session
-from renderers.scene import AirSurface, Scene, Volume
+from renderers.scene import AirSurface, Volume
 from scenarios import InstrumentState, Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
 from scenarios.tasks.engine import Status
@@ -42,8 +43,8 @@ def samples() -> list[Sample]:
                 1.0 + EVERY_S * number,
                 frame,
                 (170.0 + number) % 360.0,
-                tip,
-                axis if number % 2 else np.zeros(3),
+                tip if number % 2 else np.full(3, np.nan),
+                axis,
                 3,
                 InstrumentState("curette" if number > 40 else "microdebrider"),
                 is_frozen=60 <= number < 90,
@@ -60,7 +61,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PatientScene]
     distance = Volume(values, np.ones(3), np.array([-30.0, -30, -15]), np.eye(3), 1.0)
     zeros = distance.with_values(np.zeros(values.shape, np.uint8), 0)
     air = AirSurface(distance, zeros, zeros)
-    scene = Scene(scene.volume, scene.transfer, scene.lights, scene.material, air)
+    scene = replace(scene, surface=air)
     scenario, _ = load_scenario("first_flight")
     landmarks = dict.fromkeys(scenario.targets, np.zeros(3))
     patient = PatientScene(scene, landmarks, "a" * 64)
