@@ -74,7 +74,7 @@ def scenario_from_session(
             "hoops would stand in its walls."
         )
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
-    path, kept = _path(name, folder, samples, world_from_device)
+    path = _path(name, folder, samples, world_from_device)
     tasks = course_tasks(path.t_s, path.tip_mm, patient.surface.distance)
     scenario = Scenario(
         name=name,
@@ -86,7 +86,7 @@ def scenario_from_session(
         targets=flown.targets,
         tasks=tasks,
     )
-    _try(scenario, patient, kept, world_from_device, progress)
+    _try(scenario, patient, samples, world_from_device, progress)
     out.mkdir(parents=True, exist_ok=True)
     save_probe_path(path, path_file)
     with whole_file(file) as beside:
@@ -121,8 +121,8 @@ def _path(
     folder: Path,
     samples: list[Sample],
     world_from_device: NDArray[np.float64],
-) -> tuple[ProbePath, list[Sample]]:
-    """Return a recording as a path without what was frozen, and its samples."""
+) -> ProbePath:
+    """Return a recording as a path, without what was frozen."""
     time_s = np.array([sample.time_s for sample in samples])
     is_frozen = np.array([sample.is_frozen for sample in samples])
     clock_s = score_clock_s(time_s, is_frozen)
@@ -150,7 +150,7 @@ def _path(
         held = sample.instrument.name
         if held != NO_TOOL and (not tools or tools[-1][1] != held):
             tools.append((at_s, held))
-    path = ProbePath(
+    return ProbePath(
         name,
         times,
         frames[:, :3, 3],
@@ -162,7 +162,6 @@ def _path(
         f"the recording {folder.absolute().name}",
         tuple(tools),
     )
-    return path, kept
 
 
 def _try(

@@ -111,7 +111,7 @@ def score_clock_s(
 
 def _pauses(time_s: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> list[_Pause]:
     """Find where the tip stayed, from the first on, as long as it did."""
-    pauses = []
+    pauses: list[_Pause] = []
     first, count = 0, len(tip_mm)
     while first < count:
         last = first

@@ -172,7 +172,8 @@ def _refitted(
     gain = np.concatenate([each[1] for each in constants], axis=1)
     shapes = np.concatenate([each[3] for each in constants])
     row, best = np.arange(len(drawn)), squares.argmin(axis=1)
-    return plateau[row, best, None] + gain[row, best, None] * shapes[best]
+    curves: NDArray[np.float64] = shapes[best]
+    return plateau[row, best, None] + gain[row, best, None] * curves
 
 
 def _least_squares(

@@ -19,6 +19,7 @@ import platformdirs
 from sqlalchemy import (
     URL,
     Connection,
+    Insert,
     create_engine,
     delete,
     event,
@@ -93,7 +94,7 @@ class ProgressStore:
             trainee = connection.execute(known).scalar()
             if trainee is None:
                 row = insert(tables.trainees).values(name=name)
-                trainee = connection.execute(row).inserted_primary_key[0]
+                trainee = _new_id(connection, row)
             gone = delete(tables.sessions).where(
                 tables.sessions.c.sha256 == entry.sha256
             )
@@ -309,7 +310,13 @@ def _insert_session(connection: Connection, entry: SessionEntry, trainee: int) -
         is_complete=entry.is_complete,
         has_passed=entry.has_passed,
     )
-    return int(connection.execute(row).inserted_primary_key[0])
+    return _new_id(connection, row)
+
+
+def _new_id(connection: Connection, row: Insert) -> int:
+    key = connection.execute(row).inserted_primary_key
+    assert key is not None
+    return int(key[0])
 
 
 def _insert_details(connection: Connection, entry: SessionEntry, session: int) -> None:

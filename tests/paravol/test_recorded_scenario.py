@@ -16,6 +16,7 @@ from paravol.session_setup import build_session, describe_session
 from renderers.scene import AirSurface, Volume
 from scenarios import InstrumentState, Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Follow, Reach
 from tests.scenes import make_scene
@@ -38,15 +39,17 @@ def samples() -> list[Sample]:
         axis /= np.linalg.norm(axis)
         frame = tip_frame(tip, axis)
         frame[:3, 3] -= SHIFT
+        tool = "curette" if number > 40 else "microdebrider"
+        tool = NO_TOOL if number < 20 else tool
         found.append(
             Sample(
                 1.0 + EVERY_S * number,
                 frame,
                 (170.0 + number) % 360.0,
-                tip if number % 2 else np.full(3, np.nan),
-                axis,
+                tip,
+                axis if number >= 20 else np.zeros(3),
                 3,
-                InstrumentState("curette" if number > 40 else "microdebrider"),
+                InstrumentState(tool),
                 is_frozen=60 <= number < 90,
             )
         )
@@ -99,7 +102,7 @@ def test_the_recording_passes_the_exercise_made_of_it(
     assert len(stops) == 1
     assert len(rings) >= 3
     np.testing.assert_allclose(
-        stops[0].place, 20.0 * np.array([np.cos(1), np.sin(1), 0.1]), atol=1.0
+        np.array(stops[0].place, dtype=np.float64), 20.0 * np.array([np.cos(1), np.sin(1), 0.1]), atol=1.0
     )
     # air of 4 mm all around
     assert {ring.radius_mm for ring in rings} == {4.0}

@@ -45,6 +45,17 @@ def flown(
     return engine
 
 
+def times(count: int) -> NDArray[np.float64]:
+    """Give the times of evenly spaced samples."""
+    return np.linspace(0.0, EVERY_S * (count - 1), count)
+
+
+def middle(task: Ring | Reach) -> NDArray[np.float64]:
+    """Give the place of a hoop or stop."""
+    assert not isinstance(task.place, str)
+    return np.array(task.place)
+
+
 def all_rings(tasks: tuple[Task, ...]) -> list[Ring]:
     return [r for task in tasks if isinstance(task, Follow) for r in task.rings]
 
@@ -52,15 +63,15 @@ def all_rings(tasks: tuple[Task, ...]) -> list[Ring]:
 def test_a_straight_way_has_hoops_at_even_distances_facing_along_it() -> None:
     z = np.arange(-18.0, 50.0, 0.1)
     tip = np.stack([0 * z, 0 * z, z], axis=1)
-    tasks = course_tasks(EVERY_S * np.arange(len(z)), tip, tube(3.0))
+    tasks = course_tasks(times(len(z)), tip, tube(3.0))
     assert [task.name for task in tasks] == ["course 1"]
     rings = all_rings(tasks)
-    places = np.array([ring.place for ring in rings])
+    places = np.array([middle(ring) for ring in rings])
     np.testing.assert_allclose(np.diff(places[:, 2]), STRAIGHT_MM, atol=0.6)
     for ring in rings:
         np.testing.assert_allclose(ring.axis, (0.0, 0.0, 1.0), atol=1e-6)
     # as wide as the tube, within its grid; outside the field it is as for a wall
-    inside = [ring.radius_mm for ring in rings if abs(ring.place[2]) < 19.0]
+    inside = [ring.radius_mm for ring in rings if abs(middle(ring)[2]) < 19.0]
     assert inside == pytest.approx([3.0] * len(inside), abs=0.05)
     assert all(NARROWEST_MM <= r.radius_mm <= WIDEST_MM for r in rings)
 
@@ -69,9 +80,9 @@ def test_hoops_stand_closer_where_the_way_bends() -> None:
     """A circle of radius 10: a hoop for each 35 degrees and its share of the length."""
     angle = np.linspace(0.0, 2 * np.pi, 700)
     bent = 10.0 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    time_s = EVERY_S * np.arange(len(angle))
+    time_s = times(len(angle))
     rings = all_rings(course_tasks(time_s, bent, tube()))
-    places = np.array([ring.place for ring in rings])
+    places = np.array([middle(ring) for ring in rings])
     apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
     # s / 12 mm + s / 10 mm in degrees / 35 = 1
     expected = 1.0 / (1 / STRAIGHT_MM + np.degrees(1 / 10.0) / 35.0)
@@ -79,7 +90,7 @@ def test_hoops_stand_closer_where_the_way_bends() -> None:
     assert apart == pytest.approx(chord, abs=0.6)
     assert apart.max() < STRAIGHT_MM
     for ring in rings:
-        tangent = np.array([-ring.place[1], ring.place[0], 0.0]) / 10.0
+        tangent = np.array([-middle(ring)[1], middle(ring)[0], 0.0]) / 10.0
         assert np.array(ring.axis) @ tangent > np.cos(np.radians(8.0))
 
 
@@ -87,12 +98,12 @@ def test_stops_stand_where_the_tip_paused() -> None:
     out = np.linspace(0.0, 20.0, 200)
     z = np.concatenate([out, np.full(150, 20.0), 20.0 + out])
     tip = np.stack([0 * z, 0 * z, z - 20.0], axis=1)
-    time_s = EVERY_S * np.arange(len(z))
+    time_s = times(len(z))
     tasks = course_tasks(time_s, tip, tube())
     assert [task.name for task in tasks] == ["course 1", "stop 1", "course 2"]
     stop = tasks[1]
     assert isinstance(stop, Reach)
-    np.testing.assert_allclose(stop.place, (0.0, 0.0, 0.0), atol=1.0)
+    np.testing.assert_allclose(middle(stop), np.zeros(3), atol=1.0)
     assert stop.radius_mm == STOP_MM
     assert 1.0 < stop.hold_s <= 2.0
     assert [task.after for task in tasks] == [(), ("course 1",), ("stop 1",)]
@@ -105,7 +116,7 @@ def test_stops_stand_where_the_tip_paused() -> None:
 def test_the_way_backwards_does_not_pass() -> None:
     z = np.arange(-20.0, 20.0, 0.1)
     tip = np.stack([0 * z, 0 * z, z], axis=1)
-    time_s = EVERY_S * np.arange(len(z))
+    time_s = times(len(z))
     tasks = course_tasks(time_s, tip, tube())
     assert flown(tasks, time_s, tip).is_complete
     assert not flown(tasks, time_s, tip[::-1]).is_complete
@@ -131,16 +142,16 @@ def test_every_way_passes_its_own_course(seed: int, noise_mm: float) -> None:
     at = int(random.integers(50, count - 50))
     way = np.concatenate([way[:at], np.repeat(way[at][None], 120, 0), way[at:]])
     way = way + random.normal(scale=noise_mm, size=way.shape)
-    time_s = EVERY_S * np.arange(len(way))
+    time_s = times(len(way))
     tasks = course_tasks(time_s, way, tube())
     engine = flown(tasks, time_s, way)
     assert [s.name for s in engine.states if s.status is not Status.DONE] == []
-    places = np.array([ring.place for ring in all_rings(tasks)])
+    places = np.array([middle(ring) for ring in all_rings(tasks)])
     assert len(places) >= 4
     # hoops of one course are never on top of one another
     for task in tasks:
         if isinstance(task, Follow) and noise_mm == 0.0:
-            own = np.array([ring.place for ring in task.rings])
+            own = np.array([middle(ring) for ring in task.rings])
             steps = np.linalg.norm(np.diff(own, axis=0), axis=1)
             assert (steps < 2 * STRAIGHT_MM).all() or len(own) < 3
 
@@ -148,7 +159,7 @@ def test_every_way_passes_its_own_course(seed: int, noise_mm: float) -> None:
 def test_a_way_too_short_is_refused() -> None:
     tip = np.zeros((20, 3))
     with pytest.raises(UserError, match="too short"):
-        course_tasks(EVERY_S * np.arange(20), tip, tube())
+        course_tasks(times(20), tip, tube())
 
 
 def test_the_scores_clock_stands_while_frozen() -> None:
