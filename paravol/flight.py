@@ -19,6 +19,7 @@ import msgspec
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
+from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Timing, fly
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.instrument_input import InstrumentInput
@@ -37,7 +38,7 @@ from paravol.inputs.pose_sources import (
     ReconnectingSource,
 )
 from paravol.operation_rehearsal import rehearse
-from paravol.patient import PatientScene, load_patient
+from paravol.patient import PatientScene, check_for_head, load_patient
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.registration.at_start import register_by_touch
 from paravol.score_table import score_rows
@@ -63,6 +64,7 @@ from scenarios.tasks import TaskEvent
 class FlightOrder:
     """Describe a flight that is to be flown.
 
+    path: what was recorded for the exercise, None where nothing was.
     size: of the square picture, pixels. record: folder of the recording, where one was
     named. stream: host and port at which tool poses are streamed, None for no stream.
     kept: store for flights without a named folder, None to record none of them.
@@ -71,7 +73,7 @@ class FlightOrder:
     """
 
     scenario: Scenario
-    path: ProbePath
+    path: ProbePath | None
     input: FlightInput
     size: int
     threads: int
@@ -207,7 +209,8 @@ class Flight:
 
     roll: turns the light post by hand. hand: holds the instruments. recording: where
     the flight is recorded.
-    result: how it ended; None before, and where not a single pose was flown.
+    path: of the scope, straight in where none was recorded; None until the head is
+    there. result: how it ended; None before, and where not a single pose was flown.
     """
 
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
@@ -215,6 +218,7 @@ class Flight:
         self.roll = KeyboardRoll(order.input.completer)
         self.hand = OperatingHand(self.roll, order.scenario.scope.endoscope())
         self.recording = Recording(order)
+        self.path = order.path
         self.result: FlightEnd | None = None
         self._observer = observer
         self._closed = threading.Event()
@@ -254,9 +258,12 @@ class Flight:
         order, observer = self.order, self._observer
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
+        check_for_head(scenario, before)
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
         order.input.operated(operation.patient)
+        if self.path is None:
+            self.path = start_path(patient, scenario.start)
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -268,7 +275,7 @@ class Flight:
             threads=order.threads,
             progress=self._progress,
         )
-        view.warm_up(first_views(scenario, patient, order.path, size), self._progress)
+        view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
         rehearse(scenario, before, self._progress)
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:

@@ -8,8 +8,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import ProbePath, Registration, load_probe_path
+from devices import ProbePath, Registration
 from disk import UserError
+from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
@@ -245,6 +246,6 @@ def flight_pose(
     they belong to the scenario's own patient, ``phantom(seed=1)`` for the bundled one.
     """
     described, folder = load_scenario(scenario)
-    at = load_probe_path(folder / described.path).sample(time_s)
+    at = recorded_path(described, folder).sample(time_s)
     instrument_pose = tip_frame(at.instrument_tip_mm, at.instrument_axis)
     return tip_frame(at.tip_mm, at.axis), instrument_pose

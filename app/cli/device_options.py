@@ -36,7 +36,7 @@ class DeviceOptions:
         scope: str | None,
         device: str | None,
         scenario: "Scenario",
-        path: "ProbePath",
+        path: "ProbePath | None",
     ) -> "InstrumentInput | None":
         """Make the second input, None without one; see `choose_instrument`."""
         if self.instrument is None:

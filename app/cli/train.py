@@ -33,7 +33,7 @@ def run_train(options: TrainOptions) -> int:
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
-    from devices import load_probe_path
+    from paravol.exercise_path import recorded_path, recorded_path_file
     from paravol.inputs import choose_input
     from paravol.inputs.open_arm import demand_port
     from paravol.pose_streaming import listening_address
@@ -46,8 +46,8 @@ def run_train(options: TrainOptions) -> int:
 
         scenario = str(scenario_of_case(options.case))
     exercise, folder = load_scenario(scenario)
-    path_file = folder / exercise.path
-    path = load_probe_path(path_file)
+    path_file = recorded_path_file(exercise, folder)
+    path = None if path_file is None else recorded_path(exercise, folder)
     stream = None
     if options.stream_igtl is not None:
         stream = listening_address(options.stream_igtl)

@@ -151,7 +151,8 @@ class FlightThread(QObject, FlightObserver):
         order = self.flight.order
         targets = patient.positions(order.scenario.targets)
         self.slices_ready.emit(patient.slice_views())
-        cut_open = cutter(patient, order.path)
+        assert self.flight.path is not None
+        cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
         self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from devices import ProbePath, Registration
 from devices.registration.registration_file import load_registration
+from disk import UserError
 from paravol.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
@@ -31,8 +32,8 @@ class ArmInput(FlightInput):
     def __init__(
         self,
         scenario: Scenario,
-        path: ProbePath,
-        path_file: Path,
+        path: ProbePath | None,
+        path_file: Path | None,
         device: str | None,
         registration_file: Path | None = None,
         roll: str = "horizon",
@@ -57,6 +58,12 @@ class ArmInput(FlightInput):
             self.completer = self._hand
             self.turns = ClutchTurns()
             return
+        if path is None:
+            raise UserError(
+                f"The emulated arm follows a recorded path, and the exercise "
+                f"{scenario.name!r} has none; fly it with --input mouse or with an arm "
+                "at --device."
+            )
         self.completer = PathChannel(path)
         self.has_instrument = True
         self.until_s = path.duration_s

@@ -14,6 +14,8 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from devices import ProbePath
 from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
 from devices.controls.gamepad import open_gamepad
@@ -27,24 +29,34 @@ from paravol.inputs.turns import SteeredTurns
 from paravol.patient import PatientScene
 from scenarios import Scenario
 from scenarios.nostril import tool_pivot
+from scenarios.scenario import Start
 from scenarios.session import SHAFT_CHECKED_MM
 from surgery.contact import ScopeHold
 
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
 
+START = Start()
+"""Before the right nostril."""
+
 UPRIGHT_DEG = 6.0
 """Between the cone and the vertical, where a picture has no up."""
 
 
 def nostril_fulcrum(
-    patient: PatientScene, path: ProbePath, side: str | None = None
+    patient: PatientScene,
+    path: ProbePath | None = None,
+    start: Start = START,
+    side: str | None = None,
 ) -> Fulcrum:
     """Return the fulcrum of the nostril that the exercise's path enters.
 
-    side: "right" or "left" for that nostril. In a patient's own head, whose anatomy has
-    no names, it is where the case says, and a side is refused.
+    Without a path it is where the start says. side: "right" or "left" for that nostril.
+    In a patient's own head, whose anatomy has no names, it is where the case says, and
+    a side is refused.
     """
+    if start.tip_mm is not None and start.axis is not None:
+        return Fulcrum(np.array(start.tip_mm), np.array(start.axis))
     if patient.way_in is not None:
         if side is not None:
             raise UserError(
@@ -52,17 +64,22 @@ def nostril_fulcrum(
             )
         return Fulcrum(patient.way_in.pivot_mm, patient.way_in.axis)
     if side is None:
-        side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
+        side = start.nostril.value
+        if path is not None:
+            side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
     nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
     place = patient.positions((nostril, recess))
     return Fulcrum(place[nostril], place[recess] - place[nostril])
 
 
 def scope_control(
-    patient: PatientScene, path: ProbePath, radius_mm: float
+    patient: PatientScene,
+    path: ProbePath | None,
+    radius_mm: float,
+    start: Start = START,
 ) -> FulcrumControl:
     """Return what moves a scope in the nostril, held by the walls as they are then."""
-    fulcrum = nostril_fulcrum(patient, path)
+    fulcrum = nostril_fulcrum(patient, path, start)
     hold = ScopeHold(
         patient.surface.distance,
         radius_mm,
@@ -74,13 +91,16 @@ def scope_control(
 
 
 def tool_control(
-    patient: PatientScene, path: ProbePath, side: str | None = None
+    patient: PatientScene,
+    path: ProbePath | None,
+    start: Start = START,
+    side: str | None = None,
 ) -> tuple[FulcrumControl, ToolHold]:
     """Return what moves a tool's shaft in the nostril, beside the scope; its walls.
 
-    side: of the nostril, "right" or "left"; None for that of the exercise's path.
+    side: of the nostril, "right" or "left"; None for that of the exercise.
     """
-    scope = nostril_fulcrum(patient, path, side)
+    scope = nostril_fulcrum(patient, path, start, side)
     fulcrum = Fulcrum(tool_pivot(scope.pivot_mm, scope.axis), scope.axis)
     hold = ToolHold(patient.surface.distance, fulcrum.pivot_mm)
     return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold), hold
@@ -99,10 +119,10 @@ class _HandInput(FlightInput):
     """Steer a scope in the nostril."""
 
     def __init__(
-        self, scenario: Scenario, path: ProbePath, handset: Handset | None
+        self, scenario: Scenario, path: ProbePath | None, handset: Handset | None
     ) -> None:
         self._radius_mm = scenario.scope.endoscope().diameter_mm / 2
-        self._path = path
+        self._path, self._start = path, scenario.start
         self._handset = handset
         self._handover = Handover()
         self.completer = framed_hand()
@@ -110,11 +130,11 @@ class _HandInput(FlightInput):
 
     def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
-        control = scope_control(patient, self._path, self._radius_mm)
+        control = scope_control(patient, self._path, self._radius_mm, self._start)
         if not self.is_held_by_walls:
             control.go_through_walls()
         self.turns = turns = SteeredTurns(
-            self._handover, *tool_control(patient, self._path)
+            self._handover, *tool_control(patient, self._path, self._start)
         )
         return SteeredArm(
             control,
@@ -132,7 +152,7 @@ class _HandInput(FlightInput):
 class MouseInput(_HandInput):
     """Steer with keys and mouse; the window passes them on to ``controls``."""
 
-    def __init__(self, scenario: Scenario, path: ProbePath) -> None:
+    def __init__(self, scenario: Scenario, path: ProbePath | None) -> None:
         super().__init__(scenario, path, None)
         self.name = "mouse and keyboard"
         self.keys = HELP
@@ -146,7 +166,11 @@ class GamepadInput(_HandInput):
     """
 
     def __init__(
-        self, scenario: Scenario, path: ProbePath, file: Path | None, number: int = 1
+        self,
+        scenario: Scenario,
+        path: ProbePath | None,
+        file: Path | None,
+        number: int = 1,
     ) -> None:
         pad = open_gamepad(file, number)
         super().__init__(scenario, path, pad)

@@ -17,13 +17,14 @@ def choose_input(
     words: str | None,
     device: str | None,
     scenario: Scenario,
-    path: ProbePath,
-    path_file: Path,
+    path: ProbePath | None,
+    path_file: Path | None,
     registration: Path | None = None,
     roll: str | None = None,
 ) -> FlightInput:
     """Make the input that the words name; a device is a MicroScribe's serial port.
 
+    path, path_file: what was recorded for the exercise; None where nothing was.
     words: None for the arm at the device, or the mouse without one.
 
     registration: a file of `paravol register`, for an arm or a tracker. roll: what

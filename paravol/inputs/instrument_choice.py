@@ -28,7 +28,7 @@ def choose_instrument(
     scope: str | None,
     device: str | None,
     scenario: Scenario,
-    path: ProbePath,
+    path: ProbePath | None,
     registration: Path | None = None,
     side: str | None = None,
 ) -> InstrumentInput:
@@ -52,9 +52,11 @@ def choose_instrument(
     _refuse_same(words, scope, device)
     match kind, rest:
         case "mouse", "":
-            return MouseInstrument(path, side)
+            return MouseInstrument(path, scenario.start, side)
         case "gamepad", which:
-            return GamepadInstrument(path, side, *_free_pad(which, scope))
+            return GamepadInstrument(
+                path, scenario.start, side, *_free_pad(which, scope)
+            )
         case "igtl", address if address:
             place = peer_address("--instrument", address)
             return LinkInstrument(place, scenario, registration)

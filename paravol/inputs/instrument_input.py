@@ -29,6 +29,7 @@ from paravol.registration.at_start import registered_by_file, tracker_record
 from scenarios import InstrumentState, Sample, Scenario
 from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import tool_frame
+from scenarios.scenario import Start
 
 if TYPE_CHECKING:
     from devices.controls.fulcrum import FulcrumControl
@@ -77,15 +78,15 @@ class _SteeredInstrument(InstrumentInput):
 
     moves_shaft = True
 
-    def __init__(self, path: ProbePath, side: str | None) -> None:
-        self._path = path
+    def __init__(self, path: ProbePath | None, start: Start, side: str | None) -> None:
+        self._path, self._start = path, start
         self._side = side
         self._steering = Steering()
 
     @contextmanager
     def open(self, patient: PatientScene) -> Iterator[SecondDevice]:
         """Put the tool's tip into the nostril."""
-        control, self.hold = tool_control(patient, self._path, self._side)
+        control, self.hold = tool_control(patient, self._path, self._start, self._side)
         sources = [self._source(control, self._handset())]
 
         def again() -> DrainedPoses:
@@ -114,8 +115,8 @@ class _SteeredInstrument(InstrumentInput):
 class MouseInstrument(_SteeredInstrument):
     """Steer the tool with keys and mouse."""
 
-    def __init__(self, path: ProbePath, side: str | None) -> None:
-        super().__init__(path, side)
+    def __init__(self, path: ProbePath | None, start: Start, side: str | None) -> None:
+        super().__init__(path, start, side)
         self.name = "mouse and keyboard"
         self.keys = HELP
         self.controls = MouseKeys(self._steering)
@@ -125,9 +126,14 @@ class GamepadInstrument(_SteeredInstrument):
     """Steer the tool with a gamepad or 3D mouse, by its file or its number from 1."""
 
     def __init__(
-        self, path: ProbePath, side: str | None, file: Path | None, number: int
+        self,
+        path: ProbePath | None,
+        start: Start,
+        side: str | None,
+        file: Path | None,
+        number: int,
     ) -> None:
-        super().__init__(path, side)
+        super().__init__(path, start, side)
         self._which = file, number
         self._pad = open_gamepad(file, number)
         self.name = self._pad.name
