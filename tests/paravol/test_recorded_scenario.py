@@ -102,7 +102,9 @@ def test_the_recording_passes_the_exercise_made_of_it(
     assert len(stops) == 1
     assert len(rings) >= 3
     np.testing.assert_allclose(
-        np.array(stops[0].place, dtype=np.float64), 20.0 * np.array([np.cos(1), np.sin(1), 0.1]), atol=1.0
+        np.array(stops[0].place, dtype=np.float64),
+        20.0 * np.array([np.cos(1), np.sin(1), 0.1]),
+        atol=1.0,
     )
     # air of 4 mm all around
     assert {ring.radius_mm for ring in rings} == {4.0}
