@@ -12,6 +12,7 @@ from app.cli import (
     case_commands,
     picture_commands,
     progress_commands,
+    scenario_commands,
     teaching_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
@@ -46,6 +47,7 @@ __all__ = [
     "case_commands",
     "picture_commands",
     "progress_commands",
+    "scenario_commands",
     "teaching_commands",
 ]
 

@@ -13,6 +13,7 @@ FILES = (
     "case_commands.py",
     "picture_commands.py",
     "progress_commands.py",
+    "scenario_commands.py",
     "teaching_commands.py",
 )
 
