@@ -195,7 +195,9 @@ def _unusual(struct: msgspec.Struct) -> dict[str, Any]:
         value = getattr(struct, field.name)
         if field.required or value != field.default:
             told[field.encode_name] = _plain(value)
-    return {key: value for key, value in told.items() if value != {}}
+    # what a person looks for first
+    head = [key for key in ("kind", "name", "title") if key in told]
+    return {key: told[key] for key in [*head, *told] if told[key] != {}}
 
 
 def _plain(value: Any) -> Any:

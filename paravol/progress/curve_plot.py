@@ -64,7 +64,7 @@ def draw_curve(
             below.fill_between(at, low, high, color=_ORANGE, alpha=0.2)
             shares = [100 * r.share for r in rates]
             below.plot(at, shares, "s-", color=_ORANGE, markersize=4)
-            below.set_ylim(0, 100)
+            below.set_ylim(-4, 104)
             below.set_ylabel("passed, %")
         grid[-1][0].set_xlabel("attempt")
         for row in grid:
