@@ -11,8 +11,10 @@ from app.cli import (
     arm_commands,
     case_commands,
     picture_commands,
+    progress_commands,
     scenario_commands,
     session_commands,
+    teaching_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.replay_options import NOTHING_TYPED as REPLAYED
@@ -47,8 +49,10 @@ __all__ = [
     "arm_commands",
     "case_commands",
     "picture_commands",
+    "progress_commands",
     "scenario_commands",
     "session_commands",
+    "teaching_commands",
 ]
 
 

@@ -8,6 +8,7 @@ from app.cli.replay_options import ReplayOptions
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
 from paravol.score_table import score_rows
+from scenarios.bundle import read_notes
 
 if TYPE_CHECKING:
     from paravol.session_pictures import SessionPictures, SideBySide
@@ -42,10 +43,17 @@ def run_replay(
                 ("frames that differ", _differing(report)),
                 ("score", same[report.same_score]),
                 *score_rows(report.score),
+                *_notes(folder),
                 *([("film", str(video))] if video else []),
             ],
         )
     return 1 if check and not report.is_exact else 0
+
+
+def _notes(folder: Path) -> list[tuple[str, str]]:
+    """Return what a teacher said about a session, if anything."""
+    notes = read_notes(folder)
+    return [("note", f"at {note.at_s:.1f} s: {note.text}") for note in notes]
 
 
 def run_at(

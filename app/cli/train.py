@@ -13,6 +13,8 @@ from app.opengl import probe_window
 from disk import UserError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from paravol.flight import FlightEnd
     from paravol.inputs.flight_input import FlightInput
 
@@ -118,6 +120,8 @@ def run_train(options: TrainOptions) -> int:
     window.release()
     if thread.flight.result is not None:
         _tell(exercise.title, thread.flight.result, flown)
+        if not options.no_store:
+            keep_session(thread.flight.result.record, options.trainee)
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -134,8 +138,37 @@ def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
     print("\n".join([*end.lines(), *flown.last_lines()]))
 
 
+def keep_session(
+    record: "Path | None", trainee: str, store: "Path | None" = None
+) -> None:
+    """Add a flight's recording to the progress store.
+
+    record: None where it was not recorded. store: None for the user's. What goes wrong
+    is said, and costs nothing of the flight.
+    """
+    from paravol.progress import ProgressStore, entry_of_session
+    from paravol.session_metrics import session_metrics
+
+    if record is None:
+        return
+    try:
+        metrics = session_metrics(record, has_head=False).metrics
+        entry = entry_of_session(record, trainee=trainee, metrics=metrics)
+        kept = ProgressStore(store)
+        kept.add(entry)
+    except (UserError, OSError) as error:
+        print(f"Not kept in paravol progress: {error}", file=sys.stderr)
+        return
+    if kept.told:
+        print(kept.told, file=sys.stderr)
+    print("Kept in paravol progress; --no-store leaves a session out.")
+
+
 def _check(options: TrainOptions) -> None:
     """Refuse bad options before anything slow begins."""
+    from paravol.progress import demand_name
+
+    demand_name(options.trainee)
     size, record = options.size, options.record
     seconds, screenshot = options.seconds, options.screenshot
     low, high = SIZES

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from app.cli.device_options import ONE_DEVICE, DeviceOptions
-from app.cli.root import FLATTENED, ScenarioName, Size, Threads
+from app.cli.root import FLATTENED, Flag, ScenarioName, Size, Threads
 
 
 @Parameter(name="*")
@@ -45,6 +45,11 @@ class TrainOptions:
         U switches them, too.
     volume
         Of the sound, 0 to 1.
+    trainee
+        A name that you made up, under which paravol progress keeps the session. None
+        is needed.
+    no_store
+        Leave the session out of paravol progress.
     """
 
     scenario: ScenarioName = "first_flight"
@@ -62,6 +67,8 @@ class TrainOptions:
     screenshot: Path | None = None
     sound: Literal["on", "off"] = "on"
     volume: Annotated[float, Parameter(validator=Number(gte=0, lte=1))] = 1.0
+    trainee: str = ""
+    no_store: Flag = False
 
 
 NOTHING_TYPED = TrainOptions()
