@@ -1,6 +1,6 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,13 +55,18 @@ class SessionMetrics:
     """Hold a session's metrics and what they were computed with.
 
     is_complete: False where the recording ends in the middle. noise: of the poses.
-    settings: thresholds and filters.
+    settings: thresholds and filters. measured: what they were computed from.
     """
 
     metrics: list[Metric]
     is_complete: bool
     noise: SessionNoise
     settings: Settings
+    measured: Measured
+
+
+Watch = Callable[[Session, Sample], None]
+"""Told of every sample after the session has taken it in."""
 
 
 def session_metrics(
@@ -72,9 +77,10 @@ def session_metrics(
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
-    expert: Path | None = None,
+    expert: Path | Track | None = None,
     progress: Progress = no_progress,
     patient: PatientScene | None = None,
+    watch: Watch | None = None,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
@@ -82,9 +88,10 @@ def session_metrics(
     rounding of its joints; "" estimates the noise from the record. case: where the case
     that was flown through lies now. has_head: step the session through its head again;
     without that contact, hazards and removal are not known. expert: a session of the
-    same head whose path is compared with. patient: the one that was flown through,
-    where it is loaded already. UserError when the session cannot be read, holds no
-    sample, or was flown through another head.
+    same head, or a scope's track through it, that is compared with. patient: the one
+    that was flown through, where it is loaded already. watch: looks on while the
+    session is stepped through its head. UserError when the session cannot be read,
+    holds no sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
@@ -95,19 +102,21 @@ def session_metrics(
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
     if expert is not None:
-        measured = replace(measured, expert=_expert(expert, recording.info))
+        if not isinstance(expert, Track):
+            expert = _expert(expert, recording.info)
+        measured = replace(measured, expert=expert)
     if has_head:
         scenario = flown_scenario(folder, recording.info, case)
         patient = patient or load_patient(scenario, progress)
         measured = _through_head(
-            folder, measured, recording, samples, patient, progress
+            folder, measured, recording, samples, patient, progress, watch
         )
     scenario = _scenario(recording.info)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
     progress("Metrics", 1.0)
-    return SessionMetrics(metrics, recording.complete, noise, settings)
+    return SessionMetrics(metrics, recording.complete, noise, settings, measured)
 
 
 def session_noise(
@@ -228,6 +237,7 @@ def _through_head(
     samples: Sequence[Sample],
     patient: PatientScene,
     progress: Progress,
+    watch: Watch | None,
 ) -> Measured:
     """Step the session through its head; add what that shows."""
     scenario = _scenario(recording.info)
@@ -237,6 +247,8 @@ def _through_head(
     steps = _Steps(session)
     for place, sample in enumerate(samples):
         steps.add(sample)
+        if watch is not None:
+            watch(session, sample)
         progress("Stepping the session", (place + 1) / len(samples))
     times = np.array([sample.time_s for sample in samples])
     names = tuple(dict.fromkeys(name for name in steps.touched if name))
