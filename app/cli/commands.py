@@ -7,7 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
-from app.cli import arm_commands, case_commands, picture_commands
+from app.cli import (
+    arm_commands,
+    case_commands,
+    picture_commands,
+    session_commands,
+)
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
 from app.cli.root import (
     DEVICES,
@@ -34,7 +39,13 @@ from paravol.snapshots.worker_options import WorkerOptions
 
 ONE_RANK = WorkerOptions()
 
-__all__ = ["app", "arm_commands", "case_commands", "picture_commands"]
+__all__ = [
+    "app",
+    "arm_commands",
+    "case_commands",
+    "picture_commands",
+    "session_commands",
+]
 
 
 FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
@@ -217,7 +228,7 @@ def debrief(
     quality: Literal["fast", "fine"] = "fast",
     no_pictures: Flag = False,
     pictures: int = 16,
-    settings: Path | None = None,
+    rubric: str = "",
     case: Path | None = None,
     threads: Threads = 0,
     json: Json = False,
@@ -243,15 +254,15 @@ def debrief(
         Draw none: fewer seconds, and a file of some 100 kB.
     pictures
         Events that get a picture, at most.
-    settings
-        TOML file of thresholds and margins.
+    rubric
+        Name of a rubric or a TOML file: points, pass mark, margins. The one for
+        operating, or for endoscopy where nothing was cut, when left out.
     case
         Where the case that was flown through lies now.
     """
     from app.cli.debrief_command import beside, run_debrief
     from paravol.debrief import DebriefOrder
     from paravol.debrief.pictures import Quality
-    from scenarios.metrics import load_settings
 
     order = DebriefOrder(
         session,
@@ -261,7 +272,7 @@ def debrief(
         pictures=pictures,
         threads=thread_count(threads),
         case=case,
-        settings=None if settings is None else load_settings(settings),
+        rubric=rubric,
     )
     return run_debrief(order, as_json=json)
 

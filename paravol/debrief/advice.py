@@ -59,7 +59,7 @@ class Advice:
 
 
 def advice(
-    findings: Findings, events: Sequence[Event], assessment: Assessment | None
+    findings: Findings, events: Sequence[Event], assessment: Assessment
 ) -> list[Advice]:
     """Return what to practise, the most urgent first, `MOST` at most.
 
@@ -67,8 +67,7 @@ def advice(
     contact, what was longer than in what it is compared with.
     """
     found = [*_hurt(events), *_undone(findings, events), *_near(events)]
-    if assessment is not None:
-        found += _low_parts(assessment)
+    found += _low_parts(assessment)
     found += [*_touching(findings, events), *_against(findings)]
     unlike: dict[str, Advice] = {}
     for each in found:

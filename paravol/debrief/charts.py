@@ -104,9 +104,7 @@ def _mark(event: Event, scale: _Scale, top: float) -> Markup:
         points = f"{x},{y - 9} {x + 8},{y} {x},{y + 9} {x - 8},{y}"
         shape = element("polygon", told, points=points, fill=colour)
     elif event.kind in (Kind.DEVICE, Kind.SNAPSHOT, Kind.MOMENT):
-        shape = element(
-            "circle", told, cx=begin, cy=y, r=6, fill=colour
-        )
+        shape = element("circle", told, cx=begin, cy=y, r=6, fill=colour)
     else:
         shape = element(
             "rect",

@@ -13,9 +13,10 @@ from paravol.debrief.head_picture import head_picture
 from paravol.debrief.page import Material, page, tip_pieces
 from paravol.debrief.pictures import NO_PICTURES, Quality, draw_pictures
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
+from paravol.session_scoring import assessment_of
 from paravol.session_setup import flown_scenario
-from scenarios.bundle import read_recording
-from scenarios.metrics import Settings
+from scenarios.bundle import EditRecord, Recording, read_recording
+from scenarios.rubrics import load_rubric
 
 MOST_PICTURES = 16
 PICTURE_SIZE = 320
@@ -28,7 +29,8 @@ class DebriefOrder:
     folder: the session. out: the HTML file. compare: another session of the same head;
     None for the scenario's own path. quality: who draws; None draws nothing. pictures,
     size: how many events get one, and its width and height in pixels. case: where the
-    case that was flown through lies now.
+    case that was flown through lies now. rubric: name or file; "" for the one that
+    comes with the program for what was done.
     """
 
     folder: Path
@@ -39,7 +41,7 @@ class DebriefOrder:
     size: int = PICTURE_SIZE
     threads: int = 1
     case: Path | None = None
-    settings: Settings | None = None
+    rubric: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,7 @@ def write_debrief(
         raise UserError(f"--pictures must lie in 0 to 200, got {order.pictures}.")
     recording = read_recording(order.folder)
     scenario = flown_scenario(order.folder, recording.info, order.case)
+    rubric = load_rubric(order.rubric or _usual_rubric(recording))
     patient = patient or load_patient(scenario, progress)
     findings = gather(
         order.folder,
@@ -75,7 +78,7 @@ def write_debrief(
         recording,
         patient,
         compare=order.compare,
-        settings=order.settings,
+        settings=rubric.settings,
         progress=progress,
     )
     events = events_of(findings)
@@ -93,13 +96,18 @@ def write_debrief(
             say=say,
         )
         head = _head(findings, order.threads)
-    why = "This session was not scored by a rubric."
-    text = page(Material(findings, events, pictures, head, None, why))
+    assessment = assessment_of(order.folder, rubric, findings.metrics)
+    text = page(Material(findings, events, pictures, head, assessment))
     with whole_file(order.out) as beside:
         beside.write_text(text, "utf-8")
     told = sum(event.is_told for event in events)
     count = len(pictures.of_events) + (2 if pictures.wounds else 0)
     return WrittenDebrief(order.out, told, count, len(text.encode()))
+
+
+def _usual_rubric(recording: Recording) -> str:
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    return "operation" if has_cuts else "endoscopy"
 
 
 def _head(findings: Findings, threads: int) -> Markup:

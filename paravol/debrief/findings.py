@@ -36,12 +36,10 @@ class Followed:
     blood: list[tuple[float, float]] = field(default_factory=list)
     task_events: list[tuple[float, TaskEvent]] = field(default_factory=list)
     frozen: list[Interval] = field(default_factory=list)
-    _session: Session | None = None
     _frozen_s: float | None = None
 
     def watch(self, session: Session, sample: Sample) -> None:
         """Take in one sample that the session has stepped."""
-        self._session = session
         self.time_s.append(sample.time_s)
         self.clock_s.append(session.clock_s)
         told = session.take_task_events()
@@ -57,13 +55,10 @@ class Followed:
         if sample.time_s >= last_s + BLOOD_EVERY_S:
             self.blood.append((sample.time_s, session.operation.film.books.bled_ml))
 
-    def end(self) -> Score:
-        """Return the score after the last sample."""
-        assert self._session is not None
+    def end(self) -> None:
+        """Close what the last sample left open."""
         if self._frozen_s is not None:
             self.frozen.append((self._frozen_s, self.time_s[-1]))
-        score, self._session = self._session.score(), None
-        return score
 
     def session_time(self, clock_s: float) -> float:
         """Return when the score's clock first showed a time."""
@@ -115,7 +110,7 @@ def gather(
     patient: PatientScene,
     *,
     compare: Path | None,
-    settings: Settings | None,
+    settings: Settings,
     progress: Progress,
 ) -> Findings:
     """Step a session through its head once, and measure it.
@@ -136,7 +131,9 @@ def gather(
         patient=patient,
         watch=followed.watch,
     )
-    score = followed.end()
+    followed.end()
+    score = found.score
+    assert score is not None
     compared = None
     if compare is not None:
         other = session_metrics(

@@ -39,16 +39,14 @@ LEAST_MM3 = 0.05
 class Material:
     """Hold what the page is made of.
 
-    head: the opened head with the way, "" without. assessment: None where the session
-    was not scored; why_unscored says why.
+    head: the opened head with the way, "" without. assessment: by a rubric.
     """
 
     findings: Findings
     events: Sequence[Event]
     pictures: Pictures
     head: Markup
-    assessment: Assessment | None
-    why_unscored: str
+    assessment: Assessment
 
 
 def page(material: Material) -> str:
@@ -91,7 +89,6 @@ def _told(material: Material) -> dict[str, Any]:
         "damages": findings.recording.damages,
         "figures": score_rows(score),
         "assessment": material.assessment,
-        "why_unscored": material.why_unscored,
         "amount": amount,
         "tasks": _tasks(findings),
         "timeline": charts.timeline(findings, events),
@@ -226,10 +223,8 @@ def _marks(
     ]
 
 
-def _bands(assessment: Assessment | None) -> dict[tuple[str, str], str]:
+def _bands(assessment: Assessment) -> dict[tuple[str, str], str]:
     """Return where groups of the reference population lie, by role and metric."""
-    if assessment is None:
-        return {}
     return {
         (part.role, part.source): "; ".join(
             f"{band.group} {band.low:.3g} to {band.high:.3g}" for band in part.bands

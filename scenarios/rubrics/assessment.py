@@ -98,10 +98,11 @@ class Assessment(msgspec.Struct, frozen=True):
     """Hold a session scored by one version of a rubric.
 
     session: name of the bundle's folder. rubric, rubric_version, rubric_sha256: which
-    rubric. points: of all parts that count, of counted_points; most_points: of the whole
-    rubric. percent: 100 points / counted_points, after hard fails; None where too few
-    parts could be scored. percent_sigma: 1 sigma of it, by the device's noise. remarks:
-    what limits the score, in sentences. is_complete: the recording has its end.
+    rubric. points: of all parts that count, of counted_points; most_points: of the
+    whole rubric. percent: 100 points / counted_points, after hard fails; None where too
+    few parts could be scored. percent_sigma: 1 sigma of it, by the device's noise.
+    remarks: what limits the score, in sentences. is_complete: the recording has its
+    end.
     """
 
     session: str
