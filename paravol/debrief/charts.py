@@ -267,9 +267,10 @@ def paths(
         figure.label(size - 8, size / 2 + 5, ends[1], kind="way", anchor="end")
         figure.label(size / 2, 18, tops[0], kind="way", anchor="middle")
         figure.label(size / 2, size - 8, tops[1], kind="way", anchor="middle")
-        length = 10.0 * per_mm
+        scale_mm = next(mm for mm in (10, 5, 2, 1) if mm * per_mm < size / 3)
+        length = scale_mm * per_mm
         figure.add("path", d=f"M12,{size - 12}h{length:.1f}", class_="axis")
-        figure.label(16 + length, size - 8, "10 mm", kind="small")
+        figure.label(16 + length, size - 8, f"{scale_mm} mm", kind="small")
         found.append(figure.markup())
     return found
 

@@ -46,9 +46,17 @@ class DebriefOrder:
 
 @dataclass(frozen=True, slots=True)
 class WrittenDebrief:
-    """Tell what was written: events with an entry, pictures, size of the file."""
+    """Tell what was written.
+
+    session: its name. events: with an entry. percent: of the rubric's points, None
+    without a total.
+    """
 
     out: Path
+    session: str
+    rubric: str
+    percent: float | None
+    verdict: str
     events: int
     pictures: int
     size_bytes: int
@@ -102,7 +110,16 @@ def write_debrief(
         beside.write_text(text, "utf-8")
     told = sum(event.is_told for event in events)
     count = len(pictures.of_events) + (2 if pictures.wounds else 0)
-    return WrittenDebrief(order.out, told, count, len(text.encode()))
+    return WrittenDebrief(
+        order.out,
+        findings.name,
+        assessment.rubric,
+        assessment.percent,
+        str(assessment.verdict),
+        told,
+        count,
+        len(text.encode()),
+    )
 
 
 def _usual_rubric(recording: Recording) -> str:

@@ -17,6 +17,7 @@ from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Pictures, Quality
 from paravol.score_table import score_rows
+from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Metric, Track
 from scenarios.rubrics import Assessment
 from scenarios.tasks.engine import Status
@@ -170,14 +171,25 @@ def _approaches(findings: Findings) -> list[dict[str, Any]]:
         {
             "name": name,
             "margin": f"{margin(name):g} mm",
-            "scope": f"{at.shaft_mm:.1f} mm at {at.shaft_s:.1f} s",
-            "tool": NOTHING
-            if at.instrument_mm is None
-            else f"{at.instrument_mm:.1f} mm at {at.instrument_s:.1f} s",
-            "is_inside": at.nearest_mm < margin(name),
+            "scope": _near(at.shaft_mm, at.shaft_s),
+            "tool": _near(at.instrument_mm, at.instrument_s),
+            "verdict": "beside every scope"
+            if name in ALWAYS_NEAR
+            else "inside the margin"
+            if at.nearest_mm < margin(name)
+            else "kept",
         }
         for name, at in rows
     ]
+
+
+def _near(gap_mm: float | None, time_s: float | None) -> str:
+    """Return a distance and when it was; far ones are all alike."""
+    if gap_mm is None:
+        return NOTHING
+    if gap_mm >= charts.CLIPPED_MM:
+        return f"over {charts.CLIPPED_MM:g} mm"
+    return f"{gap_mm:.1f} mm at {time_s:.1f} s"
 
 
 def _removed(findings: Findings) -> dict[str, Any] | None:
