@@ -133,11 +133,12 @@ def _low_parts(assessment: Assessment) -> list[Advice]:
 
 
 def amount(part: Part) -> str:
-    """Return a part's value with its unit, or why there is none."""
+    """Return a part's value with 1 sigma and its unit, or why there is none."""
     if part.value is None:
         return part.reason or "not known"
-    unit = "" if part.unit in ("1", "") else f" {part.unit}"
-    return f"{part.value:.3g}{unit}"
+    unit = "" if part.unit in ("1", "count", "") else f" {part.unit}"
+    sigma = f" ± {part.sigma:.2g}" if part.sigma else ""
+    return f"{part.value:.3g}{sigma}{unit}"
 
 
 def drill_for(name: str) -> str:
