@@ -251,7 +251,7 @@ def debrief(
         Who draws the pictures: the live renderer, or the ray tracer, which takes a few
         seconds for each.
     no_pictures
-        Draw none: fewer seconds, and a file of some 100 kB.
+        Draw none: fewer seconds, and a file of some 200 kB.
     pictures
         Events that get a picture, at most.
     rubric

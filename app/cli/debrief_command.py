@@ -1,5 +1,6 @@
 """`paravol debrief`: write the page, say where it is."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 from app.cli.terminal import Stages, print_json
@@ -13,7 +14,7 @@ def run_debrief(order: DebriefOrder, *, as_json: bool) -> int:
     with Stages() as stages:
         written = write_debrief(order, stages, stages.say)
     if as_json:
-        print_json(written)
+        print_json({**asdict(written), "out": str(written.out)})
     else:
         print(
             f"{written.out}: {written.events} events, {written.pictures} pictures, "

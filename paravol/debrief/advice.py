@@ -169,10 +169,7 @@ def _against(findings: Findings) -> list[Advice]:
         return []
     found = []
     for own, other in findings.compared.rows:
-        if (
-            own.name not in ("task time", "path length", "idle share")
-            or own.role != SCOPE
-        ):
+        if own.name not in _LONG or own.role != SCOPE:
             continue
         if own.value is None or not other.value or own.value <= LONGER * other.value:
             continue
