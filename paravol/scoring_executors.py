@@ -13,8 +13,8 @@ from disk import UserError
 def scoring_executor(jobs: int, *, mpi: bool) -> Iterator[Executor | None]:
     """Return an executor, None for this process alone; Ctrl-C ends what is waiting.
 
-    jobs: processes. mpi: the ranks of `mpiexec -n N python -m mpi4py.futures`. UserError
-    where mpi4py is missing.
+    jobs: processes. mpi: the ranks of `mpiexec -n N python -m mpi4py.futures`.
+    UserError where mpi4py is missing.
     """
     if mpi:
         executor: Executor = _ranks()

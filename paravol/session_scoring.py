@@ -218,9 +218,6 @@ def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
     key = ""
     try:
         key = scoring_key(folder, order)
-        kept = kept_line(session, key, order)
-        if kept is not None:
-            return kept
         case = Path(order.case) if order.case else None
         assessment, found = score_session(
             folder,
@@ -257,13 +254,19 @@ def score_all(
         path.relative_to(folder).as_posix() if path != folder else path.name
         for path in sessions
     ]
+    left = []
+    for path, name in zip(sessions, names, strict=True):
+        kept = kept_line(name, scoring_key(path, order), order)
+        if kept is None:
+            left.append((path, name))
+        else:
+            yield kept
     if executor is None:
-        for path, name in zip(sessions, names, strict=True):
+        for path, name in left:
             yield score_line(path, name, order)
         return
     waiting: dict[Future[Scored], str] = {
-        executor.submit(score_line, path, name, order): name
-        for path, name in zip(sessions, names, strict=True)
+        executor.submit(score_line, path, name, order): name for path, name in left
     }
     for done in as_completed(waiting):
         try:

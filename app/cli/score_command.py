@@ -136,7 +136,8 @@ def part_text(part: Part) -> str:
     text += f" ({knots})" + _when(part.intervals)
     for band in part.bands:
         text += f"; {band.group} {band.low:.3g} to {band.high:.3g}"
-    return text + (f"; {part.bands[0].source}" if part.bands else "")
+    text += f"; {part.bands[0].source}" if part.bands else ""
+    return text + (f"; {part.why}" if part.why else "")
 
 
 def _when(intervals: tuple[tuple[float, float], ...]) -> str:

@@ -188,6 +188,7 @@ def _part(item: Item, evidence: Evidence, population: Population | None) -> Part
         found.reason,
         bands,
         is_removal,
+        why=item.why,
     )
 
 

@@ -45,7 +45,8 @@ class Part(msgspec.Struct, frozen=True):
     that the value came from, merged where they overlap. bands: of the reference
     population, for the same value; empty where it was not measured there. is_removal:
     it rewards what was taken. weight: share of its points that counts, below 1 where
-    points for removal are held back.
+    points for removal are held back. why: where the thresholds are from, if the rubric
+    says so.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Part(msgspec.Struct, frozen=True):
     bands: tuple[Band, ...] = ()
     is_removal: bool = False
     weight: float = 1.0
+    why: str = ""
 
     @property
     def counts(self) -> bool:

@@ -55,9 +55,9 @@ class Combine(StrEnum):
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Name a value: of a metric, a task or an operation's figure, exactly one.
 
-    name: once in a table; title: what is read. role: whose metric, where several have one of this name. of: the hazard, tissue,
-    target or structure; without it all are combined. task: its name, or "*" for the
-    share of all tasks that was done.
+    name: once in a table; title: what is read. role: whose metric, where several have
+    one of this name. of: the hazard, tissue, target or structure; without it all are
+    combined. task: its name, or "*" for the share of all tasks that was done.
     """
 
     name: str
