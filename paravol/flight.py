@@ -19,8 +19,10 @@ import msgspec
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
+from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Timing, fly
 from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
     KeyboardRoll,
@@ -36,7 +38,7 @@ from paravol.inputs.pose_sources import (
     ReconnectingSource,
 )
 from paravol.operation_rehearsal import rehearse
-from paravol.patient import PatientScene, load_patient
+from paravol.patient import PatientScene, check_for_head, load_patient
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.registration.at_start import register_by_touch
 from paravol.score_table import score_rows
@@ -62,14 +64,16 @@ from scenarios.tasks import TaskEvent
 class FlightOrder:
     """Describe a flight that is to be flown.
 
+    path: what was recorded for the exercise, None where nothing was.
     size: of the square picture, pixels. record: folder of the recording, where one was
     named. stream: host and port at which tool poses are streamed, None for no stream.
     kept: store for flights without a named folder, None to record none of them.
     patience_s: the flight ends when the device has been away for this long.
+    instrument: a second device for the tool; None where the input moves it, if any.
     """
 
     scenario: Scenario
-    path: ProbePath
+    path: ProbePath | None
     input: FlightInput
     size: int
     threads: int
@@ -77,6 +81,15 @@ class FlightOrder:
     stream: tuple[str, int] | None = None
     kept: SessionStore | None = None
     patience_s: float = math.inf
+    instrument: InstrumentInput | None = None
+
+    @property
+    def has_own_tool(self) -> bool:
+        """Return whether the input moves the tool by itself, as a recorded path does.
+
+        A second device takes its place.
+        """
+        return self.input.has_instrument and self.instrument is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +191,9 @@ class FlightObserver:
     def on_return(self, away_s: float) -> None:
         """Hear that the device is back, after `away_s` seconds."""
 
+    def on_tool_device(self, text: str) -> None:
+        """Hear that the tool's device was lost, or is back; the flight goes on."""
+
 
 class DeviceLostError(UserError):
     """The device failed in flight; the recording up to then is kept."""
@@ -193,7 +209,8 @@ class Flight:
 
     roll: turns the light post by hand. hand: holds the instruments. recording: where
     the flight is recorded.
-    result: how it ended; None before, and where not a single pose was flown.
+    path: of the scope, straight in where none was recorded; None until the head is
+    there. result: how it ended; None before, and where not a single pose was flown.
     """
 
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
@@ -201,6 +218,7 @@ class Flight:
         self.roll = KeyboardRoll(order.input.completer)
         self.hand = OperatingHand(self.roll, order.scenario.scope.endoscope())
         self.recording = Recording(order)
+        self.path = order.path
         self.result: FlightEnd | None = None
         self._observer = observer
         self._closed = threading.Event()
@@ -238,11 +256,14 @@ class Flight:
 
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer
-        scenario, has_instrument = order.scenario, order.input.has_instrument
+        scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
+        check_for_head(scenario, before)
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
         order.input.operated(operation.patient)
+        if self.path is None:
+            self.path = start_path(patient, scenario.start)
         observer.on_patient(patient)
         size = (order.size, order.size)
         view = build_view(
@@ -254,12 +275,18 @@ class Flight:
             threads=order.threads,
             progress=self._progress,
         )
-        view.warm_up(first_views(scenario, patient, order.path, size), self._progress)
+        view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
         rehearse(scenario, before, self._progress)
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(patient))
+            if order.instrument is None:
+                self.hand.turns = order.input.turns
+                order.input.on_swap(self.hand.swap)
+            else:
+                second = stack.enter_context(order.instrument.open(patient))
+                self.hand.follow(order.instrument, second)
             self._progress("Opening the input", 1.0)
             source = ReconnectingSource(
                 CancellableSource(poses, self._closed, self._ended),
@@ -279,6 +306,10 @@ class Flight:
             matrix = self.hand.world_from_device = registration.world_from_device
             session = build_session(scenario, patient, matrix, size, operation)
             recorder = self.recording.open(stack, info)
+            if order.instrument is not None:
+                second.on_loss = second.on_return = partial(
+                    self._on_tool_device, recorder, session
+                )
             observer.on_start(residual_mm)
             completer: PoseCompleter = PedalListener(
                 self.hand, partial(self._on_pedal, recorder)
@@ -325,6 +356,13 @@ class Flight:
             self.keep_moment()
         if event.button == Button.LEFT_PEDAL and not self.order.input.has_instrument:
             self.hand.work(event.is_down)
+
+    def _on_tool_device(
+        self, recorder: SessionRecorder, session: Session, text: str
+    ) -> None:
+        """Record that the tool's device was lost, or is back."""
+        recorder.add(EventRecord(session.score().duration_s, "device", text))
+        self._observer.on_tool_device(text)
 
     def _follow(
         self,

@@ -13,9 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
+from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.phantom.head_skin import head_skin
+from anatomy.phantom.parameters import Opacity
+from anatomy.phantom.variants import with_variants
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
@@ -23,8 +26,10 @@ from disk import UserError
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
+from scenarios.exercise_check import HeadNames, head_problems
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
+from scenarios.tasks.checks import sentence
 from surgery.decongestion import BLOOD_BIAS, decongest
 
 if TYPE_CHECKING:
@@ -90,8 +95,8 @@ class PatientScene:
     landmarks: positions ``(3,)`` by name; paired ones carry their side, as in
         ``"maxillary ostium, right"``.
     surface_sha256: hash of the air distance values and where they lie.
-    way_in: where a scope enters a patient's own head; None for a phantom, whose
-        landmarks say it.
+    way_in: where a scope enters a patient's own head, or a scene; None for a phantom,
+        whose landmarks say it.
     others: further scans of the head on the scene's grid, by their names in the case.
     structures: what names the places that a tool touches.
     face: gives the distance to the skin of the whole head, mm, negative in the room,
@@ -305,15 +310,23 @@ def instrument(name: str = FIRST_TOOL, jaw: float = 1.0) -> Mesh:
 
 
 def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
-    """Build the scenario's head, fetch it from the cache, or read its case.
+    """Build the scenario's head or scene, fetch it from the cache, or read its case.
 
     Raises UserError for a case that cannot be flown.
     """
     head = scenario.head
     if head.case:
         patient = load_case(Path(head.case), progress)
+    elif head.scene:
+        patient = load_scene(head.scene, head.seed, head.spacing_mm, progress)
     else:
-        patient = load_phantom(head.seed, head.spacing_mm, progress)
+        patient = load_phantom(
+            head.seed,
+            head.spacing_mm,
+            progress,
+            variants=head.variants,
+            polyps=(head.polyps_right, head.polyps_left),
+        )
     return decongested(patient) if head.decongested else patient
 
 
@@ -338,16 +351,42 @@ def decongested(patient: PatientScene) -> PatientScene:
     )
 
 
+def check_for_head(scenario: Scenario, patient: PatientScene) -> None:
+    """Raise UserError where an exercise names what its head does not have."""
+    for problem in head_problems(scenario, head_names(patient)):
+        raise UserError(f"The exercise {scenario.name!r}: {sentence(problem)}")
+
+
+def head_names(patient: PatientScene) -> HeadNames:
+    """Return the names that an exercise may use of a head."""
+    hazards, layers = patient.hazards, patient.layers
+    return HeadNames(
+        patient.landmarks,
+        None if hazards is None else hazards.volumes,
+        None if layers is None else {kind.name for kind in layers.kinds if kind.name},
+    )
+
+
 def load_phantom(
-    seed: int = 1, spacing_mm: float = 0.5, progress: Progress = no_progress
+    seed: int = 1,
+    spacing_mm: float = 0.5,
+    progress: Progress = no_progress,
+    *,
+    variants: tuple[str, ...] = (),
+    polyps: tuple[int, int] = (0, 0),
 ) -> PatientScene:
     """Return a virtual patient, from the user's cache or built in about a minute.
 
     seed: decides the anatomy; 1 is the patient of the bundled flight. spacing_mm: of
     the voxels. progress: called with what is being done and the share, 0 to 1.
+    variants: of its anatomy, as ``"onodi:left"`` or ``"concha-bullosa"``. polyps: their
+    grades 0 to 4, right and left. UserError for an unknown variant.
     """
+    right, left = polyps
+    opacity = Opacity(polyps=right), Opacity(polyps=left)
+    parameters = with_variants(PhantomParameters(seed=seed, opacity=opacity), variants)
     phantom = sinus_phantom(
-        PhantomParameters(seed=seed),
+        parameters,
         spacing_mm=spacing_mm,
         progress=lambda stage, share: progress(f"Head: {stage}", share),
     )
@@ -368,6 +407,36 @@ def load_phantom(
         face=partial(head_skin, phantom.parameters, SKIN_MM),
         layers=phantom.layers,
         hazards=phantom.hazards,
+    )
+
+
+def load_scene(
+    name: str,
+    seed: int = 1,
+    spacing_mm: float = 0.5,
+    progress: Progress = no_progress,
+) -> PatientScene:
+    """Return an abstract space to practise in, built in about two seconds.
+
+    name: one of `anatomy.abstract.SCENES`. seed: varies its layout; an odd one is the
+    one before it in a mirror. UserError for a name that there is not.
+    """
+    stage = f"Scene: {name}"
+    progress(stage, 0.0)
+    space = build_scene(name, seed, spacing_mm)
+    progress(stage, 1.0)
+    surface = AirSurface(space.distance, space.blood, space.skin)
+    return PatientScene(
+        Scene(space.ct, classic_transfer_function(), surface=surface),
+        space.landmarks,
+        surface_hash(surface),
+        space.way_in,
+        structures=Structures(
+            space.distance,
+            space.labels,
+            {int(label): name for label, name in LABELS.items()},
+            space.landmarks,
+        ),
     )
 
 

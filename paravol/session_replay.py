@@ -371,7 +371,7 @@ _FIRST_FIGURES = frozenset(
 )
 """Figures that every recorded score has."""
 
-_NAMES = frozenset(("worst_structure", "touched_s"))
+_NAMES = frozenset(("worst_structure", "touched_s", "tool"))
 """Figures that depend on how the head's structures are named."""
 
 _HAZARDS = frozenset(("hazards",))

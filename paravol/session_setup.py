@@ -8,14 +8,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import ProbePath, Registration, load_probe_path
+from devices import ProbePath, Registration
 from disk import UserError
+from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
 from renderers.shading import LOOK_VERSION, Tier
 from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionInfo
+from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
 from surgery.patient import OperatedPatient
@@ -58,6 +60,9 @@ def describe_session(
         operated=True,
         hazards_sha256=patient.hazards_sha256,
     )
+
+
+SIDES = ("right", "left")
 
 
 def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
@@ -151,7 +156,22 @@ def build_session(
         operation,
         patient.hazards,
         tasks,
+        nostrils(patient),
     )
+
+
+def nostrils(patient: PatientScene) -> Nostrils | None:
+    """Return what a patient's shafts pass through; None where nobody knows."""
+    if patient.way_in is not None:
+        way = patient.way_in
+        return Nostrils.of(np.array([way.pivot_mm]), np.array([way.axis]))
+    places = patient.landmarks
+    ways = [(f"nostril, {s}", f"sphenoethmoidal recess, {s}") for s in SIDES]
+    known = [(a, b) for a, b in ways if a in places and b in places]
+    if not known:
+        return None
+    middles = np.array([places[a] for a, _ in known])
+    return Nostrils.of(middles, np.array([places[b] for _, b in known]) - middles)
 
 
 def build_view(
@@ -226,6 +246,6 @@ def flight_pose(
     they belong to the scenario's own patient, ``phantom(seed=1)`` for the bundled one.
     """
     described, folder = load_scenario(scenario)
-    at = load_probe_path(folder / described.path).sample(time_s)
+    at = recorded_path(described, folder).sample(time_s)
     instrument_pose = tip_frame(at.instrument_tip_mm, at.instrument_axis)
     return tip_frame(at.tip_mm, at.axis), instrument_pose

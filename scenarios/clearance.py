@@ -1,4 +1,4 @@
-"""How much air is left around a straight shaft."""
+"""How much air is left around a straight shaft, or around a tool."""
 
 import math
 from dataclasses import dataclass
@@ -94,3 +94,23 @@ def _count(radius_mm: float, length_mm: float) -> int:
             f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
         )
     return count
+
+
+def tool_clearance(distance: Volume, capsules: NDArray[np.float64]) -> Clearance:
+    """Measure the gap of a tool's capsules in a signed distance field.
+
+    distance: as for `shaft_clearance`. capsules: ``(n, 7)`` start, end and radius in
+    the patient, mm; without any the gap is that of a tool far away.
+    """
+    # Imported here: this module's names are needed where nothing is compiled.
+    from surgery.kernels.capsule_gap import capsule_gap
+
+    at_mm = np.zeros(3)
+    gap_mm = capsule_gap(
+        distance.values,
+        np.ascontiguousarray(distance.voxel_from_world[:3]),
+        np.ascontiguousarray(capsules, np.float64),
+        _STEP_MM,
+        at_mm,
+    )
+    return Clearance(min(gap_mm, _FAR_MM), at_mm)

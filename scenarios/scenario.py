@@ -1,10 +1,12 @@
-"""An exercise on disk: which head, which tools, which path, which moments matter.
+"""An exercise on disk: which head, which tools, what to do, when it is passed.
 
 A scenario is a TOML file for people; keys are checked strictly, so that a misspelt
-one is refused instead of ignored.
+one is refused instead of ignored. `docs/scenarios.md` describes every key.
 """
 
+from enum import StrEnum
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -13,25 +15,52 @@ from numpy.typing import NDArray
 from disk import UserError
 from disk.typed_record import decode_toml
 from scenarios.endoscope import Endoscope
-from scenarios.tasks.task import Task
+from scenarios.exercise_check import file_problems, refuse
+from scenarios.tasks.checks import nearest
+from scenarios.tasks.task import Point, Task
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 INSTALLED_EXAMPLES = Path(__file__).parent / "examples"
 """A wheel carries the examples inside this package."""
 
+CURRICULUM = Path(__file__).parent / "curriculum"
+
+
+class Nostril(StrEnum):
+    """Name the side on which a scope enters."""
+
+    RIGHT = "right"
+    LEFT = "left"
+
+
+class Level(StrEnum):
+    """Say for whom an exercise is."""
+
+    NOVICE = "novice"
+    INTERMEDIATE = "intermediate"
+    ADVANCED = "advanced"
+
 
 class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the patient: a phantom by its seed, or a case.
+    """Choose the patient: a phantom by its seed, a case, or an abstract scene.
 
+    scene: name of a scene to practise in, one of `anatomy.abstract.SCENES`; the seed
+    varies its layout.
     case: folder beside the scenario file, made by ``paravol import`` or ``paravol
     phantom``; seed and spacing are its own then. Loaded, it is a full path.
     decongested: its mucosa was shrunk before, see `surgery.decongestion`.
+    variants: of a phantom's anatomy, names of `anatomy.phantom.variants`.
+    polyps_right, polyps_left: grades 0 to 4 of a phantom's polyps.
     """
 
     seed: int = 1
     spacing_mm: float = 0.5
     case: str = ""
     decongested: bool = False
+    variants: tuple[str, ...] = ()
+    polyps_right: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
+    polyps_left: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
+    scene: str = ""
 
 
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -50,6 +79,44 @@ class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             field_of_view_deg=self.field_of_view_deg,
             ring_radius_mm=self.ring_radius_mm,
         )
+
+
+class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Say where a scope enters that no recorded path leads.
+
+    nostril: which one. tip_mm, axis: another place that holds its shaft, and the
+    direction inwards, patient LPS; both or neither.
+    """
+
+    nostril: Nostril = Nostril.RIGHT
+    tip_mm: Point | None = None
+    axis: Point | None = None
+
+
+class MetricLimit(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Bound a metric for passing.
+
+    name: as `paravol metrics` prints it, such as ``path length`` or ``hazard dose:
+    orbit``. role: ``scope`` or ``tool``; "" for whichever has it. least, most: bounds,
+    in the metric's unit.
+    """
+
+    name: str
+    role: str = ""
+    least: float | None = None
+    most: float | None = None
+
+
+class PassMarks(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Say when an exercise is passed.
+
+    tasks: names of those that must be done; none: all that are not optional.
+    least_percent: of a rubric's points, where one is used.
+    """
+
+    tasks: tuple[str, ...] = ()
+    metrics: tuple[MetricLimit, ...] = ()
+    least_percent: Annotated[float, msgspec.Meta(ge=0, le=100)] = 0.0
 
 
 class Moment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -72,15 +139,26 @@ class Fiducial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Describe one exercise.
 
-    path: file name of the recorded probe path, beside the scenario file.
-    fiducials: touched with the stylus, in this order, to register the arm.
+    path: file name of the recorded probe path, beside the scenario file; "" where none
+    is needed. start: where a scope enters without one.
+    fiducials: touched with the stylus, in this order, to register the arm; a phantom
+    without any has those of the mock head.
     targets: landmark names the tip should come near.
-    tasks: what the trainee is asked to do.
+    tasks: what the trainee is asked to do. tools: that may be used; none: all.
+    level, needs: for whom it is, and names of exercises to be passed before; see
+    `scenarios.ladder`. hints: what helps, shown when it is asked for.
     """
 
     name: str
     title: str
-    path: str
+    path: str = ""
+    level: Level = Level.NOVICE
+    about: str = ""
+    needs: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
+    tools: tuple[str, ...] = ()
+    start: Start = Start()
+    marks: PassMarks = msgspec.field(default=PassMarks(), name="pass")
     head: Head = Head()
     scope: Scope = Scope()
     fiducials: tuple[Fiducial, ...] = ()
@@ -93,6 +171,15 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return {f.name: np.array(f.position_mm) for f in self.fiducials}
 
 
+MOCK_HEAD = (
+    Fiducial("nasion", (1.0, -14.0, 50.0)),
+    Fiducial("right cheek", (-40.0, -2.0, 18.0)),
+    Fiducial("left cheek", (43.0, -4.0, 24.0)),
+    Fiducial("upper lip", (2.0, -16.0, -24.0)),
+)
+"""Divots of the mock head. No two distances are alike, so that a wrong order shows."""
+
+
 def load_scenario(name: str) -> tuple[Scenario, Path]:
     """Read a scenario by bundled name or by path to its TOML file.
 
@@ -101,14 +188,14 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
     """
     file = Path(name)
     if file.suffix != ".toml":
-        found = [f for f in _bundled() if f.stem == name]
-        if not found:
-            known = ", ".join(sorted(f.stem for f in _bundled())) or "none"
+        there = bundled_scenarios()
+        if name not in there:
             raise UserError(
-                f"There is no scenario named {name!r}; known are: {known}. "
+                f"There is no scenario named {name!r}{nearest(name, there)}; known "
+                f"are: {', '.join(sorted(there)) or 'none'}. "
                 "A scenario file of your own is given by its path, ending in .toml."
             )
-        file = found[0]
+        file = there[name]
     try:
         content = file.read_bytes()
     except OSError as error:
@@ -116,17 +203,20 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
             f"The scenario file {file} cannot be read: {error.strerror}."
         ) from error
     scenario = decode_toml(content, Scenario, file, "a scenario")
+    if not scenario.fiducials and not scenario.head.case:
+        scenario = msgspec.structs.replace(scenario, fiducials=MOCK_HEAD)
     if len(scenario.fiducials) < 4:
         raise UserError(
             f"The scenario {scenario.name!r} names {len(scenario.fiducials)} "
             "fiducials; registration needs at least 4, so that an error in one shows."
         )
-    if Path(scenario.path).name != scenario.path:
+    if scenario.path and Path(scenario.path).name != scenario.path:
         raise UserError(
             f"The scenario {scenario.name!r} must name a path file beside it, "
             f"got {scenario.path!r}."
         )
     scenario.scope.endoscope()
+    refuse(file, content, file_problems(scenario, bundled_scenarios()))
     if scenario.head.case:
         case = (file.parent / scenario.head.case).resolve()
         head = msgspec.structs.replace(scenario.head, case=str(case))
@@ -134,9 +224,11 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
     return scenario, file.parent
 
 
-def _bundled() -> list[Path]:
+def bundled_scenarios() -> dict[str, Path]:
+    """Return the files of the bundled exercises by name, the curriculum's first."""
+    files = sorted(CURRICULUM.glob("*.toml"))
     for folder in (EXAMPLES, INSTALLED_EXAMPLES):
-        files = sorted(folder.glob("*.toml"))
-        if files:
-            return files
-    return []
+        if examples := sorted(folder.glob("*.toml")):
+            files += examples
+            break
+    return {file.stem: file for file in files}

@@ -4,7 +4,9 @@ A session asks no clock, opens no device and draws nothing. The same samples giv
 same cameras and the same score, which is what makes a replay a check.
 """
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +14,18 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Camera, Volume
-from scenarios.clearance import shaft_clearance
+from scenarios.clearance import Clearance, shaft_clearance, tool_clearance
 from scenarios.endoscope import Endoscope
 from scenarios.hazard_watch import HazardGaps, hazard_gaps
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
+from scenarios.instruments.contact_shape import (
+    CARRIED_MM,
+    CHECKED_MM,
+    contact_table,
+    placed_table,
+    shaft_mm,
+)
+from scenarios.nostril import SCOPE, TOOL, Nostrils, drag_mm
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -38,7 +48,9 @@ class View:
     touched: the structure in contact with the shaft, "" without contact. hazard: the
     nearest hazard and how near scope or tool is, mm; None where none is known.
     instrument: name of the tool beside the scope, `NO_TOOL` for none. jaw: 0 open to 1
-    closed.
+    closed. tool_mm: gap between that tool and tissue, None without a tool;
+    tool_touched: what it touches without working, "" for nothing. drags_mm: how far
+    "scope" and "tool" are off their places in the nostril; none that is in no nostril.
     """
 
     camera: Camera
@@ -49,19 +61,26 @@ class View:
     hazard: tuple[str, float] | None = None
     instrument: str = FIRST_TOOL
     jaw: float = 1.0
+    tool_mm: float | None = None
+    tool_touched: str = ""
+    drags_mm: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
     """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
 
-    touched: "" without contact. hazards: None where nobody knows them.
+    touched: "" without contact. hazards: None where nobody knows them. tool_mm,
+    tool_touched, drags_mm: as in `View`.
     """
 
     world_from_tip: NDArray[np.float64]
     gap_mm: float
     touched: str
     hazards: HazardGaps | None
+    tool_mm: float | None
+    tool_touched: str
+    drags_mm: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +133,7 @@ class Session:
         operation: "Operation | None" = None,
         hazards: HazardVolumes | None = None,
         tasks: TaskEngine | None = None,
+        nostrils: Nostrils | None = None,
     ) -> None:
         """Start a flight.
 
@@ -125,6 +145,7 @@ class Session:
         operation: what the second hand does to the patient; None where it only looks.
         hazards: what must not be hurt; None where nobody knows where that is.
         tasks: what the trainee is asked to do; None for nothing.
+        nostrils: what the shafts pass through; None where that is unknown.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
@@ -132,6 +153,7 @@ class Session:
         self._distance = distance
         self._structures = structures
         self._hazards = hazards
+        self._nostrils = nostrils
         self.operation = operation
         self.tasks = tasks
         self._task_events: list[TaskEvent] = []
@@ -163,6 +185,12 @@ class Session:
         tip_mm = placed.world_from_tip[:3, 3]
         self._scorer.add(
             self.clock_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
+        )
+        depth_mm = 0.0
+        if placed.tool_touched and placed.tool_mm is not None:
+            depth_mm = CONTACT_MM - placed.tool_mm
+        self._scorer.add_hands(
+            self.clock_s, depth_mm, placed.tool_touched, placed.drags_mm
         )
         self._stepped = sample, placed
         if self.tasks is not None:
@@ -205,6 +233,9 @@ class Session:
             None if placed.hazards is None else placed.hazards.nearest(),
             sample.instrument.name,
             sample.instrument.jaw,
+            placed.tool_mm,
+            placed.tool_touched,
+            placed.drags_mm,
         )
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
@@ -250,12 +281,63 @@ class Session:
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
         )
-        touched = ""
-        if clearance.gap_mm < CONTACT_MM:
-            named = self._structures
-            touched = TISSUE if named is None else named.touched(clearance)
+        touched = self._touched(clearance)
         gaps = self._hazard_gaps(sample, world_from_tip)
-        return Placed(world_from_tip, clearance.gap_mm, touched, gaps)
+        tool = self._tool_clearance(sample)
+        # what works is meant to touch
+        is_idle = tool is not None and not sample.instrument.is_working
+        return Placed(
+            world_from_tip,
+            clearance.gap_mm,
+            touched,
+            gaps,
+            None if tool is None else tool.gap_mm,
+            self._touched(tool) if tool is not None and is_idle else "",
+            self._drags(sample, world_from_tip),
+        )
+
+    def _touched(self, clearance: Clearance) -> str:
+        """Name what a tool touches, "" without contact."""
+        if not clearance.gap_mm < CONTACT_MM:
+            return ""
+        named = self._structures
+        return TISSUE if named is None else named.touched(clearance)
+
+    def _tool_clearance(self, sample: Sample) -> Clearance | None:
+        """Measure the gap around the tool beside the scope; None without one."""
+        state = sample.instrument
+        if state.name == NO_TOOL:
+            return None
+        frame = tool_frame(sample)
+        if not np.all(np.isfinite(frame)):
+            return None
+        length_mm = CARRIED_MM if state.is_carried else CHECKED_MM
+        table = contact_table(state.name, state.jaw, length_mm)
+        return tool_clearance(self._distance, placed_table(table, frame))
+
+    def _drags(
+        self, sample: Sample, world_from_tip: NDArray[np.float64]
+    ) -> dict[str, float]:
+        """Return how far the shafts are off their places in the nostril, mm."""
+        found: dict[str, float] = {}
+        if self._nostrils is None:
+            return found
+        scope = drag_mm(
+            self._nostrils.scope_mm, world_from_tip[:3, 3], world_from_tip[:3, 2]
+        )
+        if scope is not None and math.isfinite(scope):
+            found[SCOPE] = scope
+        state = sample.instrument
+        if state.name == NO_TOOL or state.is_carried:
+            return found
+        frame = tool_frame(sample)
+        if not np.all(np.isfinite(frame)):
+            return found
+        at = frame[:3, :3] @ shaft_mm(state.name) + frame[:3, 3]
+        tool = drag_mm(self._nostrils.tool_mm, at, frame[:3, 2])
+        if tool is not None:
+            found[TOOL] = tool
+        return found
 
     def _hazard_gaps(
         self, sample: Sample, world_from_tip: NDArray[np.float64]

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.terminal import Stages, print_json, print_table
-from devices import DeviceError, ProbePath, load_probe_path
+from devices import DeviceError, ProbePath
 from disk import UserError
 from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
+from paravol.exercise_path import recorded_path
 from paravol.flight import FinishedFlight, Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
@@ -97,7 +98,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
     if options.operation:
         names.append((options.operation, "operation.paravol"))
     for name, _ in names:
-        load_scenario(name)  # refused before anything is flown
+        recorded_path(*load_scenario(name))  # refused before anything is flown
     with ExitStack() as stack:
         out = stack.enter_context(claimed_folder(options.out))
         stages = stack.enter_context(Stages())
@@ -137,8 +138,7 @@ def _fly(
 ) -> _Flown:
     """Fly a scenario, draw its moments, replay it into the film."""
     scenario, folder = load_scenario(name)
-    path_file = folder / scenario.path
-    path = load_probe_path(path_file)
+    path, path_file = recorded_path(scenario, folder), folder / scenario.path
     arm = ArmInput(
         scenario,
         path,

@@ -31,7 +31,7 @@ def run_train(options: TrainOptions) -> int:
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
-    from devices import load_probe_path
+    from paravol.exercise_path import recorded_path, recorded_path_file
     from paravol.inputs import choose_input
     from paravol.inputs.open_arm import demand_port
     from paravol.pose_streaming import listening_address
@@ -44,19 +44,20 @@ def run_train(options: TrainOptions) -> int:
 
         scenario = str(scenario_of_case(options.case))
     exercise, folder = load_scenario(scenario)
-    path_file = folder / exercise.path
-    path = load_probe_path(path_file)
+    path_file = recorded_path_file(exercise, folder)
+    path = None if path_file is None else recorded_path(exercise, folder)
     stream = None
     if options.stream_igtl is not None:
         stream = listening_address(options.stream_igtl)
+    second = options.devices.second_input(options.input, device, exercise, path)
     flown = choose_input(
         options.input,
         device,
         exercise,
         path,
         path_file,
-        options.registration,
-        options.roll,
+        options.devices.registration,
+        options.devices.roll,
     )
     if options.haptics != "none" or options.haptics_fault is not None:
         from paravol.inputs.haptic import felt_input
@@ -84,7 +85,15 @@ def run_train(options: TrainOptions) -> int:
     kept = SessionStore.of_the_user()
     size, record = options.size, options.record
     order = FlightOrder(
-        exercise, path, flown, size, options.threads, record, stream, kept
+        exercise,
+        path,
+        flown,
+        size,
+        options.threads,
+        record,
+        stream,
+        kept,
+        instrument=second,
     )
     thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
     window = TraineeWindow(

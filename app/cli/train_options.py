@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from app.cli.root import ScenarioName, Size, Threads
+from app.cli.device_options import ONE_DEVICE, DeviceOptions
+from app.cli.root import FLATTENED, ScenarioName, Size, Threads
 
 
 @Parameter(name="*")
@@ -26,11 +27,6 @@ class TrainOptions:
         recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
     stream_igtl
         Stream tool poses by OpenIGTLink at this [HOST:]PORT.
-    registration
-        File of `paravol register`, made since the arm was switched on, or of a tracker.
-    roll
-        Who knows the roll of the scope in the arm at --device: horizon (level, the
-        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
     haptics
         What pushes back: none, emulated (a force device that the chosen input holds)
         or force-dimension (one on this machine, which steers by itself).
@@ -56,8 +52,7 @@ class TrainOptions:
     device: str | None = None
     input: str | None = None
     stream_igtl: str | None = None
-    registration: Path | None = None
-    roll: str | None = None
+    devices: Annotated[DeviceOptions, FLATTENED] = ONE_DEVICE
     haptics: str = "none"
     haptics_fault: str | None = None
     size: Size = 512

@@ -74,6 +74,8 @@ class FlightThread(QObject, FlightObserver):
     """A view was saved as a file, or not: what to say of it, and where it is or why."""
     injured = Signal(str)
     """Something was hurt that must not be: what, and through what."""
+    tool_device = Signal(str)
+    """The tool's device was lost, or is back: what to say of it."""
     unheard = Signal(str)
     """There is no sound, and why."""
     away = Signal()
@@ -149,7 +151,8 @@ class FlightThread(QObject, FlightObserver):
         order = self.flight.order
         targets = patient.positions(order.scenario.targets)
         self.slices_ready.emit(patient.slice_views())
-        cut_open = cutter(patient, order.path)
+        assert self.flight.path is not None
+        cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
         self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
 
@@ -197,6 +200,10 @@ class FlightThread(QObject, FlightObserver):
     def on_injury(self, text: str) -> None:
         """Tell the window."""
         self.injured.emit(text)
+
+    def on_tool_device(self, text: str) -> None:
+        """Tell the window."""
+        self.tool_device.emit(text)
 
     def on_loss(self, loss: DeviceError) -> None:
         """Tell the window; what is not live is neither heard nor felt."""

@@ -86,9 +86,12 @@ class TraineeWindow(QMainWindow):
         self._slices = self._side.slices
         self._moments = self._side.moments
         self._lay_out()
-        if order.input.controls is not None:
-            self._hand = HandEvents(order.input.controls, self, self.picture)
-        if not order.input.has_instrument:
+        controls = order.input.controls
+        if order.instrument is not None and order.instrument.controls is not None:
+            controls = order.instrument.controls
+        if controls is not None:
+            self._hand = HandEvents(controls, self, self.picture)
+        if not order.has_own_tool:
             self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
         self._sound = SoundKeys(thread.sound, self, self._notices.notify)
         self._injury = ""
@@ -109,6 +112,7 @@ class TraineeWindow(QMainWindow):
         thread.pictured.connect(self._moments.show_moment)
         thread.injured.connect(self._on_injury)
         thread.unheard.connect(self._sound.fail)
+        thread.tool_device.connect(self._on_tool_device)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
         thread.landed.connect(self._on_landed)
@@ -320,6 +324,10 @@ class TraineeWindow(QMainWindow):
         self._notices.notify(f"Injury: {what}", how)
         self._warn()
 
+    @Slot(str)
+    def _on_tool_device(self, text: str) -> None:
+        self._notices.notify("The tool's device", text)
+
     @Slot()
     def _on_away(self) -> None:
         """Leave the picture as it is and say that it is not live."""
@@ -357,6 +365,8 @@ class TraineeWindow(QMainWindow):
         """
         frame, pressed = self._frame, ""
         touched = "" if frame is None else frame.view.touched
+        if frame is not None and not touched and frame.view.tool_touched:
+            touched = f"{frame.view.tool_touched} (tool)"
         if self._readings().is_pressing:
             pressed = f"pressing: {touched}"
         if time.monotonic() < self._injured_until_s:
@@ -375,6 +385,7 @@ class TraineeWindow(QMainWindow):
             self._registration_mm,
             frame.view.hazard,
             frame.view.hazard is not None,
+            frame.view.drags_mm,
         )
 
     @Slot()

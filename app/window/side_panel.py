@@ -25,15 +25,18 @@ class SideColumn(QWidget):
         self.overview = OverviewView(scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.moments = MomentView()
-        own = order.input.has_instrument
+        own = order.has_own_tool
+        second = order.instrument
+        keys = order.input.keys if second is None else order.input.keys | second.keys
         hand_keys = SOUND_KEYS if own else TOOL_KEYS | SOUND_KEYS
-        self._keys = KeyHelp(order.input.keys, hand_keys)
+        self._keys = KeyHelp(keys, hand_keys)
         self._tool = QLabel(tool_text(EMPTY_HAND))
         title = QLabel(order.scenario.title)
         title.setObjectName("title")
         title.setWordWrap(True)
         about = QLabel(
             f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
+            + ("" if second is None else f" · tool: {second.name}")
         )
         about.setWordWrap(True)
         self._column = QVBoxLayout(self)

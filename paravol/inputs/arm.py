@@ -6,11 +6,13 @@ from pathlib import Path
 
 from devices import ProbePath, Registration
 from devices.registration.registration_file import load_registration
+from disk import UserError
 from paravol.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
 from paravol.inputs.pose_completer import HandChannel, PathChannel
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
@@ -30,8 +32,8 @@ class ArmInput(FlightInput):
     def __init__(
         self,
         scenario: Scenario,
-        path: ProbePath,
-        path_file: Path,
+        path: ProbePath | None,
+        path_file: Path | None,
         device: str | None,
         registration_file: Path | None = None,
         roll: str = "horizon",
@@ -54,7 +56,14 @@ class ArmInput(FlightInput):
         self.name = device or "emulated arm"
         if device is not None and not follows_path:
             self.completer = self._hand
+            self.turns = ClutchTurns()
             return
+        if path is None:
+            raise UserError(
+                f"The emulated arm follows a recorded path, and the exercise "
+                f"{scenario.name!r} has none; fly it with --input mouse or with an arm "
+                "at --device."
+            )
         self.completer = PathChannel(path)
         self.has_instrument = True
         self.until_s = path.duration_s

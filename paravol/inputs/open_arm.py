@@ -37,7 +37,7 @@ def arm_at(device: str) -> Iterator[MicroScribe]:
 @contextmanager
 def open_arm(
     scenario: Scenario,
-    path_file: Path,
+    path_file: Path | None,
     *,
     device: str | None,
     faults: tuple[str, ...] = (),
@@ -57,6 +57,7 @@ def open_arm(
         with arm_at(device) as arm:
             yield arm
         return
+    assert path_file is not None  # an input without a path was refused
     positions = [f.position_mm for f in scenario.fiducials]
     with (
         MicroScribeEmulator(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from disk import UserError
-from paravol.patient import Progress, load_case, load_phantom
+from paravol.patient import Progress, load_case, load_phantom, load_scene
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (
     CaseHead,
@@ -15,6 +15,7 @@ from paravol.snapshots.view_file import (
     PhantomHead,
     PlacedInstrument,
     ScanHead,
+    SceneHead,
     ScopeLook,
     ViewFile,
 )
@@ -71,6 +72,8 @@ class HeadScene:
                     "with --case where it lies now."
                 )
             patient = load_case(Path(head.folder), progress)
+        elif isinstance(head, SceneHead):
+            patient = load_scene(head.name, head.seed, head.spacing_mm, progress)
         else:
             assert isinstance(head, PhantomHead)
             patient = load_phantom(head.seed, head.spacing_mm, progress)

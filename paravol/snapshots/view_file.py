@@ -49,6 +49,14 @@ class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
     spacing_mm: Positive = 0.5
 
 
+class SceneHead(_Strict, frozen=True, tag="scene", tag_field="kind"):
+    """Look at an abstract scene, built when it is needed."""
+
+    name: Annotated[str, Meta(min_length=1)]
+    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 1
+    spacing_mm: Positive = 0.5
+
+
 class CaseHead(_Strict, frozen=True, tag="case", tag_field="kind"):
     """Look at a case. folder: a full path, or beside the view file."""
 
@@ -61,7 +69,7 @@ class ScanHead(_Strict, frozen=True, tag="scan", tag_field="kind"):
     file: Annotated[str, Meta(min_length=1)]
 
 
-Head = PhantomHead | CaseHead | ScanHead
+Head = PhantomHead | SceneHead | CaseHead | ScanHead
 
 
 class ViewCamera(_Strict, frozen=True):

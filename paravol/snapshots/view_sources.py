@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import load_probe_path
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
+from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress, load_patient
 from paravol.session_setup import SEED, flown_scenario, path_view
 from paravol.session_timeline import GRACE_S, SessionTimeline
@@ -22,6 +22,7 @@ from paravol.snapshots.view_file import (
     OperatedMark,
     PhantomHead,
     PlacedInstrument,
+    SceneHead,
     ScopeLook,
     ViewCamera,
     ViewFile,
@@ -110,7 +111,7 @@ def case_views(
     """Return what a scope sees along a case's exercise; ValueError after its end."""
     scenario, place = load_scenario(str(scenario_of_case(folder)))
     patient = load_patient(scenario, progress)
-    path = load_probe_path(place / scenario.path)
+    path = recorded_path(scenario, place)
     _demand_within(times_s, path.duration_s, folder)
     views = [
         view_of(
@@ -180,9 +181,12 @@ def view_of(
     lens: LensState = CLEAN,
 ) -> ViewFile:
     """Describe a view of a session, so that it can be saved and drawn later."""
-    head: Head = PhantomHead(scenario.head.seed, scenario.head.spacing_mm)
-    if scenario.head.case:
-        head = CaseHead(str(Path(scenario.head.case).resolve()))
+    flown = scenario.head
+    head: Head = PhantomHead(flown.seed, flown.spacing_mm)
+    if flown.case:
+        head = CaseHead(str(Path(flown.case).resolve()))
+    elif flown.scene:
+        head = SceneHead(flown.scene, flown.seed, flown.spacing_mm)
     tools: tuple[PlacedInstrument, ...] = ()
     if has_instrument and view.instrument != NO_TOOL:
         rows = msgspec.convert(

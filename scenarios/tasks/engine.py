@@ -4,18 +4,19 @@ It asks no clock: the same situations give the same events, whatever machine ste
 """
 
 import copy
-import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from scenarios.tasks.checks import order_problems, place_problems, sentence
 from scenarios.tasks.rules import Rule, rule_of
 from scenarios.tasks.situation import Situation
-from scenarios.tasks.task import Follow, Open, Place, Task
+from scenarios.tasks.task import Task
 
 
 class Status(StrEnum):
@@ -136,40 +137,10 @@ class TaskEngine:
         self._last_s = state.last_s
 
 
-def check_tasks(tasks: Sequence[Task], places: Iterable[str]) -> None:
+def check_tasks(tasks: Sequence[Task], places: Collection[str]) -> None:
     """Raise UserError where a task names what there is not."""
-    names = [task.name for task in tasks]
-    known = list(places)
-    for n, task in enumerate(tasks):
-        if task.name in names[:n]:
-            raise UserError(f"Two tasks are named {task.name!r}; give each its own.")
-        for before in task.after:
-            if before not in names[:n]:
-                raise UserError(
-                    f"The task {task.name!r} comes after {before!r}, which is no "
-                    f"task before it{_nearest(before, names[:n])}."
-                )
-        for place in places_of(task):
-            if isinstance(place, str) and place not in known:
-                raise UserError(
-                    f"The task {task.name!r} names the place {place!r}, which this "
-                    f"head does not have{_nearest(place, known)}."
-                )
-
-
-def places_of(task: Task) -> tuple[Place, ...]:
-    """Return the places that a task names."""
-    if isinstance(task, Follow):
-        return tuple(ring.place for ring in task.rings)
-    if isinstance(task, Open):
-        return task.start, task.end
-    place: Place | None = getattr(task, "place", None)
-    return () if place is None else (place,)
-
-
-def _nearest(word: str, known: list[str]) -> str:
-    found = difflib.get_close_matches(word, known, 1)
-    return f"; did you mean {found[0]!r}?" if found else ""
+    for problem in chain(order_problems(tasks), place_problems(tasks, places)):
+        raise UserError(sentence(problem))
 
 
 def _stepped(state: TaskState, rule: Rule, time_s: float) -> TaskState:

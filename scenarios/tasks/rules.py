@@ -183,7 +183,7 @@ class _Remove(Rule):
         ):
             for name, limit in limits.items():
                 volume = taken.get(name, 0.0)
-                if volume > limit.most_mm3:
+                if limit.most_mm3 is not None and volume > limit.most_mm3:
                     self.failed = (
                         f"{volume:.1f} mm3 of {name} taken, "
                         f"{limit.most_mm3:g} at most allowed"

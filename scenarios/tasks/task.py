@@ -5,7 +5,6 @@ the head, or patient LPS in mm. Times are of the score's clock, which stands whi
 trainer is frozen.
 """
 
-import math
 from enum import StrEnum
 
 import msgspec
@@ -108,10 +107,10 @@ class Inject(TaskBase, frozen=True, tag="inject"):
 
 
 class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Bound a volume that is taken, mm3."""
+    """Bound a volume that is taken, mm3; most_mm3: None for no bound."""
 
     least_mm3: float = 0.0
-    most_mm3: float = math.inf
+    most_mm3: float | None = None
 
 
 class Remove(TaskBase, frozen=True, tag="remove"):

@@ -1,8 +1,12 @@
 from pathlib import Path
 
+import msgspec
 import pytest
 
-from scenarios import load_scenario
+from disk import UserError
+from scenarios import Scenario, load_scenario
+from scenarios.exercise_check import HeadNames, head_problems
+from scenarios.tasks.task import KeepAway, Limits, Reach, Remove, Task
 
 GOOD = """
 name = "own"
@@ -63,3 +67,104 @@ def test_unknown_names_list_the_known_ones() -> None:
 def test_a_missing_file_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="cannot be read"):
         load_scenario(str(tmp_path / "none.toml"))
+
+
+ALONE = """
+name = "alone"
+title = "Without a path"
+level = "intermediate"
+tools = ["straight forceps", "microdebrider"]
+hints = ["Slowly."]
+
+[head]
+variants = ["concha-bullosa:right"]
+
+[start]
+nostril = "left"
+
+[[tasks]]
+kind = "look"
+name = "meatus"
+title = "Look at the middle meatus"
+place = "middle meatus, left"
+
+[[tasks]]
+kind = "remove"
+name = "uncinate"
+title = "Take the uncinate process"
+after = ["meatus"]
+tissues = {uncinate = {least_mm3 = 20.0}}
+
+[pass]
+tasks = ["meatus"]
+metrics = [{name = "hazard dose: orbit", most = 1.0}]
+"""
+
+
+def written(folder: Path, text: str) -> str:
+    (folder / "alone.toml").write_text(text)
+    return str(folder / "alone.toml")
+
+
+def test_an_exercise_needs_no_path(tmp_path: Path) -> None:
+    scenario, _ = load_scenario(written(tmp_path, ALONE))
+    assert scenario.path == ""
+    assert scenario.start.nostril == "left"
+    # the mock head is registered by its own divots
+    assert len(scenario.fiducials) == 4
+    # a recording keeps the exercise as JSON, limits without a bound included
+    again = msgspec.json.decode(msgspec.json.encode(scenario), type=Scenario)
+    assert again == scenario
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "word"),
+    [
+        ('after = ["meatus"]', 'after = ["meatis"]', 24, "'meatus'"),
+        ("uncinate = {", "uncinat = {", 25, "'uncinate'"),
+        ('"microdebrider"', '"microdebridder"', 5, "'microdebrider'"),
+        ('"concha-bullosa:right"', '"concha-bulosa"', 9, "concha-bullosa"),
+        ('"hazard dose: orbit"', '"hazard doze: orbit"', 29, "'hazard dose'"),
+        (", most = 1.0", "", 29, "least, most"),
+        ('tasks = ["meatus"]', 'tasks = ["meatos"]', 28, "'meatus'"),
+        ('name = "uncinate"', 'name = "meatus"', 22, "Two tasks"),
+        ('nostril = "left"', "tip_mm = [0, 0, 0]", 11, "neither"),
+        ('kind = "look"', 'kind = "lok"', 15, "'look'"),
+        ('level = "inter', 'level = "intre', 4, "'intermediate'"),
+    ],
+)
+def test_a_typo_is_told_with_its_line_and_the_nearest_word(
+    tmp_path: Path, old: str, new: str, line: int, word: str
+) -> None:
+    assert old in ALONE
+    with pytest.raises(UserError) as told:
+        load_scenario(written(tmp_path, ALONE.replace(old, new)))
+    assert f"alone.toml, line {line}" in str(told.value)
+    assert word in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("task", "place", "word"),
+    [
+        (Reach(name="r", title="", place="nostrul, left", radius_mm=1.0), 0, "nostril"),
+        (
+            KeepAway(
+                name="k",
+                title="",
+                hazards=("orbits",),
+                margin_mm=1.0,
+                most_dose_s=1.0,
+            ),
+            0,
+            "'orbit'",
+        ),
+        (Remove(name="w", title="", walls={"lamina": Limits()}), 0, "lamina"),
+    ],
+)
+def test_names_are_checked_against_the_head(task: Task, place: int, word: str) -> None:
+    scenario = Scenario("s", "S", tasks=(task,))
+    head = HeadNames({"nostril, left"}, {"orbit"}, {"lamina papyracea"})
+    (problem,) = head_problems(scenario, head)
+    assert word in problem.text
+    assert problem.at[:2] == ("tasks", place)
+    assert not list(head_problems(Scenario("s", "S"), head))
