@@ -136,6 +136,8 @@ def _gaps(gaps: HazardGaps) -> dict[str, NDArray[np.float64]]:
 def _head_words(findings: Findings) -> str:
     head, scope = findings.scenario.head, findings.scenario.scope
     patient = f"phantom {head.seed}"
+    if head.scene:
+        patient = f"scene {head.scene} {head.seed}"
     if head.case:
         patient = f"case {Path(head.case).name}"
     return f"{patient}; scope {scope.angle_deg:g}°, {scope.diameter_mm:g} mm"

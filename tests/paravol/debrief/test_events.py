@@ -34,7 +34,8 @@ EVENTS = st.lists(
 def test_spans_hold_all_that_is_so_and_lie_apart(
     so: list[bool], every_s: float
 ) -> None:
-    times, is_so = every_s * np.arange(len(so)), np.array(so)
+    times = np.arange(len(so), dtype=np.float64) * every_s
+    is_so = np.array(so)
     found = spans(times, is_so)
     covered = np.zeros(len(so), bool)
     for first, last in found:
