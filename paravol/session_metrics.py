@@ -69,8 +69,9 @@ class SessionMetrics:
     """Hold a session's metrics and what they were computed with.
 
     is_complete: False where the recording ends in the middle. noise: of the poses.
-    settings: thresholds and filters. span: seconds of the first and the last sample.
-    scenario: that was flown. score: the session's; None where its head was left out.
+    settings: thresholds and filters. measured: what they were computed from. span:
+    seconds of the first and the last sample. scenario: that was flown. score: the
+    session's; None where its head was left out.
     source: "recorded" where the recording was checked and trusted, else "stepped" and
     why; "" where the head was left out. frozen: seconds in which the score's clock
     stood.
@@ -80,11 +81,16 @@ class SessionMetrics:
     is_complete: bool
     noise: SessionNoise
     settings: Settings
+    measured: Measured
     span: Interval = (0.0, 0.0)
     scenario: Scenario | None = None
     score: Score | None = None
     source: str = ""
     frozen: tuple[Interval, ...] = ()
+
+
+Watch = Callable[[Session, Sample], None]
+"""Told of every sample after the session has taken it in."""
 
 
 def session_metrics(
@@ -95,10 +101,11 @@ def session_metrics(
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
-    expert: Path | None = None,
+    expert: Path | Track | None = None,
     progress: Progress = no_progress,
     patient: PatientScene | PatientSource | None = None,
     trusts: bool = False,
+    watch: Watch | None = None,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
@@ -106,11 +113,12 @@ def session_metrics(
     rounding of its joints; "" estimates the noise from the record. case: where the case
     that was flown through lies now. has_head: step the session through its head again;
     without that contact, hazards and removal are not known. expert: a session of the
-    same head whose path is compared with. patient: the one that was flown through,
-    where it is loaded already, or who loads it. trusts: do not step a
-    session whose recording can be checked otherwise, see `paravol.recorded_gaps`; some
-    hundred times faster, and equal but for rounding. UserError when the session cannot
-    be read, holds no sample, or was flown through another head.
+    same head, or a scope's track through it, that is compared with. patient: the one
+    that was flown through, where it is loaded already, or who loads it. trusts: do not
+    step a session whose recording can be checked otherwise, see
+    `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
+    watch: looks on while the session is stepped. UserError when the session cannot be
+    read, holds no sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
@@ -121,7 +129,9 @@ def session_metrics(
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
     if expert is not None:
-        measured = replace(measured, expert=_expert(expert, recording.info))
+        if not isinstance(expert, Track):
+            expert = _expert(expert, recording.info)
+        measured = replace(measured, expert=expert)
     score, source = None, ""
     if has_head:
         flown = flown_scenario(folder, recording.info, case)
@@ -130,7 +140,7 @@ def session_metrics(
         elif not isinstance(patient, PatientScene):
             patient = patient(flown)
         measured, score, source = _through_head(
-            _Flown(folder, recording, samples, patient, chosen, trusts),
+            _Flown(folder, recording, samples, patient, chosen, trusts, watch),
             measured,
             progress,
         )
@@ -150,6 +160,7 @@ def session_metrics(
         recording.complete,
         noise,
         settings,
+        measured,
         span,
         scenario,
         score,
@@ -281,6 +292,7 @@ class _Flown(NamedTuple):
     patient: PatientScene
     chosen: tuple[Definition, ...]
     trusts: bool
+    watch: Watch | None
 
     def wants(self, name: str) -> bool:
         """Return whether a metric of this name is wanted."""
@@ -374,6 +386,8 @@ def _stepped(
     steps = _Steps(session)
     for place, sample in enumerate(samples):
         steps.add(sample)
+        if flown.watch is not None:
+            flown.watch(session, sample)
         progress("Stepping the session", (place + 1) / len(samples))
     times = np.array([sample.time_s for sample in samples])
     names = tuple(dict.fromkeys(name for name in steps.touched if name))
@@ -402,6 +416,15 @@ def _stepped(
     return measured, score
 
 
+def _breaches(score: Score) -> tuple[Breach, ...] | None:
+    if score.operation is None:
+        return None
+    return tuple(
+        Breach(f.time_s, f.structure, f.by, f.depth_mm)
+        for f in score.operation.injuries
+    )
+
+
 def _expert(folder: Path, info: SessionInfo) -> Track:
     """Return the scope's track of another session; UserError for another head."""
     recording = read_recording(folder)
@@ -412,15 +435,6 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
     samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
     return scope_track(
         samples, np.array(recording.info.world_from_device).reshape(4, 4)
-    )
-
-
-def _breaches(score: Score) -> tuple[Breach, ...] | None:
-    if score.operation is None:
-        return None
-    return tuple(
-        Breach(f.time_s, f.structure, f.by, f.depth_mm)
-        for f in score.operation.injuries
     )
 
 

@@ -404,6 +404,15 @@ def _same_score(folder: Path, score: Score, unlike: frozenset[str]) -> bool | No
     recorded = _recorded_score(folder)
     if recorded is None:
         return None
-    compared = recorded.keys() - unlike
-    found = asdict(score)
-    return all(name in found and found[name] == recorded[name] for name in compared)
+    kept = {name: figure for name, figure in recorded.items() if name not in unlike}
+    return _holds(asdict(score), kept)
+
+
+def _holds(found: Any, recorded: Any) -> bool:
+    """Return whether all that was recorded is found; there may be newer figures."""
+    if not (isinstance(found, dict) and isinstance(recorded, dict)):
+        return bool(found == recorded)
+    return all(
+        name in found and _holds(found[name], figure)
+        for name, figure in recorded.items()
+    )

@@ -97,6 +97,16 @@ def score_session(
         patient=patient,
         trusts=not exact,
     )
+    return assessment_of(folder, rubric, found, population), found
+
+
+def assessment_of(
+    folder: Path,
+    rubric: Rubric,
+    found: SessionMetrics,
+    population: Population | None = None,
+) -> Assessment:
+    """Score a session that is measured already, under the rubric's settings."""
     score, scenario = found.score, found.scenario
     assert score is not None
     assert scenario is not None
@@ -111,7 +121,7 @@ def score_session(
         found.is_complete,
     )
     population = load_population() if population is None else population
-    return assess(rubric, evidence, population), found
+    return assess(rubric, evidence, population)
 
 
 def _in_session_time(

@@ -5,7 +5,7 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from app.cli import (
     arm_commands,
@@ -231,6 +231,64 @@ def coverage(
 
     options = CoverageOptions(session, out, picture, json_file, case)
     return run_coverage(options, as_json=json)
+
+
+@app.command(group=SESSIONS)
+def debrief(
+    session: Path,
+    *,
+    out: Path | None = None,
+    compare: Path | None = None,
+    quality: Literal["fast", "fine"] = "fast",
+    no_pictures: Flag = False,
+    pictures: int = 16,
+    rubric: str = "",
+    case: Path | None = None,
+    threads: Threads = 0,
+    json: Json = False,
+) -> int:
+    """Write what a recorded session is talked over with: one HTML file, offline.
+
+    Timeline, hazards, path, wounds, tissue taken, metrics, comparison, and what to
+    practise next. A minute of flight takes about a minute.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    out
+        The HTML file; NAME-debrief.html beside the session when left out.
+    compare
+        Another session of the same head, such as an earlier one or an expert's. The
+        path that comes with the scenario when left out.
+    quality
+        Who draws the pictures: the live renderer, or the ray tracer, which takes a few
+        seconds for each.
+    no_pictures
+        Draw none: fewer seconds, and a file of some 200 kB.
+    pictures
+        Events that get a picture, at most.
+    rubric
+        Name of a rubric or a TOML file: points, pass mark, margins. The one for
+        operating, or for endoscopy where nothing was cut, when left out.
+    case
+        Where the case that was flown through lies now.
+    """
+    from app.cli.debrief_command import beside, run_debrief
+    from paravol.debrief import DebriefOrder
+    from paravol.debrief.pictures import Quality
+
+    order = DebriefOrder(
+        session,
+        out or beside(session),
+        compare=compare,
+        quality=None if no_pictures else Quality(quality),
+        pictures=pictures,
+        threads=thread_count(threads),
+        case=case,
+        rubric=rubric,
+    )
+    return run_debrief(order, as_json=json)
 
 
 @app.command(group=FLY)

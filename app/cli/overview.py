@@ -14,6 +14,7 @@ FILES = (
     "picture_commands.py",
     "progress_commands.py",
     "scenario_commands.py",
+    "session_commands.py",
     "teaching_commands.py",
 )
 

@@ -60,6 +60,12 @@ class Track:
             part = np.zeros(len(time_s), np.int64)
         return cls(time_s, frames[:, :3, 3].copy(), quaternion, part)
 
+    @classmethod
+    def none(cls) -> "Track":
+        """Return the track of a tool that was never there."""
+        nowhere = np.zeros((0, 3)), np.zeros((0, 4))
+        return cls(np.zeros(0), *nowhere, np.zeros(0, np.int64))
+
     @cached_property
     def valid(self) -> NDArray[np.intp]:
         """Return where samples are poses and time goes on."""
