@@ -405,14 +405,15 @@ def _same_score(folder: Path, score: Score, unlike: frozenset[str]) -> bool | No
     if recorded is None:
         return None
     kept = {name: figure for name, figure in recorded.items() if name not in unlike}
-    return _holds(asdict(score), kept)
+    found = asdict(score)
+    operation, operated = kept.pop("operation", None), found.pop("operation")
+    if operation is None or operated is None:
+        return _holds(found, kept) and operation == operated
+    return _holds(found, kept) and _holds(operated, operation)
 
 
-def _holds(found: Any, recorded: Any) -> bool:
-    """Return whether all that was recorded is found; there may be newer figures."""
-    if not (isinstance(found, dict) and isinstance(recorded, dict)):
-        return bool(found == recorded)
+def _holds(found: dict[str, Any], recorded: dict[str, Any]) -> bool:
+    """Return whether each figure that was recorded is found."""
     return all(
-        name in found and _holds(found[name], figure)
-        for name, figure in recorded.items()
+        name in found and found[name] == figure for name, figure in recorded.items()
     )
