@@ -22,6 +22,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.abstract import LABELS, AbstractSpace
 from anatomy.files.markups import read_markups, write_markups
 from anatomy.files.volumes import load_volume, save_volume, write_file
 from anatomy.hazard_volumes import FARTHEST_MM as HAZARD_MM
@@ -62,6 +63,9 @@ FILES = {
     GROUND: ("ground.nrrd", 0.0),
 }
 """Of each volume: its file and what lies outside it."""
+
+MARK_MM = 2.0
+"""Radius in which a landmark of an abstract space is shown."""
 
 RECORD, LANDMARKS = "case.json", "landmarks.mrk.json"
 
@@ -238,6 +242,36 @@ def write_case(
         record,
         layers=phantom.layers,
         hazards=phantom.hazards,
+    )
+
+
+def write_space(space: AbstractSpace, folder: Path | str) -> None:
+    """Write an abstract space as a case folder, each file atomically."""
+    way = space.way_in
+    pivot, axis = (
+        (float(x), float(y), float(z)) for x, y, z in (way.pivot_mm, way.axis)
+    )
+    store_case(
+        Path(folder),
+        {
+            "ct": space.ct,
+            "labels": space.labels,
+            "distance": space.distance,
+            "blood": space.blood,
+            "skin": space.skin,
+        },
+        {int(Label.NASAL_AIR): "air"} | {int(v): name for v, name in LABELS.items()},
+        {
+            name: Landmark(name, Side.MIDLINE, place, MARK_MM)
+            for name, place in space.landmarks.items()
+        },
+        CaseRecord(
+            schema_version=SCHEMA_VERSION,
+            spacing_mm=float(space.ct.spacing_mm[0]),
+            parameters=None,
+            sha256={},
+            approach=ApproachRecord(pivot_mm=pivot, axis=axis, free_mm=way.free_mm),
+        ),
     )
 
 

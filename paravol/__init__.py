@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         read_session,
         replay,
         replay_frames,
+        scene,
     )
 else:
 
@@ -52,4 +53,5 @@ __all__ = [
     "read_session",
     "replay",
     "replay_frames",
+    "scene",
 ]

@@ -43,6 +43,9 @@ class PhantomOptions:
 
     out: Path
     """Folder for ct.nrrd, labels.seg.nrrd, landmarks.mrk.json and case.json."""
+    scene: str = ""
+    """Write an abstract scene to practise in instead: hoops, niches, path or targets;
+    of the other options only the seed, the spacing and --force are its own."""
     average: bool = False
     """Take the average adult instead; the seed then draws the cells alone."""
     variant: tuple[str, ...] = ()

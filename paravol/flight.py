@@ -22,6 +22,7 @@ from disk import UserError
 from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Timing, fly
 from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
     KeyboardRoll,
@@ -68,6 +69,7 @@ class FlightOrder:
     named. stream: host and port at which tool poses are streamed, None for no stream.
     kept: store for flights without a named folder, None to record none of them.
     patience_s: the flight ends when the device has been away for this long.
+    instrument: a second device for the tool; None where the input moves it, if any.
     """
 
     scenario: Scenario
@@ -79,6 +81,15 @@ class FlightOrder:
     stream: tuple[str, int] | None = None
     kept: SessionStore | None = None
     patience_s: float = math.inf
+    instrument: InstrumentInput | None = None
+
+    @property
+    def has_own_tool(self) -> bool:
+        """Return whether the input moves the tool by itself, as a recorded path does.
+
+        A second device takes its place.
+        """
+        return self.input.has_instrument and self.instrument is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +191,9 @@ class FlightObserver:
     def on_return(self, away_s: float) -> None:
         """Hear that the device is back, after `away_s` seconds."""
 
+    def on_tool_device(self, text: str) -> None:
+        """Hear that the tool's device was lost, or is back; the flight goes on."""
+
 
 class DeviceLostError(UserError):
     """The device failed in flight; the recording up to then is kept."""
@@ -242,7 +256,7 @@ class Flight:
 
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer
-        scenario, has_instrument = order.scenario, order.input.has_instrument
+        scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
         check_for_head(scenario, before)
         patient, operation = operate_on(before)
@@ -267,6 +281,12 @@ class Flight:
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(patient))
+            if order.instrument is None:
+                self.hand.turns = order.input.turns
+                order.input.on_swap(self.hand.swap)
+            else:
+                second = stack.enter_context(order.instrument.open(patient))
+                self.hand.follow(order.instrument, second)
             self._progress("Opening the input", 1.0)
             source = ReconnectingSource(
                 CancellableSource(poses, self._closed, self._ended),
@@ -286,6 +306,10 @@ class Flight:
             matrix = self.hand.world_from_device = registration.world_from_device
             session = build_session(scenario, patient, matrix, size, operation)
             recorder = self.recording.open(stack, info)
+            if order.instrument is not None:
+                second.on_loss = second.on_return = partial(
+                    self._on_tool_device, recorder, session
+                )
             observer.on_start(residual_mm)
             completer: PoseCompleter = PedalListener(
                 self.hand, partial(self._on_pedal, recorder)
@@ -332,6 +356,13 @@ class Flight:
             self.keep_moment()
         if event.button == Button.LEFT_PEDAL and not self.order.input.has_instrument:
             self.hand.work(event.is_down)
+
+    def _on_tool_device(
+        self, recorder: SessionRecorder, session: Session, text: str
+    ) -> None:
+        """Record that the tool's device was lost, or is back."""
+        recorder.add(EventRecord(session.score().duration_s, "device", text))
+        self._observer.on_tool_device(text)
 
     def _follow(
         self,

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from devices import Pose
+from paravol.feedback.felt_signs import felt_signs
+from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
 from paravol.readings import injury_text
@@ -26,6 +28,7 @@ from scenarios.bundle import (
     SampleRecord,
     SessionRecorder,
 )
+from scenarios.instruments import Action, instrument_named
 from scenarios.tasks import TaskEvent, TaskState
 
 PATIENCE_S = 2.0
@@ -45,7 +48,7 @@ class FrameEvent:
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
     for before the frame was begun and somebody operates. cuts: counts them so far, and
-    their undoing. tasks: how they stand.
+    their undoing. signs: what is told of the touch. tasks: how they stand.
     """
 
     view: View
@@ -55,6 +58,7 @@ class FrameEvent:
     pose_age_ms: float
     tissue: OperatedHead | None = None
     cuts: int = 0
+    signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
 
 
@@ -179,6 +183,7 @@ class _Shown:
     view: View
     tissue: OperatedHead | None = None
     cuts: int = 0
+    signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
 
 
@@ -196,7 +201,7 @@ class _Operated:
         self._on_changes = on_changes
         self._recorder = recorder
         self._on_injury = on_injury
-        self._cuts = 0
+        self._cuts = self._bites = 0
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
 
@@ -224,6 +229,7 @@ class _Operated:
             self._view.lens = operation.lens.state
         for edit in operation.take_edits():
             self._recorder.add(EditRecord.of(edit))
+            self._bites += instrument_named(edit.tool).action is Action.BITE
         for injury in operation.take_injuries():
             told = injury_text(injury)
             self._recorder.add(EventRecord(injury.time_s, "injury", told))
@@ -241,11 +247,12 @@ class _Operated:
         """Return what the next frame shows; nothing may be cut before it is begun."""
         operation = session.operation
         if operation is None:
-            return _Shown(view)
+            return _Shown(view, signs=TouchSigns(hazard=view.hazard))
         tissue = None
         if wants_tissue:
             tissue = OperatedHead.of(operation.patient, operation.pushing)
-        return _Shown(view, tissue, self._cuts)
+        signs = felt_signs(operation, view.hazard, self._bites)
+        return _Shown(view, tissue, self._cuts, signs)
 
 
 class _FrameRecorder:
@@ -279,7 +286,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.cuts, shown.tasks
+        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 

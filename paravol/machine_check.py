@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from devices.haptics.force_dimension import SDK_FOLDER, library_file
 from devices.serial_adapters import (
     LEAST_LATENCY_MS,
     SerialAdapter,
@@ -39,8 +40,8 @@ def machine_findings() -> list[Finding]:
 
 
 def program_findings() -> list[Finding]:
-    """Look for MPI, ffmpeg and the ports an arm may be at."""
-    return [_mpi(), _ffmpeg(), serial_ports()]
+    """Look for MPI, ffmpeg, the ports an arm may be at, and what pushes back."""
+    return [_mpi(), _ffmpeg(), serial_ports(), force_devices()]
 
 
 def _python() -> Finding:
@@ -209,3 +210,16 @@ def _table_of(path: Path) -> dict[str, str]:
 
 def _megabytes(folder: Path) -> float:
     return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6
+
+
+def force_devices() -> Finding:
+    """Say whether the library of real force devices is there; the emulated one is."""
+    file = library_file()
+    if file is None:
+        return Finding(
+            "force devices",
+            "emulated",
+            remedy="For one of Force Dimension's install the maker's SDK and set "
+            f"{SDK_FOLDER} to its folder.",
+        )
+    return Finding("force devices", f"emulated; Force Dimension by {file}")

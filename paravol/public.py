@@ -3,6 +3,7 @@
 from paravol.patient import HighQualityPicture, Look, PatientScene, instrument
 from paravol.patient import load_case as load
 from paravol.patient import load_phantom as phantom
+from paravol.patient import load_scene as scene
 from paravol.session_replay import (
     RecordedSession,
     ReplayedFrame,
@@ -29,4 +30,5 @@ __all__ = [
     "read_session",
     "replay",
     "replay_frames",
+    "scene",
 ]

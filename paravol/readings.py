@@ -1,12 +1,14 @@
 """What the trainee's window says in words and figures."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scenarios import InstrumentState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import instrument_named
+from scenarios.nostril import STIFFNESS_N_MM
 from scenarios.scoring import PRESSURE_MM
 
 if TYPE_CHECKING:
@@ -36,7 +38,8 @@ class Readings:
     pose_age_ms: from the arm's measurement to the finished picture.
     registration_mm: residual of the touched fiducials, rms.
     hazard: the nearest hazard and how near a tool is, mm. has_hazards: whether the
-    head's hazards are known.
+    head's hazards are known. drags_mm: how far "scope" and "tool" are off their places
+    in the nostril; none that is in no nostril.
     """
 
     fps: float | None = None
@@ -46,6 +49,7 @@ class Readings:
     registration_mm: float | None = None
     hazard: tuple[str, float] | None = None
     has_hazards: bool = True
+    drags_mm: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_contact(self) -> bool:
@@ -69,9 +73,17 @@ class Readings:
             "Pose age": _figure(self.pose_age_ms, "{:.0f} ms"),
             "Clearance": self._clearance(),
             "Hazard": self._hazard(),
+            "Nostril": self._nostril(),
             "Time": _clock(self.time_s),
             "Registration": _figure(self.registration_mm, "{:.2f} mm"),
         }
+
+    def _nostril(self) -> str:
+        """Return the force on the nostril, of scope and of tool, by a guess."""
+        if not self.drags_mm:
+            return UNKNOWN
+        forces = [STIFFNESS_N_MM * mm for mm in self.drags_mm.values()]
+        return " + ".join(f"{newtons:.1f}" for newtons in forces) + " N"
 
     def _hazard(self) -> str:
         if not self.has_hazards:

@@ -21,12 +21,28 @@ def score_rows(score: Score) -> list[tuple[str, str]]:
         *contact_rows(score),
     ]
     rows += hazard_rows(score)
+    rows += hand_rows(score)
     if score.operation is not None and score.operation.edits:
         rows += operation_rows(score.operation)
     rows += [
         (f"nearest to {name}", f"{distance_mm:.1f} mm")
         for name, distance_mm in score.target_distance_mm.items()
     ]
+    return rows
+
+
+def hand_rows(score: Score) -> list[tuple[str, str]]:
+    """Return what the tool touched and how the shafts dragged on the nostril."""
+    rows = []
+    if score.tool is not None and score.tool.contacts:
+        tool = score.tool
+        deepest = f"{tool.worst_depth_mm:.2f} mm deep, {tool.worst_structure}"
+        often = f"{tool.contacts}, {tool.contact_s:.1f} s in all; {deepest}"
+        rows.append(("tool's contacts", often))
+    for name, load in (score.nostril or {}).items():
+        newtons = f"{load.mean_n:.1f} N on average, {load.most_n:.1f} N at most (guess)"
+        off = f"{load.mean_mm:.1f} and {load.most_mm:.1f} mm off"
+        rows.append((f"nostril: {name}", f"{newtons}; {off}"))
     return rows
 
 

@@ -1,8 +1,10 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -16,11 +18,19 @@ from devices.microscribe.kinematics.uncertainty import EXACT
 from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
+from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
+from paravol.session_replay import recorded_score
 from paravol.session_setup import flown_scenario, reopen_session
 from paravol.shortest_way import inside_of, shortest_way_mm
 from renderers.scene import Volume
-from scenarios import Sample, Scenario, Session
-from scenarios.bundle import Recording, SampleRecord, SessionInfo, read_recording
+from scenarios import Sample, Scenario, Score, Session
+from scenarios.bundle import (
+    EditRecord,
+    Recording,
+    SampleRecord,
+    SessionInfo,
+    read_recording,
+)
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics import (
@@ -36,14 +46,19 @@ from scenarios.metrics import (
     SessionNoise,
     Settings,
     Taken,
+    Track,
     measure,
     recorded_noise,
     scope_track,
     tool_track,
 )
+from scenarios.metrics.metric import Interval
 from surgery.edit import Edit
 
 _RECORD = "the record itself"
+
+PatientSource = Callable[[Scenario], PatientScene]
+"""Who loads the head that a scenario is flown through."""
 
 _MOST_POSES = 40
 """Poses at which an arm's rounding is computed: it changes little over a nose."""
@@ -54,13 +69,28 @@ class SessionMetrics:
     """Hold a session's metrics and what they were computed with.
 
     is_complete: False where the recording ends in the middle. noise: of the poses.
-    settings: thresholds and filters.
+    settings: thresholds and filters. measured: what they were computed from. span:
+    seconds of the first and the last sample. scenario: that was flown. score: the
+    session's; None where its head was left out.
+    source: "recorded" where the recording was checked and trusted, else "stepped" and
+    why; "" where the head was left out. frozen: seconds in which the score's clock
+    stood.
     """
 
     metrics: list[Metric]
     is_complete: bool
     noise: SessionNoise
     settings: Settings
+    measured: Measured
+    span: Interval = (0.0, 0.0)
+    scenario: Scenario | None = None
+    score: Score | None = None
+    source: str = ""
+    frozen: tuple[Interval, ...] = ()
+
+
+Watch = Callable[[Session, Sample], None]
+"""Told of every sample after the session has taken it in."""
 
 
 def session_metrics(
@@ -71,16 +101,23 @@ def session_metrics(
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
+    expert: Path | Track | None = None,
     progress: Progress = no_progress,
-    patient: PatientScene | None = None,
+    patient: PatientScene | PatientSource | None = None,
+    trusts: bool = False,
+    watch: Watch | None = None,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
     settings: None for the usual ones. arm: profile of the arm that was used, for the
     rounding of its joints; "" estimates the noise from the record. case: where the case
     that was flown through lies now. has_head: step the session through its head again;
-    without that contact, hazards and removal are not known. patient: the one that was
-    flown through, where it is loaded already. UserError when the session cannot be
+    without that contact, hazards and removal are not known. expert: a session of the
+    same head, or a scope's track through it, that is compared with. patient: the one
+    that was flown through, where it is loaded already, or who loads it. trusts: do not
+    step a session whose recording can be checked otherwise, see
+    `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
+    watch: looks on while the session is stepped. UserError when the session cannot be
     read, holds no sample, or was flown through another head.
     """
     folder = Path(folder)
@@ -91,18 +128,45 @@ def session_metrics(
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
+    if expert is not None:
+        if not isinstance(expert, Track):
+            expert = _expert(expert, recording.info)
+        measured = replace(measured, expert=expert)
+    score, source = None, ""
     if has_head:
-        scenario = flown_scenario(folder, recording.info, case)
-        patient = patient or load_patient(scenario, progress)
-        measured = _through_head(
-            folder, measured, recording, samples, patient, progress
+        flown = flown_scenario(folder, recording.info, case)
+        if patient is None:
+            patient = load_patient(flown, progress)
+        elif not isinstance(patient, PatientScene):
+            patient = patient(flown)
+        measured, score, source = _through_head(
+            _Flown(folder, recording, samples, patient, chosen, trusts, watch),
+            measured,
+            progress,
         )
     scenario = _scenario(recording.info)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
     progress("Metrics", 1.0)
-    return SessionMetrics(metrics, recording.complete, noise, settings)
+    span = samples[0].time_s, samples[-1].time_s
+    frozen = tuple(
+        (before.time_s, after.time_s)
+        for before, after in pairwise(samples)
+        if before.is_frozen or after.is_frozen
+    )
+    return SessionMetrics(
+        metrics,
+        recording.complete,
+        noise,
+        settings,
+        measured,
+        span,
+        scenario,
+        score,
+        source,
+        frozen,
+    )
 
 
 def session_noise(
@@ -183,6 +247,7 @@ class _Steps:
         self.scope: list[dict[str, float]] = []
         self.tool: list[dict[str, float] | None] = []
         self.edits: list[Edit] = []
+        self._undone = 0
 
     def add(self, sample: Sample) -> None:
         """Step the session and read it."""
@@ -198,29 +263,131 @@ class _Steps:
         if operation is None:
             return
         new = operation.take_edits()
-        # what was taken back is no longer among the patient's cuts
-        kept = max(operation.patient.edits - len(new), 0)
-        self.edits = self.edits[:kept] + new
+        if sample.instrument.undone > self._undone:
+            self._undone = sample.instrument.undone
+            # a sample's undoing comes before what it cuts
+            before = operation.patient.books.counts - sum(e.counts for e in new)
+            self._take_back(before)
+        self.edits += new
         operation.take_changes()
         operation.take_injuries()
 
+    def _take_back(self, counts: int) -> None:
+        """Leave out the newest strokes, until no more is taken than the books have."""
+        while sum(edit.counts for edit in self.edits) > counts:
+            stroke = self.edits[-1].stroke
+            while self.edits and self.edits[-1].stroke == stroke:
+                self.edits.pop()
+
+
+class _Flown(NamedTuple):
+    """Hold a recording and the head it was flown through.
+
+    chosen: the metrics that are wanted. trusts: see `session_metrics`.
+    """
+
+    folder: Path
+    recording: Recording
+    samples: list[Sample]
+    patient: PatientScene
+    chosen: tuple[Definition, ...]
+    trusts: bool
+    watch: Watch | None
+
+    def wants(self, name: str) -> bool:
+        """Return whether a metric of this name is wanted."""
+        return any(definition.name == name for definition in self.chosen)
+
 
 def _through_head(
-    folder: Path,
-    measured: Measured,
-    recording: Recording,
-    samples: Sequence[Sample],
-    patient: PatientScene,
-    progress: Progress,
-) -> Measured:
+    flown: _Flown, measured: Measured, progress: Progress
+) -> tuple[Measured, Score, str]:
+    """Add what the session's head shows; return also the score and its source."""
+    scenario = _scenario(flown.recording.info)
+    targets = flown.patient.positions(scenario.targets)
+    reference = None
+    if flown.wants("economy of motion"):
+        distance = flown.patient.surface.distance
+        reference = _reference(measured, distance, targets)
+    measured = replace(measured, targets=targets, reference=reference)
+    why = "asked for"
+    if flown.trusts:
+        score = recorded_score(flown.folder)
+        why = why_untrusted(
+            flown.recording,
+            score,
+            has_frozen=any(sample.is_frozen for sample in flown.samples),
+            undone=max(sample.instrument.undone for sample in flown.samples),
+        )
+        if score is not None and not why:
+            return _as_recorded(flown, measured, score), score, "recorded"
+    measured, score = _stepped(flown, measured, progress)
+    return measured, score, f"stepped: {why}"
+
+
+def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
+    """Add what the recording says, checked; UserError where it contradicts itself."""
+    info = flown.recording.info
+    if flown.patient.surface_sha256 != info.surface_sha256:
+        reopen_session(flown.folder, info, flown.patient)  # says what is wrong
+    matrix = np.array(info.world_from_device).reshape(4, 4)
+    samples = flown.samples
+    times = np.array([sample.time_s for sample in samples])
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    if len(back):
+        raise UserError(
+            f"samples must be in order of time: {times[back[0] + 1]} after "
+            f"{times[back[0]]}"
+        )
+    nowhere = np.full(3, np.nan)
+    poses = Poses(
+        times,
+        matrix @ np.array([sample.device_from_tip for sample in samples]),
+        np.array(
+            [
+                nowhere if s.instrument.name == NO_TOOL else s.instrument_tip_mm
+                for s in samples
+            ]
+        ),
+    )
+    radius_mm = measured.endoscope.diameter_mm / 2
+    gaps = recorded_gaps(
+        flown.recording,
+        flown.patient,
+        poses,
+        radius_mm,
+        has_names=flown.wants("contact time on"),
+    )
+    check_recorded(flown.recording, score, gaps, poses, dict(measured.targets))
+    measured = replace(
+        measured,
+        contacts=gaps.contacts,
+        hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
+        tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
+        if any(sample.instrument.name != NO_TOOL for sample in samples)
+        else None,
+    )
+    if score.operation is None:
+        return measured
+    edits = [r for r in flown.recording.records if isinstance(r, EditRecord)]
+    return replace(
+        measured,
+        edits=tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in edits),
+        breaches=_breaches(score),
+    )
+
+
+def _stepped(
+    flown: _Flown, measured: Measured, progress: Progress
+) -> tuple[Measured, Score]:
     """Step the session through its head; add what that shows."""
-    scenario = _scenario(recording.info)
-    targets = patient.positions(scenario.targets)
-    reference = _reference(measured, patient.surface.distance, targets)
-    _, session = reopen_session(folder, recording.info, patient)
+    samples = flown.samples
+    _, session = reopen_session(flown.folder, flown.recording.info, flown.patient)
     steps = _Steps(session)
     for place, sample in enumerate(samples):
         steps.add(sample)
+        if flown.watch is not None:
+            flown.watch(session, sample)
         progress("Stepping the session", (place + 1) / len(samples))
     times = np.array([sample.time_s for sample in samples])
     names = tuple(dict.fromkeys(name for name in steps.touched if name))
@@ -231,29 +398,43 @@ def _through_head(
         np.array([codes[name] for name in steps.touched], np.int64),
         names,
     )
-    operation = session.operation
-    edits = breaches = None
-    if operation is not None:
+    score = session.score()
+    edits = None
+    if session.operation is not None:
         edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
-        breaches = tuple(
-            Breach(f.time_s, f.structure, f.by, f.depth_mm)
-            for f in operation.figures().injuries
-        )
     radius_mm = measured.endoscope.diameter_mm / 2
     is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
-    return Measured(
-        measured.scope,
-        measured.tool,
-        measured.endoscope,
-        targets,
-        contacts,
-        _gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
-        _gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
-        edits,
-        breaches,
-        reference,
-        measured.picture_px,
-        measured.settings,
+    measured = replace(
+        measured,
+        contacts=contacts,
+        hazards=_gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
+        tool_hazards=_gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
+        edits=edits,
+        breaches=_breaches(score),
+        coverage=None if session.coverage is None else session.coverage.figures(),
+    )
+    return measured, score
+
+
+def _breaches(score: Score) -> tuple[Breach, ...] | None:
+    if score.operation is None:
+        return None
+    return tuple(
+        Breach(f.time_s, f.structure, f.by, f.depth_mm)
+        for f in score.operation.injuries
+    )
+
+
+def _expert(folder: Path, info: SessionInfo) -> Track:
+    """Return the scope's track of another session; UserError for another head."""
+    recording = read_recording(folder)
+    if recording.info.surface_sha256 != info.surface_sha256:
+        raise UserError(
+            f"{folder} was flown through another head: its path cannot be compared."
+        )
+    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    return scope_track(
+        samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )
 
 
@@ -262,16 +443,25 @@ def _gaps(
     rows: Sequence[dict[str, float] | None],
     farthest_mm: float,
 ) -> HazardGaps | None:
-    """Return the gaps by hazard; without what every scope glides along."""
+    """Return the gaps by hazard of what each sample showed."""
     named = dict.fromkeys(name for row in rows if row is not None for name in row)
-    chosen = [name for name in named if name not in ALWAYS_NEAR]
-    if not chosen:
-        return None
     gaps = {
         name: np.array([np.nan if row is None else row[name] for row in rows])
-        for name in chosen
+        for name in named
     }
-    return HazardGaps(times, gaps, farthest_mm)
+    return _named_gaps(times, gaps, farthest_mm)
+
+
+def _named_gaps(
+    times: NDArray[np.float64],
+    gaps: Mapping[str, NDArray[np.float64]] | None,
+    farthest_mm: float,
+) -> HazardGaps | None:
+    """Return the gaps by hazard; without what every scope glides along."""
+    if gaps is None:
+        return None
+    chosen = {name: mm for name, mm in gaps.items() if name not in ALWAYS_NEAR}
+    return HazardGaps(times, chosen, farthest_mm) if chosen else None
 
 
 def _reference(

@@ -338,9 +338,20 @@ def read_session(folder: StrPath) -> RecordedSession:
     """Read a recorded session; UserError where the folder holds none."""
     recording = read_recording(Path(folder))
     samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
-    figures = _recorded_score(Path(folder))
-    score = None if figures is None else msgspec.convert(figures, Score)
+    score = recorded_score(Path(folder))
     return RecordedSession(recording.info, samples, recording.complete, score)
+
+
+def recorded_score(folder: Path) -> Score | None:
+    """Return the score in a session's result; None where it has none.
+
+    UserError where it is damaged.
+    """
+    figures = _recorded_score(folder)
+    try:
+        return None if figures is None else msgspec.convert(figures, Score)
+    except msgspec.ValidationError as error:
+        raise UserError(f"{folder}/result.json is not valid: {error}.") from error
 
 
 class _Recorded(msgspec.Struct):
@@ -360,7 +371,7 @@ _FIRST_FIGURES = frozenset(
 )
 """Figures that every recorded score has."""
 
-_NAMES = frozenset(("worst_structure", "touched_s"))
+_NAMES = frozenset(("worst_structure", "touched_s", "tool", "coverage"))
 """Figures that depend on how the head's structures are named."""
 
 _HAZARDS = frozenset(("hazards",))
@@ -393,6 +404,15 @@ def _same_score(folder: Path, score: Score, unlike: frozenset[str]) -> bool | No
     recorded = _recorded_score(folder)
     if recorded is None:
         return None
-    compared = recorded.keys() - unlike
-    found = asdict(score)
-    return all(name in found and found[name] == recorded[name] for name in compared)
+    kept = {name: figure for name, figure in recorded.items() if name not in unlike}
+    return _holds(asdict(score), kept)
+
+
+def _holds(found: Any, recorded: Any) -> bool:
+    """Return whether all that was recorded is found; there may be newer figures."""
+    if not (isinstance(found, dict) and isinstance(recorded, dict)):
+        return bool(found == recorded)
+    return all(
+        name in found and _holds(found[name], figure)
+        for name, figure in recorded.items()
+    )

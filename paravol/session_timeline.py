@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
 import msgspec
@@ -71,7 +72,8 @@ class SessionTimeline:
         self._samples = [r for r in records if isinstance(r, SampleRecord)]
         if not self._samples:
             raise UserError(f"{folder} holds no sample; nothing was recorded.")
-        self._times = [record.time_s for record in self._samples]
+        # a clock that ran backwards stands until it has caught up
+        self._times = list(accumulate((r.time_s for r in self._samples), max))
         self._frames: list[tuple[float, FrameRecord]] = []
         for record in records:
             if isinstance(record, FrameRecord):

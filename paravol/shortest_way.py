@@ -1,6 +1,7 @@
 """The shortest way of a scope's tip through the air of a head."""
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,38 +47,76 @@ def shortest_way_mm(
     return None
 
 
-def _way(
-    distance: Volume, places_mm: NDArray[np.float64], keeping_mm: float
-) -> float | None:
+class _Air(NamedTuple):
+    """Hold the free voxels' places ``(n, 3)``, world mm, and the ways between them."""
+
+    points: NDArray[np.float64]
+    graph: coo_array
+
+
+_KEPT = 4
+_airs: dict[tuple[int, float], tuple[Volume, _Air | None]] = {}
+"""The newest airs, by the head's distance and the distance that is kept."""
+
+
+def _air(distance: Volume, keeping_mm: float) -> _Air | None:
+    """Return the air of a head, which its sessions share; None without any."""
+    key = id(distance), keeping_mm
+    # the volume is kept too: while it lives, no other has its number
+    if key not in _airs:
+        while len(_airs) >= _KEPT:
+            del _airs[next(iter(_airs))]
+        _airs[key] = distance, _made_air(distance, keeping_mm)
+    return _airs[key][1]
+
+
+def _made_air(distance: Volume, keeping_mm: float) -> _Air | None:
     free = np.flatnonzero(distance.values.ravel() <= -keeping_mm)
     if len(free) == 0:
         return None
-    shape = distance.shape
-    index = np.stack(np.unravel_index(free, shape), axis=1)[:, ::-1]
+    index = np.stack(np.unravel_index(free, distance.shape), axis=1)[:, ::-1]
     world = distance.world_from_voxel
     points = index @ world[:3, :3].T + world[:3, 3]
+    return _Air(points, _graph(free, index, points, distance.shape))
+
+
+def _way(
+    distance: Volume, places_mm: NDArray[np.float64], keeping_mm: float
+) -> float | None:
+    air = _air(distance, keeping_mm)
+    if air is None:
+        return None
     nodes = []
     for place in places_mm:
-        away = np.linalg.norm(points - place, axis=1)
+        away = np.linalg.norm(air.points - place, axis=1)
         nearest = int(np.argmin(away))
         if away[nearest] > _REACH_MM:
             return None
         nodes.append(nearest)
-    graph = _graph(free, index, points, shape)
-    starts = sorted(set(nodes[:-1]))
-    lengths, before = dijkstra(
-        graph, directed=False, indices=starts, return_predecessors=True
-    )
     total = 0.0
     for first, last in pairwise(nodes):
-        row = starts.index(first)
-        if not np.isfinite(lengths[row, last]):
+        chain = _chain(air, first, last)
+        if chain is None:
             return None
-        chain = [last]
-        while chain[-1] != first:
-            chain.append(int(before[row, chain[-1]]))
-        total += _pulled_mm(distance, points[chain], keeping_mm)
+        total += _pulled_mm(distance, air.points[chain], keeping_mm)
     return total
+
+
+def _chain(air: _Air, first: int, last: int) -> list[int] | None:
+    """Return the nodes of the shortest way from node to node; None if there is none."""
+    straight_mm = float(np.linalg.norm(air.points[last] - air.points[first]))
+    # a way within the limit is the shortest of all; the air around the head is not
+    # gone through for it
+    for limit_mm in (1.3 * straight_mm + 5.0, 2.0 * straight_mm + 30.0, np.inf):
+        lengths, before = dijkstra(
+            air.graph, indices=first, return_predecessors=True, limit=limit_mm
+        )
+        if np.isfinite(lengths[last]):
+            chain = [last]
+            while chain[-1] != first:
+                chain.append(int(before[chain[-1]]))
+            return chain
+    return None
 
 
 def _graph(
@@ -109,7 +148,9 @@ def _graph(
         columns.append(other[is_free])
     row, column = np.concatenate(rows), np.concatenate(columns)
     weight = np.linalg.norm(points[row] - points[column], axis=1)
-    return coo_array((weight, (row, column)), shape=(len(free), len(free))).tocsr()
+    both = np.concatenate([row, column]), np.concatenate([column, row])
+    size = len(free), len(free)
+    return coo_array((np.concatenate([weight, weight]), both), shape=size).tocsr()
 
 
 def _pulled_mm(

@@ -1,5 +1,6 @@
-"""How much air is left around a straight shaft."""
+"""How much air is left around a straight shaft, or around a tool."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from renderers.scene import Volume
 _STEP_MM = 0.25
 """Distance between samples along the shaft. The distance field changes by at most
 1 mm per mm, so a sample misses at most half a step of clearance."""
+
+_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 
 _FAR_MM = 1000.0
 """Clearance outside the field: more than any tool is long."""
@@ -44,11 +47,7 @@ def shaft_clearance(
     # Imported here: this module's names are needed where nothing is compiled.
     from renderers.scene.kernels.least_along import least_along
 
-    count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
-    if count < 1:
-        raise UserError(
-            f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
-        )
+    count = _count(radius_mm, length_mm)
     voxel_from_world = distance.voxel_from_world
     back = world_from_tip[:3, 2]
     begin = world_from_tip[:3, 3] + radius_mm * back
@@ -61,3 +60,60 @@ def shaft_clearance(
         _FAR_MM,
     )
     return Clearance(air - radius_mm, begin + nearest * _STEP_MM * back)
+
+
+def tool_clearance(distance: Volume, capsules: NDArray[np.float64]) -> Clearance:
+    """Measure the gap of a tool's capsules in a signed distance field.
+
+    distance: as for `shaft_clearance`. capsules: ``(n, 7)`` start, end and radius in
+    the patient, mm; without any the gap is that of a tool far away.
+    """
+    # Imported here: this module's names are needed where nothing is compiled.
+    from surgery.kernels.capsule_gap import capsule_gap
+
+    at_mm = np.zeros(3)
+    gap_mm = capsule_gap(
+        distance.values,
+        np.ascontiguousarray(distance.voxel_from_world[:3]),
+        np.ascontiguousarray(capsules, np.float64),
+        _STEP_MM,
+        at_mm,
+    )
+    return Clearance(min(gap_mm, _FAR_MM), at_mm)
+
+
+def shaft_clearances(
+    distance: Volume,
+    frames: NDArray[np.float64],
+    radius_mm: float,
+    length_mm: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Measure `shaft_clearance` at many poses ``(n, 4, 4)``.
+
+    Return gap_mm ``(n,)`` and at_mm ``(n, 3)`` of its `Clearance`.
+    """
+    from renderers.scene.kernels.least_along import least_along_each
+
+    matrix = distance.voxel_from_world
+    back = frames[:, :3, 2]
+    begins = frames[:, :3, 3] + radius_mm * back
+    nearest, air = least_along_each(
+        distance.values,
+        -1.0,
+        begins @ matrix[:3, :3].T + matrix[:3, 3],
+        (_STEP_MM * back) @ matrix[:3, :3].T,
+        _count(radius_mm, length_mm),
+        _FAR_MM,
+        math.inf,
+        (_EVERYWHERE, 0.0),
+    )
+    return air - radius_mm, begins + nearest[:, None] * _STEP_MM * back
+
+
+def _count(radius_mm: float, length_mm: float) -> int:
+    count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
+    if count < 1:
+        raise UserError(
+            f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
+        )
+    return count

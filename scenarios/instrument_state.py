@@ -17,7 +17,7 @@ class InstrumentState:
     axis, right-handed about where it points. jaw: 0 open to 1 closed. is_working: its
     pedal is down: a jaw closes, a blade or a debrider cuts. is_sucking: suction is on.
     undone: strokes that the trainee has taken back so far. washed: times the lens was
-    washed so far.
+    washed so far. is_carried: no device holds it; it goes before the lens.
     """
 
     name: str = FIRST_TOOL
@@ -27,6 +27,7 @@ class InstrumentState:
     is_sucking: bool = False
     undone: int = 0
     washed: int = 0
+    is_carried: bool = False
 
 
 EMPTY_HAND = InstrumentState(NO_TOOL)

@@ -1,13 +1,23 @@
 """What a flight was worth, from geometry alone; pictures are never read."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from scenarios.coverage.watch import CoverageFigures
 from scenarios.hazard_watch import HazardApproach, HazardGaps, HazardWatch
+from scenarios.nostril import (
+    SCOPE,
+    TOOL,
+    NostrilLoad,
+    NostrilWatch,
+    ToolContact,
+    ToolWatch,
+)
 from scenarios.tasks import TaskState
 
 CONTACT_MM = 0.0
@@ -83,6 +93,10 @@ class Score:
         where nobody measured them, as in older recordings.
     operation: what was taken and hurt; None where nobody operated.
     tasks: how each task of the exercise stands; empty where there were none.
+    tool: what the tool beside the scope touched without working; None in older
+        recordings. nostril: how "scope" and "tool" dragged on the nostril, where they
+        were in it; None in older recordings.
+    coverage: what mucosa and landmarks were seen; None where nobody watched.
     """
 
     duration_s: float
@@ -98,6 +112,9 @@ class Score:
     hazards: dict[str, HazardApproach] | None = None
     operation: OperationFigures | None = None
     tasks: list[TaskState] = field(default_factory=list)
+    tool: ToolContact | None = None
+    nostril: dict[str, NostrilLoad] | None = None
+    coverage: CoverageFigures | None = None
 
 
 @dataclass(slots=True)
@@ -122,6 +139,8 @@ class Scorer:
     _touched: dict[str, float] = field(default_factory=dict)
     _nearest: dict[str, float] = field(default_factory=dict)
     _hazards: HazardWatch = field(default_factory=HazardWatch)
+    _tool: ToolWatch = field(default_factory=ToolWatch)
+    _nostril: dict[str, NostrilWatch] = field(default_factory=dict)
 
     def add(
         self,
@@ -166,6 +185,23 @@ class Scorer:
             distance = _length(tip_mm - position)
             self._nearest[name] = min(self._nearest.get(name, distance), distance)
 
+    def add_hands(
+        self,
+        time_s: float,
+        tool_depth_mm: float,
+        structure: str,
+        drags_mm: Mapping[str, float],
+    ) -> None:
+        """Take in what the same sample says of the tool and of the nostril.
+
+        tool_depth_mm: of the tool's contact, 0 for none; structure: what it touches.
+        drags_mm: how far the shafts that are in a nostril are off their places.
+        """
+        self._tool.add(time_s, tool_depth_mm, structure)
+        for name in (SCOPE, TOOL):
+            watch = self._nostril.setdefault(name, NostrilWatch())
+            watch.add(time_s, drags_mm.get(name))
+
     def copy(self) -> "Scorer":
         """Return a scorer that knows the same samples and goes on by itself."""
         return replace(
@@ -173,6 +209,8 @@ class Scorer:
             _touched=dict(self._touched),
             _nearest=dict(self._nearest),
             _hazards=self._hazards.copy(),
+            _tool=replace(self._tool),
+            _nostril={name: replace(w) for name, w in self._nostril.items()},
         )
 
     def score(self) -> Score:
@@ -190,7 +228,14 @@ class Scorer:
             worst_structure=self._worst[1],
             touched_s=dict(self._touched),
             hazards=self._hazards.approaches(),
+            tool=self._tool.found,
+            nostril=self._loads(),
         )
+
+    def _loads(self) -> dict[str, NostrilLoad]:
+        """Return how each shaft that was in a nostril dragged on it."""
+        loads = {name: watch.load() for name, watch in self._nostril.items()}
+        return {name: load for name, load in loads.items() if load is not None}
 
     def _last_contact(self, elapsed_s: float) -> None:
         """Let the contact of the sample before last until the new one."""

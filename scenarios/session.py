@@ -4,7 +4,9 @@ A session asks no clock, opens no device and draws nothing. The same samples giv
 same cameras and the same score, which is what makes a replay a check.
 """
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +14,20 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Camera, Volume
-from scenarios.clearance import shaft_clearance
+from renderers.scene.lens_state import CLEAN
+from scenarios.clearance import Clearance, shaft_clearance, tool_clearance
+from scenarios.coverage import CoverageState, CoverageWatch, SeenPercent
 from scenarios.endoscope import Endoscope
 from scenarios.hazard_watch import HazardGaps, hazard_gaps
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
+from scenarios.instruments.contact_shape import (
+    CARRIED_MM,
+    CHECKED_MM,
+    contact_table,
+    placed_table,
+    shaft_mm,
+)
+from scenarios.nostril import SCOPE, TOOL, Nostrils, drag_mm
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -38,7 +50,9 @@ class View:
     touched: the structure in contact with the shaft, "" without contact. hazard: the
     nearest hazard and how near scope or tool is, mm; None where none is known.
     instrument: name of the tool beside the scope, `NO_TOOL` for none. jaw: 0 open to 1
-    closed.
+    closed. tool_mm: gap between that tool and tissue, None without a tool;
+    tool_touched: what it touches without working, "" for nothing. drags_mm: how far
+    "scope" and "tool" are off their places in the nostril; none that is in no nostril.
     """
 
     camera: Camera
@@ -49,19 +63,26 @@ class View:
     hazard: tuple[str, float] | None = None
     instrument: str = FIRST_TOOL
     jaw: float = 1.0
+    tool_mm: float | None = None
+    tool_touched: str = ""
+    drags_mm: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
     """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
 
-    touched: "" without contact. hazards: None where nobody knows them.
+    touched: "" without contact. hazards: None where nobody knows them. tool_mm,
+    tool_touched, drags_mm: as in `View`.
     """
 
     world_from_tip: NDArray[np.float64]
     gap_mm: float
     touched: str
     hazards: HazardGaps | None
+    tool_mm: float | None
+    tool_touched: str
+    drags_mm: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +94,7 @@ class SessionState:
     operation: "OperationState | None"
     tasks: EngineState | None
     clock: "_Clock"
+    coverage: CoverageState | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +136,8 @@ class Session:
         operation: "Operation | None" = None,
         hazards: HazardVolumes | None = None,
         tasks: TaskEngine | None = None,
+        nostrils: Nostrils | None = None,
+        coverage: CoverageWatch | None = None,
     ) -> None:
         """Start a flight.
 
@@ -125,6 +149,8 @@ class Session:
         operation: what the second hand does to the patient; None where it only looks.
         hazards: what must not be hurt; None where nobody knows where that is.
         tasks: what the trainee is asked to do; None for nothing.
+        nostrils: what the shafts pass through; None where that is unknown.
+        coverage: watches what mucosa is seen; None where nobody asks.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
@@ -132,6 +158,8 @@ class Session:
         self._distance = distance
         self._structures = structures
         self._hazards = hazards
+        self._nostrils = nostrils
+        self.coverage = coverage
         self.operation = operation
         self.tasks = tasks
         self._task_events: list[TaskEvent] = []
@@ -164,7 +192,14 @@ class Session:
         self._scorer.add(
             self.clock_s, tip_mm, placed.gap_mm, placed.touched, placed.hazards
         )
+        depth_mm = 0.0
+        if placed.tool_touched and placed.tool_mm is not None:
+            depth_mm = CONTACT_MM - placed.tool_mm
+        self._scorer.add_hands(
+            self.clock_s, depth_mm, placed.tool_touched, placed.drags_mm
+        )
         self._stepped = sample, placed
+        self._watch_mucosa(sample, placed)
         if self.tasks is not None:
             situation = self._situation(sample, placed)
             self._task_events += self.tasks.step(situation)
@@ -178,8 +213,14 @@ class Session:
         """Return all that later samples may change, the patient's tissue included."""
         operation = None if self.operation is None else self.operation.freeze()
         tasks = None if self.tasks is None else self.tasks.freeze()
+        coverage = None if self.coverage is None else self.coverage.freeze()
         return SessionState(
-            self._scorer.copy(), self._stepped, operation, tasks, self._clock
+            self._scorer.copy(),
+            self._stepped,
+            operation,
+            tasks,
+            self._clock,
+            coverage,
         )
 
     def restore(self, state: SessionState) -> None:
@@ -190,6 +231,8 @@ class Session:
         self._task_events = []
         if self.tasks is not None and state.tasks is not None:
             self.tasks.restore(state.tasks)
+        if self.coverage is not None and state.coverage is not None:
+            self.coverage.restore(state.coverage)
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
@@ -205,7 +248,22 @@ class Session:
             None if placed.hazards is None else placed.hazards.nearest(),
             sample.instrument.name,
             sample.instrument.jaw,
+            placed.tool_mm,
+            placed.tool_touched,
+            placed.drags_mm,
         )
+
+    def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
+        watch = self.coverage
+        if watch is None or not watch.is_due(self.clock_s):
+            return
+        lens = CLEAN
+        if self.operation is not None and self.operation.lens is not None:
+            lens = self.operation.lens.state
+        camera = self.endoscope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size
+        )
+        watch.step(self.clock_s, camera, self._distance, lens)
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
@@ -227,6 +285,8 @@ class Session:
             hand.is_working,
             gaps,
         )
+        if self.coverage is not None:
+            now = replace(now, seen_percent=SeenPercent(self.coverage))
         operation = self.operation
         if operation is None:
             return now
@@ -250,25 +310,76 @@ class Session:
             self.endoscope.diameter_mm / 2,
             SHAFT_CHECKED_MM,
         )
-        touched = ""
-        if clearance.gap_mm < CONTACT_MM:
-            named = self._structures
-            touched = TISSUE if named is None else named.touched(clearance)
-        gaps = self._hazard_gaps(sample, world_from_tip)
-        return Placed(world_from_tip, clearance.gap_mm, touched, gaps)
+        touched = self._touched(clearance)
+        frame = tip_mm = None
+        if sample.instrument.name != NO_TOOL:
+            held = tool_frame(sample)
+            frame = held if np.all(np.isfinite(held)) else None
+            tip_mm = held[:3, 3] if np.all(np.isfinite(held[:3, 3])) else None
+        gaps = self._hazard_gaps(tip_mm, world_from_tip)
+        tool = self._tool_clearance(sample, frame)
+        # what works is meant to touch
+        is_idle = tool is not None and not sample.instrument.is_working
+        return Placed(
+            world_from_tip,
+            clearance.gap_mm,
+            touched,
+            gaps,
+            None if tool is None else tool.gap_mm,
+            self._touched(tool) if tool is not None and is_idle else "",
+            self._drags(sample, frame, world_from_tip),
+        )
+
+    def _touched(self, clearance: Clearance) -> str:
+        """Name what a tool touches, "" without contact."""
+        if not clearance.gap_mm < CONTACT_MM:
+            return ""
+        named = self._structures
+        return TISSUE if named is None else named.touched(clearance)
+
+    def _tool_clearance(
+        self, sample: Sample, frame: NDArray[np.float64] | None
+    ) -> Clearance | None:
+        """Measure the gap around the tool beside the scope; None without one."""
+        state = sample.instrument
+        if frame is None:
+            return None
+        length_mm = CARRIED_MM if state.is_carried else CHECKED_MM
+        table = contact_table(state.name, state.jaw, length_mm)
+        return tool_clearance(self._distance, placed_table(table, frame))
+
+    def _drags(
+        self,
+        sample: Sample,
+        frame: NDArray[np.float64] | None,
+        world_from_tip: NDArray[np.float64],
+    ) -> dict[str, float]:
+        """Return how far the shafts are off their places in the nostril, mm."""
+        found: dict[str, float] = {}
+        if self._nostrils is None:
+            return found
+        scope = drag_mm(
+            self._nostrils.scope_mm, world_from_tip[:3, 3], world_from_tip[:3, 2]
+        )
+        if scope is not None and math.isfinite(scope):
+            found[SCOPE] = scope
+        state = sample.instrument
+        if frame is None or state.is_carried:
+            return found
+        at = frame[:3, :3] @ shaft_mm(state.name) + frame[:3, 3]
+        tool = drag_mm(self._nostrils.tool_mm, at, frame[:3, 2])
+        if tool is not None:
+            found[TOOL] = tool
+        return found
 
     def _hazard_gaps(
-        self, sample: Sample, world_from_tip: NDArray[np.float64]
+        self, tip_mm: NDArray[np.float64] | None, world_from_tip: NDArray[np.float64]
     ) -> HazardGaps | None:
         if self._hazards is None:
             return None
-        held = None
-        if sample.instrument.name != NO_TOOL:
-            tip_mm = tool_frame(sample)[:3, 3]
-            held = tip_mm if np.all(np.isfinite(tip_mm)) else None
         radius_mm = self.endoscope.diameter_mm / 2
         return hazard_gaps(
-            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, held
+            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, tip_mm
         )
 
     def score(self) -> Score:
@@ -276,6 +387,8 @@ class Session:
         score = self._scorer.score()
         if self.tasks is not None:
             score = replace(score, tasks=list(self.tasks.ended()))
+        if self.coverage is not None:
+            score = replace(score, coverage=self.coverage.figures())
         if self.operation is None:
             return score
         return replace(score, operation=self.operation.figures())

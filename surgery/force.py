@@ -2,7 +2,7 @@
 
 `ToolForce` follows one tool by recorded samples and gives the same forces in every
 replay. A loop of 1 kHz calls the same compiled tick (`surgery.kernels.touch_force`)
-with patches that `patch_around` copies, so that no cut changes what it reads.
+with copies of the distance, so that no cut changes what it reads.
 """
 
 import math
@@ -32,9 +32,6 @@ APART = 0.8
 FELT_MM = 60.0
 """So much of a tool, from its tip, is felt: deeper no passage is."""
 
-MARGIN_MM = 6.0
-"""A patch reaches so far around a tool."""
-
 SEALED_KPA = 20.0
 """Suction of an operating room, 150 mmHg, behind an opening that tissue seals."""
 
@@ -43,9 +40,6 @@ STEPS_PER_S, MOST_STEPS = 100.0, 10
 
 ABSENT_S = 0.25
 """Longer than this between two samples, a tool was away."""
-
-DEVICE_SHARE = 0.5
-"""Of the stiffness at which a sampled wall begins to swing, so much is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,30 +132,10 @@ def whole_patch(patient: OperatedPatient) -> Patch:
     return Patch(
         distance.values,
         np.ascontiguousarray(distance.voxel_from_world[:3]),
-        np.zeros(3, np.int64),
         patient.pristine.distance.values,
         layers.wall.values,
         layers.ground.values,
     )
-
-
-def patch_around(patient: OperatedPatient, places_mm: Doubles) -> Patch:
-    """Return a copy of the distance around ``(n, 3)`` places, LPS mm.
-
-    It reaches `MARGIN_MM` beyond them and belongs to one generation, where the thread
-    that edits calls this. The fields that never change are shared.
-    """
-    whole = whole_patch(patient)
-    at = places_mm @ whole.voxel[:, :3].T + whole.voxel[:, 3]
-    reach = MARGIN_MM / patient.surface.distance.spacing_mm
-    top = np.array(whole.distance.shape[::-1])
-    # never less than a cell, so that what is far from the head reads as air
-    low = np.clip(np.floor(at.min(axis=0) - reach), 0, top - 2).astype(np.int64)
-    high = np.clip(np.ceil(at.max(axis=0) + reach) + 1, low + 2, top).astype(np.int64)
-    here = tuple(slice(low[a], high[a]) for a in (2, 1, 0))
-    voxel = whole.voxel.copy()
-    voxel[:, 3] -= low
-    return whole._replace(distance=whole.distance[here].copy(), voxel=voxel, first=low)
 
 
 def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
@@ -195,19 +169,6 @@ def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
     each = counts[kept]
     balls = np.column_stack([np.concatenate(places), np.repeat(radius[kept], each)])
     return np.ascontiguousarray(balls), np.repeat(owner[kept], each)
-
-
-def stiffest_n_mm(damping_ns_mm: float, period_s: float, delay_s: float = 0.0) -> float:
-    """Return the stiffness that a device of so much damping of its own bears.
-
-    Half of b / (T/2 + delay): with no delay that is a quarter of Colgate's 2 b / T.
-    """
-    for name, value in (("damping", damping_ns_mm), ("delay", delay_s)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise UserError(f"a device's {name} is not negative, got {value}")
-    if not (math.isfinite(period_s) and period_s > 0.0):
-        raise UserError(f"a loop has a positive period, got {period_s} s")
-    return DEVICE_SHARE * damping_ns_mm / (0.5 * period_s + delay_s)
 
 
 def warm_up(patient: OperatedPatient) -> None:

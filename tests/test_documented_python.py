@@ -32,7 +32,7 @@ SIZE = 48
 
 def record_flight(folder: Path, frames: int = 3) -> None:
     """Record a few frames along the bundled path, as a flight does."""
-    scenario = Scenario("short", "Short", "none", Head(seed=1, spacing_mm=1.0))
+    scenario = Scenario("short", "Short", head=Head(seed=1, spacing_mm=1.0))
     patient, operation = operate_on(load_phantom(1, 1.0, no_progress))
     registration = in_the_patient()
     info = describe_session(

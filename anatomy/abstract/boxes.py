@@ -26,12 +26,8 @@ class BoxSpace:
     @classmethod
     def of(cls, rooms: Sequence[Box], blocks: Sequence[Box] = ()) -> "BoxSpace":
         """Cut rooms out of solid, then put blocks into them."""
-        planes = [
-            np.unique(
-                [-np.inf, np.inf, *(v for box in (*rooms, *blocks) for v in box[a])]
-            )
-            for a in range(3)
-        ]
+        ends = np.array([*rooms, *blocks]).transpose(1, 0, 2).reshape(3, -1)
+        planes = [np.unique([-np.inf, *at, np.inf]) for at in ends]
         is_air = np.zeros([len(p) - 1 for p in planes], np.bool_)
         for boxes, value in ((rooms, True), (blocks, False)):
             for box in boxes:

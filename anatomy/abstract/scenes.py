@@ -47,10 +47,13 @@ APART_MM = 1.0
 RAISED_MM = 1.0
 """A raised sign stands so far out of its wall."""
 
-NICHE_MM = 5.0
-"""Half a niche's length along its passage. At 5.5 mm of depth, no line steeper than 48
-degrees from the passage misses its bottom's middle: outside a straight scope's
-field."""
+NICHE_MM = 5.5
+"""Half a niche's length along its passage, and its depth: its bottom's middle is in
+sight from 45 degrees beside the passage, where a straight scope's picture of 40 has
+ended."""
+
+FAINT = 0.35
+"""Paint of bands that only show how far it is."""
 
 _SIDES = np.array(
     [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
@@ -134,7 +137,7 @@ def _targets(draw: Draw) -> Layout:
 
 def _niches(draw: Draw) -> Layout:
     """Cut niches into the sides of a passage, signs at their bottoms."""
-    half, deep, last = 6.0, 5.5, 64.0
+    half, deep, last = 6.0, NICHE_MM, 64.0
     passage: Box = ((-half, half), (0.0, last), (-half, half))
     rooms, signs, side = [passage], [], -1
     for letter, middle in zip(LETTERS, np.arange(24.0, 57.0, 8.0), strict=False):
@@ -160,6 +163,7 @@ def _niches(draw: Draw) -> Layout:
         _PIVOT,
         _named(signs),
         signs=tuple(signs),
+        stripes=_floor(-half),
     )
 
 
@@ -257,13 +261,13 @@ def _floor(low_z: float) -> Callable[[Doubles], Doubles]:
 
 
 def _bands(tube: TubeSpace) -> Callable[[Doubles], Doubles]:
-    """Paint bands about a tube, a line along its floor, and rings at its end."""
+    """Paint faint bands about a tube, a line along its floor, a ring at its end."""
     end, along = tube.at(tube.length_mm)
 
     def stripes(places: Doubles) -> Doubles:
         middle, way = tube.nearest(places)
         apart = np.abs((way + 4.0) % 8.0 - 4.0)
-        share = np.clip(1.1 - apart, 0.0, 1.0)
+        share = FAINT * np.clip(1.1 - apart, 0.0, 1.0)
         away = places - middle
         below = np.hypot(away[:, 0], away[:, 1])
         line = np.clip(1.7 - below, 0.0, 1.0) * (away[:, 2] < 0.0)
@@ -271,8 +275,9 @@ def _bands(tube: TubeSpace) -> Callable[[Doubles], Doubles]:
         beyond = places - end
         ahead = beyond @ along
         aside = np.linalg.norm(beyond - ahead[:, None] * along, axis=1)
-        rings = np.clip(1.7 - np.abs(np.abs(aside - 3.0) - 1.0 - 1.0), 0.0, 1.0)
-        painted: Doubles = np.where(ahead > 0.0, rings, share)
+        to_ring = np.minimum(aside - 1.2, np.abs(aside - 3.6) - 0.6)
+        ring = np.clip(0.5 - to_ring, 0.0, 1.0)
+        painted: Doubles = np.where(ahead > 0.0, ring, share)
         return painted
 
     return stripes

@@ -1,6 +1,7 @@
 """Signs painted on walls: a framed letter that tells one target from the others."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ HALF_MM = 4.0
 _FRAME_MM = (3.1, 3.7)
 _LETTER_MM = 2.2
 """Half the height of a letter."""
-_STROKE_MM = 0.42
+_STROKE_MM = 0.45
 """Half the width of a stroke."""
 _THROUGH_MM = 1.25
 """Paint reaches so far from a sign's plane: to the voxels on either side of it."""
@@ -80,7 +81,7 @@ class Sign:
         apart = np.abs(edge - (low + high) / 2) - (high - low) / 2
         for stroke in _LETTERS[self.letter]:
             line = _LETTER_MM * np.array(stroke)
-            for a, b in zip(line[:-1], line[1:], strict=True):
+            for a, b in pairwise(line):
                 apart = np.minimum(apart, _to_segment(u, v, a, b) - _STROKE_MM)
         share: Doubles = np.clip(0.5 - apart / blur_mm, 0.0, 1.0)
         return share

@@ -17,7 +17,11 @@ LABELS = {Label.MUCOSA: "wall", Label.SEPTAL_CARTILAGE: "hoop"}
 """What walls and hoops are labelled as, so that tools cut them, and their names."""
 
 DARK = 255
-"""Blood code of dark paint and of hoops; bare walls have none, and are white."""
+"""Blood code of dark paint and of hoops; bare walls have none."""
+
+PLAIN = 100
+"""Skin code of bare walls: dry and without vessels, so that nobody takes them for
+mucosa. Hairs would grow on 154 and more, see `renderers.shading.strands`."""
 
 LONGEST_MM = 100.0
 """Of the free way in that is looked for."""
@@ -98,7 +102,7 @@ def build_space(layout: Layout, spacing_mm: float, mirror: float) -> AbstractSpa
         volume(labels),
         distance,
         volume(blood),
-        volume(np.zeros(exact.shape, np.uint8)),
+        volume(np.round(PLAIN * (1.0 - blood / DARK)).astype(np.uint8)),
         {"start": pivot, **landmarks},
         Approach(pivot, axis, air_reach(distance, pivot, axis, LONGEST_MM)),
     )

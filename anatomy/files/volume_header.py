@@ -39,14 +39,16 @@ _BYTES = {
 }
 
 
-def check_header(reader: Any, name: str, pixel_type: str) -> None:
+def check_header(reader: Any, name: str, pixel_type: str, most_layers: int = 1) -> None:
     """Refuse a file whose header has been read but not its values.
 
-    reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. Raises
+    reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. most_layers:
+    values that a voxel may have. Raises
     ValueError, in one sentence that names the file and what is wrong with it.
     """
     dimension, parts = reader.GetDimension(), reader.GetNumberOfComponents()
-    if dimension != 3 or parts != 1:
+    pixel_type = pixel_type.removeprefix("vector of ")
+    if dimension != 3 or parts > most_layers:
         raise UserError(
             f"{name} must hold one 3-D volume of numbers, but has {dimension} "
             f"dimensions and {parts} values per voxel"
@@ -59,7 +61,7 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{name} is {size[0]} x {size[1]} x {size[2]} voxels; a volume has at "
             "least 2 along each axis"
         )
-    need = size[0] * size[1] * size[2] * _BYTES[pixel_type]
+    need = size[0] * size[1] * size[2] * parts * _BYTES[pixel_type]
     limit = memory_limit()
     if need > limit:
         raise UserError(
@@ -86,7 +88,7 @@ def check_header(reader: Any, name: str, pixel_type: str) -> None:
             f"{name} has a spacing of {spacing} mm, whose ratio is beyond "
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
-    _check_frame(reader, name)
+    _check_frame(reader, name, parts > 1)
     if name.lower().endswith(NIFTI_ENDINGS):
         # the reader announces rescaled values, which the file does not hold
         _check_length(name, read_nifti_header(name).stored_bytes)
@@ -97,8 +99,8 @@ def _is_alone(name: str) -> bool:
     return not name.lower().endswith((".nhdr", ".mhd", ".hdr", ".img"))
 
 
-def _check_frame(reader: Any, name: str) -> None:
-    """Refuse what does not tell left from right."""
+def _check_frame(reader: Any, name: str, has_layers: bool) -> None:
+    """Refuse what does not tell left from right; layers are an axis of their own."""
     keys = set(reader.GetMetaDataKeys())
     if "qform_code" in keys:
         told = [reader.GetMetaData(k) for k in ("qform_code", "sform_code")]
@@ -116,7 +118,7 @@ def _check_frame(reader: Any, name: str) -> None:
                 f"{space!r}), so left and right are unknown; save it with the space "
                 "left-posterior-superior"
             )
-        if _has_loose_axis(name):
+        if not has_layers and _has_loose_axis(name):
             raise UserError(
                 f"{name} has an axis that is none of the patient's; save the one 3-D "
                 "volume that is wanted"

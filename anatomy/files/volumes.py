@@ -21,6 +21,10 @@ FORMATS = ("NrrdImageIO", "NiftiImageIO", "MetaImageIO")
 """The readers of SimpleITK that foreign files are given to."""
 
 
+MOST_LAYERS = 64
+"""Values that a voxel of a segmentation may have."""
+
+
 def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     """Read a volume that SimpleITK knows (NRRD, NIfTI, MetaImage), in LPS.
 
@@ -29,10 +33,19 @@ def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
     large for this machine, or does not tell left from right.
     """
     with foreign_file(path, "a volume"):
-        return _load(str(path), background)
+        return _load(str(path), background, 1)[0]
 
 
-def _load(name: str, background: float) -> Volume:
+def load_layers(path: Path | str, background: float = AIR_HU) -> tuple[Volume, ...]:
+    """Read a volume that may hold several values a voxel; see `load_volume`.
+
+    So 3D Slicer stores segments that overlap. Return one volume for each.
+    """
+    with foreign_file(path, "a volume"):
+        return _load(str(path), background, MOST_LAYERS)
+
+
+def _load(name: str, background: float, most_layers: int) -> tuple[Volume, ...]:
     sitk = _simple_itk()
 
     if not Path(name).is_file():
@@ -50,7 +63,8 @@ def _load(name: str, background: float) -> Volume:
         raise UserError(
             f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files can"
         ) from error
-    check_header(reader, name, sitk.GetPixelIDValueAsString(reader.GetPixelID()))
+    pixel_type = sitk.GetPixelIDValueAsString(reader.GetPixelID())
+    check_header(reader, name, pixel_type, most_layers)
     try:
         image = reader.Execute()
     except RuntimeError as error:
@@ -65,13 +79,18 @@ def _load(name: str, background: float) -> Volume:
         raise UserError(
             f"{name} has axes that are not at right angles: {direction.tolist()}"
         )
+    values = sitk.GetArrayFromImage(image)
+    layers = [values] if values.ndim == 3 else list(np.moveaxis(values, -1, 0))
     try:
-        return Volume(
-            sitk.GetArrayFromImage(image),
-            np.array(image.GetSpacing()),
-            np.array(image.GetOrigin()),
-            rigid,
-            background,
+        return tuple(
+            Volume(
+                np.ascontiguousarray(layer),
+                np.array(image.GetSpacing()),
+                np.array(image.GetOrigin()),
+                rigid,
+                background,
+            )
+            for layer in layers
         )
     except ValueError as error:
         raise UserError(f"{name} is no usable volume: {error}") from error

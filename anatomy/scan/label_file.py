@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from anatomy.files.volumes import load_volume
+from anatomy.files.volumes import load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
@@ -39,19 +39,22 @@ _XML_LABEL = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class LabelMap:
-    """Hold a label map: whole numbers in LPS, and the names of the values."""
+    """Hold a label map: whole numbers in LPS, and the names of the values.
+
+    names: of the segments that a value stands for; several where segments overlap.
+    """
 
     volume: Volume
-    names: Mapping[int, str]
+    names: Mapping[int, tuple[str, ...]]
     source: str
 
     def hazards(self) -> dict[str, list[int]]:
         """Return the values of the labels of each hazard that there are voxels of."""
         there = set(np.unique(self.volume.values).tolist())
         found: dict[str, list[int]] = {}
-        for value, name in sorted(self.names.items()):
-            hazard = hazard_of(name)
-            if hazard and value in there:
+        for value, names in sorted(self.names.items()):
+            hazards = {hazard for name in names if (hazard := hazard_of(name))}
+            for hazard in sorted(hazards if value in there else ()):
                 found.setdefault(hazard, []).append(value)
         return found
 
@@ -59,9 +62,12 @@ class LabelMap:
         """Say which names nobody knows, and which values have none."""
         there = set(np.unique(self.volume.values).tolist()) - {0}
         unknown = sorted(
-            name
-            for value, name in self.names.items()
-            if value in there and hazard_of(name) is None
+            {
+                name
+                for value, names in self.names.items()
+                for name in names
+                if value in there and hazard_of(name) is None
+            }
         )
         notes = []
         if unknown:
@@ -86,17 +92,19 @@ def read_labels(path: Path, names: str | None = None) -> LabelMap:
     one object of values and names; None takes those that the file carries. Raise
     UserError for what is no label map, or where no name is known.
     """
-    volume = load_volume(path, background=0.0)
-    values = np.asarray(volume.values)
-    if values.dtype.kind == "f":
-        if not np.array_equal(values, np.rint(values)):
+    layers = load_layers(path, background=0.0)
+    for layer in layers:
+        values = np.asarray(layer.values)
+        if values.dtype.kind == "f" and not np.array_equal(values, np.rint(values)):
             raise UserError(
                 f"{path} holds fractions, so it is no label map; give the segmentation "
                 "itself, not a scan or a probability"
             )
-        values = values.astype(np.int32)
-    volume = volume.with_values(values.astype(np.int32), 0.0)
-    found = _given(names) if names else _carried(path)
+    if len(layers) > 1:
+        return _overlapping(path, layers)
+    volume = layers[0].with_values(layers[0].values.astype(np.int32), 0.0)
+    given = _given(names) if names else _carried(path)
+    found = {value: (name,) for value, name in given.items()}
     if not found:
         raise UserError(
             f"{path} does not say what its labels are; name them with --label-names: "
@@ -109,7 +117,8 @@ def check_labels(labels: LabelMap, scan: Volume) -> None:
     """Refuse labels that are not of this scan, or hold no hazard."""
     hazards = labels.hazards()
     if not hazards:
-        known = ", ".join(sorted(set(labels.names.values()))) or "none"
+        names = {name for held in labels.names.values() for name in held}
+        known = ", ".join(sorted(names)) or "none"
         raise UserError(
             f"{labels.source} labels nothing that must be kept clear of; its names are "
             f"{known}. Hazards are known by names such as {', '.join(HAZARDS)}"
@@ -218,7 +227,41 @@ def _carried(path: Path) -> dict[int, str]:
     return {}
 
 
+def _overlapping(path: Path, layers: tuple[Volume, ...]) -> LabelMap:
+    """Give every set of segments that share a voxel a value of its own."""
+    arrays = [layer.values.astype(np.int64) for layer in layers]
+    codes = np.zeros(layers[0].shape, np.int64)
+    for array in arrays:
+        # few values a layer: each code is a row of them
+        known, rank = np.unique(array, return_inverse=True)
+        codes = codes * len(known) + rank.reshape(codes.shape)
+        codes = np.unique(codes, return_inverse=True)[1].reshape(codes.shape)
+    first = np.unique(codes, return_index=True)[1]
+    segments = _named_segments(path)
+    found = {}
+    for code, at in enumerate(first):
+        here = {(n, int(array.flat[at])) for n, array in enumerate(arrays)}
+        # 0 is what stands for nothing
+        found[code + 1] = tuple(
+            name for layer, value, name in segments if (layer, value) in here
+        )
+    found = {value: names for value, names in found.items() if names}
+    if not found:
+        raise UserError(
+            f"{path} holds {len(layers)} layers and does not name their segments; "
+            "save it from 3D Slicer as a segmentation, .seg.nrrd"
+        )
+    named = np.zeros(len(first) + 1, np.int32)
+    named[list(found)] = list(found)
+    return LabelMap(layers[0].with_values(named[codes + 1], 0.0), found, path.name)
+
+
 def _segments(path: Path) -> dict[int, str]:
+    return {value: name for _, value, name in _named_segments(path)}
+
+
+def _named_segments(path: Path) -> list[tuple[int, int, str]]:
+    """Return layer, value and name of each segment that a NRRD's header tells of."""
     with path.open("rb") as file:
         header = file.read(MOST_HEADER_BYTES).partition(b"\n\n")[0]
     fields: dict[str, dict[str, str]] = {}
@@ -227,9 +270,9 @@ def _segments(path: Path) -> dict[int, str]:
         match = _SEGMENT.match(key.strip())
         if separator and match:
             fields.setdefault(match[1], {})[match[2]] = value.strip()
-    found = {}
+    found = []
     for segment in fields.values():
-        value = segment.get("LabelValue", "")
-        if value.isdecimal() and "Name" in segment:
-            found[int(value)] = segment["Name"]
+        value, layer = segment.get("LabelValue", ""), segment.get("Layer", "0")
+        if value.isdecimal() and layer.isdecimal() and "Name" in segment:
+            found.append((int(layer), int(value), segment["Name"]))
     return found

@@ -6,7 +6,9 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 from pathlib import Path
 from typing import Annotated, Literal
 
-from app.cli.root import FLATTENED, PATIENTS, Json, Place, Seed, app
+from app.cli.exchange_command import PathOptions
+from app.cli.root import FLATTENED, PATIENTS, SESSIONS, Json, Place, Seed, app
+from disk import UserError
 from paravol.case_options import ImportOptions, PhantomOptions
 
 
@@ -53,23 +55,55 @@ def export(
     case: Path,
     *,
     out: Path,
-    format: Literal["ply", "vtp", "stl"] = "ply",
+    format: Literal["ply", "vtp", "stl", "perktutor", "seq", "csv"] = "ply",
     json: Json = False,
 ) -> int:
-    """Write a case's surfaces for other programs, in patient LPS millimetres.
+    """Write a case's surfaces, or a session's motion, for other programs.
 
     Parameters
     ----------
     case
-        A case folder, as import and phantom write.
+        A case folder, as import and phantom write, or a session, NAME.paravol.
     out
-        Folder for the surfaces: air, skin, and each cavity or structure.
+        Of a case: folder for the surfaces: air, skin, and each cavity or structure. Of
+        a session: the file.
     format
-        PLY for printers and viewers, VTP for ParaView and 3D Slicer, STL for printers.
+        Of a case, in patient LPS millimetres: PLY for printers and viewers, VTP for
+        ParaView and 3D Slicer, STL for printers. Of a session: perktutor, XML of its
+        Transform Recorder; seq, a .seq.mha or .seq.nrrd of 3D Slicer and PLUS; csv, all
+        samples.
     """
+    is_session = (case / "session.json").is_file()
+    if format in ("perktutor", "seq", "csv"):
+        if not is_session:
+            raise UserError(f"--format {format} is for sessions; {case} is none.")
+        from app.cli.exchange_command import run_session_export
+
+        return run_session_export(case, out, format, as_json=json)
+    if is_session:
+        raise UserError(
+            f"{case} is a session; say with --format perktutor, seq or csv how."
+        )
     from app.cli.export_command import run_export
 
     return run_export(case=case, out=out, ending=format, as_json=json)
+
+
+@app.command(group=SESSIONS)
+def path(
+    recording: Path, *, options: Annotated[PathOptions, FLATTENED], json: Json = False
+) -> int:
+    """Make a path that can be flown of a recording, another program's or our own.
+
+    Parameters
+    ----------
+    recording
+        PerkTutor's .xml, a .seq.mha, .igs.mha or .seq.nrrd of 3D Slicer or PLUS, or a
+        session, NAME.paravol.
+    """
+    from app.cli.exchange_command import run_path
+
+    return run_path(recording, options, as_json=json)
 
 
 @app.command(group=PATIENTS)

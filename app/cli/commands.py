@@ -5,15 +5,20 @@ Nothing heavy is imported here: every command fetches its own modules when it ru
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from app.cli import (
     arm_commands,
     case_commands,
     picture_commands,
+    progress_commands,
     scenario_commands,
+    session_commands,
+    teaching_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
+from app.cli.replay_options import NOTHING_TYPED as REPLAYED
+from app.cli.replay_options import ReplayOptions
 from app.cli.root import (
     DEVICES,
     FLATTENED,
@@ -32,7 +37,8 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from app.cli.train_options import NEVER, NO_HAPTICS, ClosingOptions, HapticOptions
+from app.cli.train_options import NOTHING_TYPED as AS_USUAL
+from app.cli.train_options import TrainOptions
 from disk import UserError
 from paravol.snapshots.worker_options import WorkerOptions
 
@@ -43,7 +49,10 @@ __all__ = [
     "arm_commands",
     "case_commands",
     "picture_commands",
+    "progress_commands",
     "scenario_commands",
+    "session_commands",
+    "teaching_commands",
 ]
 
 
@@ -103,62 +112,37 @@ def demo(
 
 @app.command(group=SESSIONS)
 def replay(
-    session: Path,
-    *,
-    check: bool = False,
-    video: Path | None = None,
-    at: float | None = None,
-    picture: Path | None = None,
-    view_at: float | None = None,
-    out: Path | None = None,
-    case: Path | None = None,
-    threads: Threads = 0,
-    json: Json = False,
+    session: Path, *, options: ReplayOptions = REPLAYED, json: Json = False
 ) -> int:
-    """Run a recorded session again, without the device.
+    """Run a recorded session again, without the device; film it, or two together.
 
     Parameters
     ----------
     session
         A folder NAME.paravol.
-    check
-        End with status 1 unless every frame and every figure comes out the same.
-    video
-        Write the frames as an MP4 film.
-    at
-        Stop at this second and tell the score, what was taken and bled, and the
-        injuries so far; nothing is compared.
-    picture
-        With --at: write the live picture of then as a PNG.
-    view_at
-        Write what was seen at this second as a view file, for `paravol snapshot
-        --view`; without --check or --video nothing else is done.
-    out
-        The view file, such as a.view.json.
-    case
-        With --at or --view-at: where the case that was flown through lies now.
     """
-    from app.cli.replay_command import run_at, run_replay, run_view_at
+    from app.cli.replay_command import run_at, run_film, run_replay, run_view_at
 
-    if (view_at is None) != (out is None):
-        raise UserError("--view-at and --out go together.")
-    if case is not None and out is None and at is None:
-        raise UserError("--case goes with --at or --view-at.")
-    if picture is not None and at is None:
-        raise UserError("--picture goes with --at, the second that it shows.")
-    if at is not None:
-        if check or video is not None or out is not None:
-            raise UserError("--at goes without --check, --video and --view-at.")
-        threads = thread_count(threads)
-        run_at(session, at, picture, case=case, threads=threads, as_json=json)
+    options.demand_sense()
+    options = replace(options, threads=thread_count(options.threads))
+    if options.at is not None:
+        run_at(session, options.at, options, as_json=json)
         return 0
-    if view_at is not None and out is not None:
-        run_view_at(session, view_at, out, case=case, quietly=json)
-        if not check and video is None:
+    if options.view_at is not None and options.out is not None:
+        run_view_at(
+            session, options.view_at, options.out, case=options.case, quietly=json
+        )
+        if not options.check and options.video is None:
             return 0
-
+    if options.is_own_film:
+        run_film(session, options, as_json=json)
+        return 0
     return run_replay(
-        session, check=check, video=video, threads=thread_count(threads), as_json=json
+        session,
+        check=options.check,
+        video=options.video,
+        threads=options.threads,
+        as_json=json,
     )
 
 
@@ -172,6 +156,7 @@ def metrics(
     settings: Path | None = None,
     arm: str = "",
     case: Path | None = None,
+    expert: Path | None = None,
     motion_only: Flag = False,
     json: Json = False,
 ) -> int:
@@ -196,6 +181,8 @@ def metrics(
         it the noise is estimated from the record.
     case
         Where the case that was flown through lies now.
+    expert
+        Another session of the same head, whose path is compared with.
     motion_only
         Leave the head out: no contact, hazards, targets or removal, but at once.
     """
@@ -210,64 +197,107 @@ def metrics(
         arm=arm,
         case=case,
         motion_only=motion_only,
+        expert=expert,
     )
     return run_metrics(options, as_json=json)
 
 
-@app.command(group=FLY)
-def train(
+@app.command(group=SESSIONS)
+def coverage(
+    session: Path,
     *,
-    scenario: ScenarioName = "first_flight",
+    out: Path | None = None,
+    picture: Path | None = None,
+    json_file: Path | None = None,
     case: Path | None = None,
-    device: str | None = None,
-    input: str | None = None,
-    stream_igtl: str | None = None,
-    registration: Path | None = None,
-    roll: str | None = None,
-    haptics: HapticOptions = NO_HAPTICS,
-    size: Size = 512,
-    threads: Threads = 0,
-    record: Path | None = None,
-    closing: ClosingOptions = NEVER,
+    json: Json = False,
 ) -> int:
-    """Open the trainee's window: endoscope, overview, frame rate.
+    """Tell which mucosa and landmarks a recorded session really saw, site by site.
 
     Parameters
     ----------
+    session
+        A folder NAME.paravol.
+    out
+        Write the mucosa as a surface (.vtp, LPS) with the seconds each part was seen.
+    picture
+        Write a picture (.png) of the opened nose, coloured likewise.
+    json_file
+        Write all values.
     case
-        Fly through a case folder, as import and phantom write, not a scenario.
-    device
-        Serial port of a MicroScribe, such as /dev/ttyUSB0.
-    input
-        Without an arm, fly with mouse (and keyboard, the default), gamepad,
-        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
-    stream_igtl
-        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
-    registration
-        File of `paravol register`, made since the arm was switched on, or of a tracker.
-    roll
-        Who knows the roll of the scope in the arm at --device: horizon (level, the
-        arrow keys turn it), encoder (a sixth joint) or igtl:HOST:PORT[:TOOL].
-    record
-        Record the session into this folder, NAME.paravol, for good. Without it the
-        newest sessions are kept below the user's data directory, 1 GB of them.
+        Where the case that was flown through lies now.
     """
+    from app.cli.coverage_command import CoverageOptions, run_coverage
+
+    options = CoverageOptions(session, out, picture, json_file, case)
+    return run_coverage(options, as_json=json)
+
+
+@app.command(group=SESSIONS)
+def debrief(
+    session: Path,
+    *,
+    out: Path | None = None,
+    compare: Path | None = None,
+    quality: Literal["fast", "fine"] = "fast",
+    no_pictures: Flag = False,
+    pictures: int = 16,
+    rubric: str = "",
+    case: Path | None = None,
+    threads: Threads = 0,
+    json: Json = False,
+) -> int:
+    """Write what a recorded session is talked over with: one HTML file, offline.
+
+    Timeline, hazards, path, wounds, tissue taken, metrics, comparison, and what to
+    practise next. A minute of flight takes about a minute.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    out
+        The HTML file; NAME-debrief.html beside the session when left out.
+    compare
+        Another session of the same head, such as an earlier one or an expert's. The
+        path that comes with the scenario when left out.
+    quality
+        Who draws the pictures: the live renderer, or the ray tracer, which takes a few
+        seconds for each.
+    no_pictures
+        Draw none: fewer seconds, and a file of some 200 kB.
+    pictures
+        Events that get a picture, at most.
+    rubric
+        Name of a rubric or a TOML file: points, pass mark, margins. The one for
+        operating, or for endoscopy where nothing was cut, when left out.
+    case
+        Where the case that was flown through lies now.
+    """
+    from app.cli.debrief_command import beside, run_debrief
+    from paravol.debrief import DebriefOrder
+    from paravol.debrief.pictures import Quality
+
+    order = DebriefOrder(
+        session,
+        out or beside(session),
+        compare=compare,
+        quality=None if no_pictures else Quality(quality),
+        pictures=pictures,
+        threads=thread_count(threads),
+        case=case,
+        rubric=rubric,
+    )
+    return run_debrief(order, as_json=json)
+
+
+@app.command(group=FLY)
+def train(*, options: TrainOptions = AS_USUAL) -> int:
+    """Open the trainee's window: endoscope, overview, frame rate."""
     from app.cli.train import run_train
 
-    return run_train(
-        scenario=scenario,
-        case=case,
-        device=device,
-        input=input,
-        stream_igtl=stream_igtl,
-        registration=registration,
-        roll=roll,
-        haptics=haptics,
-        size=size,
-        threads=thread_count(threads),
-        record=record,
-        closing=closing,
-    )
+    threads = thread_count(options.threads)
+    return run_train(replace(options, threads=threads))
 
 
 @app.command(group=PICTURES)

@@ -8,6 +8,7 @@ from typing import Any
 from app.cli.terminal import Stages, print_json, print_table
 from devices import DeviceError, ProbePath
 from disk import UserError
+from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
 from paravol.exercise_path import recorded_path
 from paravol.flight import FinishedFlight, Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
@@ -26,6 +27,9 @@ from paravol.versions import versions
 from paravol.video import VideoWriter
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import write_json
+
+DEBRIEF_PICTURES = 6
+"""Of events; the page of `paravol debrief` has more."""
 
 LOST_PATIENCE_S = 60.0
 """An arm that was unplugged must be there again by then."""
@@ -101,9 +105,18 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         size = options.size, options.size
         film = stack.enter_context(VideoWriter(out / "flight.mp4", size, VIDEO_FPS))
         flown = [_fly(options, name, out / file, film, stages) for name, file in names]
+        order = DebriefOrder(
+            out / names[-1][1],
+            out / "debrief.html",
+            pictures=DEBRIEF_PICTURES,
+            threads=options.threads,
+        )
+        # of the last flight, which is the operation where there is one
+        debrief = write_debrief(order, stages, stages.say)
     summary = _summary(flown[0])
     if len(flown) > 1:
         summary["surgery"] = _summary(flown[1])
+    summary["debrief"] = _scored(debrief)
     write_json(out / "summary.json", summary)
     if as_json:
         print_json(summary)
@@ -111,6 +124,8 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         for each in flown:
             rows = _rows(_summary(each), each.flight.score)
             print_table(f"{each.scenario.title}: {out}", rows)
+        told = "no score" if debrief.percent is None else f"{debrief.percent:.0f} %"
+        print(f"{debrief.out}: the last flight talked over; {told}.")
     return 0 if all(each.report.is_exact for each in flown) else 1
 
 
@@ -161,6 +176,16 @@ def _fly(
         bundle, threads=options.threads, progress=stages, video=film
     )
     return _Flown(scenario, flown, snapshots, report)
+
+
+def _scored(debrief: WrittenDebrief) -> dict[str, Any]:
+    return {
+        "file": debrief.out.name,
+        "session": debrief.session,
+        "rubric": debrief.rubric,
+        "percent": debrief.percent,
+        "verdict": debrief.verdict,
+    }
 
 
 def _summary(flown: _Flown) -> dict[str, Any]:

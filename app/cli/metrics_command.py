@@ -45,6 +45,7 @@ class MetricsOptions:
     arm: str = ""
     case: Path | None = None
     motion_only: bool = False
+    expert: Path | None = None
 
 
 def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
@@ -66,6 +67,7 @@ def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
             arm=options.arm,
             case=options.case,
             has_head=not options.motion_only,
+            expert=options.expert,
             progress=stages,
         )
     if options.csv is not None:

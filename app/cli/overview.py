@@ -7,7 +7,16 @@ it takes ten times as long as parsing the source of the commands.
 import ast
 from pathlib import Path
 
-FILES = ("commands.py", "arm_commands.py", "case_commands.py", "picture_commands.py")
+FILES = (
+    "commands.py",
+    "arm_commands.py",
+    "case_commands.py",
+    "picture_commands.py",
+    "progress_commands.py",
+    "scenario_commands.py",
+    "session_commands.py",
+    "teaching_commands.py",
+)
 
 GROUPS = ("FLY", "PATIENTS", "PICTURES", "SESSIONS", "DEVICES", "MACHINE")
 """Names of the groups in `app.cli.root`, in their order."""
@@ -32,7 +41,15 @@ def overview() -> str:
     for file in FILES:
         source = Path(__file__).with_name(file).read_text(encoding="utf-8")
         for node in ast.parse(source).body:
-            if isinstance(node, ast.FunctionDef) and node.decorator_list:
+            if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith(
+                "App("
+            ):
+                # a command with commands of its own
+                assert isinstance(node.value, ast.Call)
+                words = _words(node.value)
+                rows[words["group"]].append(f"  {words['name']:<10} {words['help']}")
+            if _is_command(node):
+                assert isinstance(node, ast.FunctionDef)
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
                 words = _decorator_words(node)
                 name = words.get("name", node.name)
@@ -41,8 +58,26 @@ def overview() -> str:
     return _HEAD + "\n\n".join(parts) + "\n" + _FOOT
 
 
+def _is_command(node: ast.stmt) -> bool:
+    """Return whether a statement defines a command of the program itself."""
+    return isinstance(node, ast.FunctionDef) and any(
+        ast.unparse(decorator).startswith("app.command")
+        for decorator in node.decorator_list
+    )
+
+
 def _decorator_words(node: ast.FunctionDef) -> dict[str, str]:
     """Return the command's group, and its name where that cannot be a function's."""
     (decorator,) = node.decorator_list
     assert isinstance(decorator, ast.Call)
-    return {str(k.arg): ast.unparse(k.value).strip("'") for k in decorator.keywords}
+    return _words(decorator)
+
+
+def _words(call: ast.Call) -> dict[str, str]:
+    """Return a call's keywords as text; strings that stand in parts are joined."""
+    return {
+        str(k.arg): k.value.value
+        if isinstance(k.value, ast.Constant) and isinstance(k.value.value, str)
+        else ast.unparse(k.value)
+        for k in call.keywords
+    }

@@ -4,11 +4,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.cli.replay_options import ReplayOptions
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
 from paravol.score_table import score_rows
+from scenarios.bundle import read_notes
 
 if TYPE_CHECKING:
+    from paravol.session_pictures import SessionPictures, SideBySide
     from paravol.session_replay import ReplayReport
 
 
@@ -40,65 +43,111 @@ def run_replay(
                 ("frames that differ", _differing(report)),
                 ("score", same[report.same_score]),
                 *score_rows(report.score),
+                *_notes(folder),
                 *([("film", str(video))] if video else []),
             ],
         )
     return 1 if check and not report.is_exact else 0
 
 
+def _notes(folder: Path) -> list[tuple[str, str]]:
+    """Return what a teacher said about a session, if anything."""
+    notes = read_notes(folder)
+    return [("note", f"at {note.at_s:.1f} s: {note.text}") for note in notes]
+
+
 def run_at(
-    folder: Path,
-    time_s: float,
-    picture: Path | None,
-    *,
-    case: Path | None,
-    threads: int,
-    as_json: bool,
+    folder: Path, time_s: float, options: ReplayOptions, *, as_json: bool
 ) -> None:
     """Tell how a session stood at a time, and draw the live picture of then."""
-    from paravol.patient import load_patient
-    from paravol.session_setup import build_view, flown_scenario
-    from paravol.session_timeline import SessionTimeline
     from renderers.scene import save_png
-    from scenarios.bundle import read_recording
 
-    recording = read_recording(folder)
-    info = recording.info
-    scenario = flown_scenario(folder, info, case)
     with Stages() as stages:
-        patient = load_patient(scenario, stages)
-        timeline = SessionTimeline(folder, patient, recording)
-        sample, _ = timeline.go_to(time_s)
-        if picture is not None:
-            view = build_view(
-                scenario,
-                timeline.patient,
-                tier=info.tier,
-                seed=info.seed,
-                has_instrument=info.has_instrument or info.operated,
-                threads=threads,
-                progress=stages,
-                visible_sets=info.visible_sets,
-            )
-            operation = timeline.session.operation
-            if operation is not None and operation.lens is not None:
-                view.lens = operation.lens.state
-            shown = timeline.frame(time_s)
-            frame = view.draw(
-                timeline.session.view(sample),
-                number=0 if shown is None else shown.number,
-                elapsed_s=0.0,
-                gain=None if shown is None else shown.gain,
-            )
-            save_png(picture, frame.pixels)
-    score = timeline.score()
+        here, shown = _pictures(folder, options, stages)
+        sample, _ = here.timeline.go_to(time_s)
+        if options.picture is not None:
+            save_png(options.picture, shown.at(time_s))
+    score = here.timeline.score()
     if as_json:
         print_json({"time_s": sample.time_s, "score": asdict(score)})
         return
     rows = [("sample", f"{sample.time_s:.2f} s"), *score_rows(score)]
-    if picture is not None:
-        rows.append(("picture", str(picture)))
+    if options.picture is not None:
+        rows.append(("picture", str(options.picture)))
+        rows += _alignment(options, shown)
     print_table(f"{folder} at {time_s:g} s", rows)
+
+
+def run_film(folder: Path, options: ReplayOptions, *, as_json: bool) -> None:
+    """Write a film at a speed, of a part, by another camera, or of two sessions."""
+    from paravol.session_pictures import SideBySide, film_session
+
+    assert options.video is not None
+    speed = 1.0 if options.speed is None else options.speed
+    with Stages() as stages:
+        here, shown = _pictures(folder, options, stages)
+        timeline = here.timeline
+        from_s = timeline.begin_s if options.from_s is None else options.from_s
+        to_s = timeline.end_s if options.to_s is None else options.to_s
+        if not timeline.begin_s <= from_s < to_s <= timeline.end_s:
+            raise UserError(
+                f"{folder} lasts from {timeline.begin_s:.1f} to {timeline.end_s:.1f} s "
+                f"and cannot be shown from {from_s:g} to {to_s:g} s."
+            )
+        lasts_s = film_session(
+            options.video, shown, (from_s, to_s), speed=speed, progress=stages
+        )
+    if as_json:
+        names = list(shown.times.names) if isinstance(shown, SideBySide) else []
+        print_json({"film": str(options.video), "film_s": lasts_s, "aligned_by": names})
+        return
+    rows = [
+        ("film", str(options.video)),
+        ("shows", f"{from_s:.1f} to {to_s:.1f} s at {speed:g} times the speed"),
+        ("lasts", f"{lasts_s:.1f} s"),
+    ]
+    rows += _alignment(options, shown)
+    print_table(f"Film of {folder}", rows)
+
+
+def _alignment(
+    options: ReplayOptions, shown: "SessionPictures | SideBySide"
+) -> list[tuple[str, str]]:
+    """Return what ties a session to the one beside it."""
+    from paravol.session_pictures import SideBySide
+
+    if not isinstance(shown, SideBySide):
+        return []
+    by = "; ".join(shown.times.names) or "nothing that both reached"
+    return [("beside", str(options.beside)), ("aligned by", by)]
+
+
+def _pictures(
+    folder: Path, options: ReplayOptions, stages: "Stages"
+) -> "tuple[SessionPictures, SessionPictures | SideBySide]":
+    """Return the session's pictures, and those that were asked for."""
+    from paravol.session_pictures import SessionPictures, SideBySide
+    from paravol.snapshots.view_file import load_view
+
+    camera = None if options.camera is None else load_view(options.camera).camera
+    here = SessionPictures(
+        folder,
+        camera=camera,
+        case=options.case,
+        threads=options.threads,
+        progress=stages,
+    )
+    if options.beside is None:
+        return here, here
+    there = SessionPictures(
+        options.beside,
+        camera=camera,
+        size=here.size,
+        threads=options.threads,
+        progress=stages,
+        patient=here.patient,
+    )
+    return here, SideBySide(here, there)
 
 
 def run_view_at(

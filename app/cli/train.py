@@ -5,16 +5,18 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from app.cli.train_options import ClosingOptions, HapticOptions
+from app.cli.train_options import TrainOptions
 from app.opengl import probe_window
 from disk import UserError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from paravol.flight import FlightEnd
+    from paravol.inputs.flight_input import FlightInput
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -26,30 +28,9 @@ CLOSE_PATIENCE_S = 5.0
 """The flight looks ten times a second whether the window is closed."""
 
 
-def run_train(
-    *,
-    scenario: str,
-    case: Path | None = None,
-    device: str | None,
-    input: str | None,
-    stream_igtl: str | None,
-    registration: Path | None,
-    roll: str | None,
-    haptics: HapticOptions,
-    size: int,
-    threads: int,
-    record: Path | None,
-    closing: ClosingOptions,
-) -> int:
-    """Open the window and fly until it is closed.
+def run_train(options: TrainOptions) -> int:
+    """Open the window, fly until it is closed and print the result.
 
-    input: the words of `paravol.inputs.choose_input`, None for the arm at `device` or
-    the mouse; stream_igtl: ``[HOST:]PORT``.
-    registration: a file of `paravol register`; without it fiducials are touched.
-    roll: the words of `paravol.inputs.arm_roll`. haptics: what pushes back.
-    record: folder of the recording; None keeps it below the user's data directory for
-    as long as there is room. The result is printed.
-    closing: when the window closes by itself, and what is kept then.
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
@@ -59,25 +40,37 @@ def run_train(
     from paravol.pose_streaming import listening_address
     from scenarios import load_scenario
 
-    _check(size, record, closing)
-    if case is not None:
+    _check(options)
+    scenario, device = options.scenario, options.device
+    if options.case is not None:
         from paravol.case_scenario import scenario_of_case
 
-        scenario = str(scenario_of_case(case))
+        scenario = str(scenario_of_case(options.case))
     exercise, folder = load_scenario(scenario)
     path_file = recorded_path_file(exercise, folder)
     path = None if path_file is None else recorded_path(exercise, folder)
-    stream = None if stream_igtl is None else listening_address(stream_igtl)
-    flown = choose_input(input, device, exercise, path, path_file, registration, roll)
-    if haptics.are_asked_for:
+    stream = None
+    if options.stream_igtl is not None:
+        stream = listening_address(options.stream_igtl)
+    second = options.devices.second_input(options.input, device, exercise, path)
+    flown = choose_input(
+        options.input,
+        device,
+        exercise,
+        path,
+        path_file,
+        options.devices.registration,
+        options.devices.roll,
+    )
+    if options.haptics != "none" or options.haptics_fault is not None:
         from paravol.inputs.haptic import felt_input
 
-        if haptics.haptics == "force-dimension" and (input or device):
+        if options.haptics == "force-dimension" and (options.input or device):
             raise UserError(
                 "--haptics force-dimension steers by itself; leave out --input and "
                 "--device."
             )
-        flown = felt_input(haptics.haptics, haptics.haptics_fault, flown, exercise)
+        flown = felt_input(options.haptics, options.haptics_fault, flown, exercise)
     demand_port(device)
     graphics = probe_window()
     if not graphics.works:
@@ -93,13 +86,24 @@ def run_train(
 
     application = QApplication(["paravol"])
     kept = SessionStore.of_the_user()
-    order = FlightOrder(exercise, path, flown, size, threads, record, stream, kept)
-    thread = FlightThread(order)
+    size, record = options.size, options.record
+    order = FlightOrder(
+        exercise,
+        path,
+        flown,
+        size,
+        options.threads,
+        record,
+        stream,
+        kept,
+        instrument=second,
+    )
+    thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
     window = TraineeWindow(
         thread,
         edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
-        seconds=closing.seconds,
-        screenshot=closing.screenshot,
+        seconds=options.seconds,
+        screenshot=options.screenshot,
     )
     interrupted = False
 
@@ -115,9 +119,9 @@ def run_train(
     thread.stop(CLOSE_PATIENCE_S)
     window.release()
     if thread.flight.result is not None:
-        _tell(exercise.title, thread.flight.result)
-        for line in flown.last_lines():
-            print(line)
+        _tell(exercise.title, thread.flight.result, flown)
+        if not options.no_store:
+            keep_session(thread.flight.result.record, options.trainee)
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -126,17 +130,47 @@ def run_train(
     return 0
 
 
-def _tell(title: str, end: "FlightEnd") -> None:
+def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
     """Print a flight's result: a window takes it along when it closes."""
     from app.cli.terminal import print_table
 
     print_table(title, end.rows())
-    print("\n".join(end.lines()))
+    print("\n".join([*end.lines(), *flown.last_lines()]))
 
 
-def _check(size: int, record: Path | None, closing: ClosingOptions) -> None:
+def keep_session(
+    record: "Path | None", trainee: str, store: "Path | None" = None
+) -> None:
+    """Add a flight's recording to the progress store.
+
+    record: None where it was not recorded. store: None for the user's. What goes wrong
+    is said, and costs nothing of the flight.
+    """
+    from paravol.progress import ProgressStore, entry_of_session
+    from paravol.session_metrics import session_metrics
+
+    if record is None:
+        return
+    try:
+        metrics = session_metrics(record, has_head=False).metrics
+        entry = entry_of_session(record, trainee=trainee, metrics=metrics)
+        kept = ProgressStore(store)
+        kept.add(entry)
+    except (UserError, OSError) as error:
+        print(f"Not kept in paravol progress: {error}", file=sys.stderr)
+        return
+    if kept.told:
+        print(kept.told, file=sys.stderr)
+    print("Kept in paravol progress; --no-store leaves a session out.")
+
+
+def _check(options: TrainOptions) -> None:
     """Refuse bad options before anything slow begins."""
-    seconds, screenshot = closing.seconds, closing.screenshot
+    from paravol.progress import demand_name
+
+    demand_name(options.trainee)
+    size, record = options.size, options.record
+    seconds, screenshot = options.seconds, options.screenshot
     low, high = SIZES
     if not low <= size <= high:
         raise UserError(f"--size must lie between {low} and {high}, got {size}.")

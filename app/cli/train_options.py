@@ -1,51 +1,74 @@
-"""The options of `paravol train` that come in groups, with their help."""
+"""The options of `paravol train`, with their help."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from app.cli.device_options import ONE_DEVICE, DeviceOptions
+from app.cli.root import FLATTENED, Flag, ScenarioName, Size, Threads
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
-class HapticOptions:
-    """Options of what pushes back.
+class TrainOptions:
+    """Options of a flight in the window, as they were typed.
 
     Parameters
     ----------
+    case
+        Fly through a case folder, as import and phantom write, not a scenario.
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0.
+    input
+        Without an arm, fly with mouse (and keyboard, the default), gamepad,
+        recording:FILE, igtl:HOST:PORT or emulator, which flies the scenario's path.
+    stream_igtl
+        Stream tool poses by OpenIGTLink at this [HOST:]PORT.
     haptics
         What pushes back: none, emulated (a force device that the chosen input holds)
         or force-dimension (one on this machine, which steers by itself).
     haptics_fault
         Let the emulated force device fail: NAME[@SECONDS[+DURATION]] with stuck,
         saturated, silent, lying or unplugged, such as silent@10+1.
-    """
-
-    haptics: str = "none"
-    haptics_fault: str | None = None
-
-    @property
-    def are_asked_for(self) -> bool:
-        """Return whether anything but the default was typed."""
-        return self.haptics != "none" or self.haptics_fault is not None
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ClosingOptions:
-    """Options of a window that closes by itself.
-
-    Parameters
-    ----------
+    record
+        Record the session into this folder, NAME.paravol, for good. Without it the
+        newest sessions are kept below the user's data directory, 1 GB of them.
     seconds
         Close the window by itself after this time.
     screenshot
         Save a picture of the window when it closes.
+    sound
+        Tones tell how near the nearest hazard is and how hard a tool presses; the key
+        U switches them, too.
+    volume
+        Of the sound, 0 to 1.
+    trainee
+        A name that you made up, under which paravol progress keeps the session. None
+        is needed.
+    no_store
+        Leave the session out of paravol progress.
     """
 
+    scenario: ScenarioName = "first_flight"
+    case: Path | None = None
+    device: str | None = None
+    input: str | None = None
+    stream_igtl: str | None = None
+    devices: Annotated[DeviceOptions, FLATTENED] = ONE_DEVICE
+    haptics: str = "none"
+    haptics_fault: str | None = None
+    size: Size = 512
+    threads: Threads = 0
+    record: Path | None = None
     seconds: float | None = None
     screenshot: Path | None = None
+    sound: Literal["on", "off"] = "on"
+    volume: Annotated[float, Parameter(validator=Number(gte=0, lte=1))] = 1.0
+    trainee: str = ""
+    no_store: Flag = False
 
 
-NO_HAPTICS = HapticOptions()
-NEVER = ClosingOptions()
+NOTHING_TYPED = TrainOptions()

@@ -39,7 +39,10 @@ VIEW_ANGLES_DEG = (4.0, 60.0)
 
 
 class OverviewScene:
-    """Keep the actors of the overview on a plotter, and move them."""
+    """Keep the actors of the overview on a plotter, and move them.
+
+    Only `picture` draws: a plotter that is given an actor would draw at once.
+    """
 
     def __init__(self, plotter: BasePlotter, endoscope: Endoscope) -> None:
         """Put the scope in; it stays hidden until `follow` places it."""
@@ -85,7 +88,12 @@ class OverviewScene:
         """Show the head and its landmarks, and turn the camera to them."""
         plotter = self._plotter
         self._head = plotter.add_mesh(
-            head.mesh, scalars="rgba", rgb=True, name="head", pickable=False
+            head.mesh,
+            scalars="rgba",
+            rgb=True,
+            name="head",
+            pickable=False,
+            render=False,
         )
         self._still.append(self._head)
         low, high = np.array(head.mesh.bounds).reshape(3, 2).T
@@ -124,6 +132,7 @@ class OverviewScene:
             name="head",
             pickable=False,
             reset_camera=False,
+            render=False,
         )
         self._still = [
             self._head if actor is before else actor for actor in self._still
@@ -144,6 +153,7 @@ class OverviewScene:
                 lighting=False,
                 name=f"fiducial {name}",
                 reset_camera=False,
+                render=False,
             )
 
     def hide_fiducials(self, fiducials: Mapping[str, NDArray[np.float64]]) -> None:
@@ -181,6 +191,7 @@ class OverviewScene:
                 split_sharp_edges=True,
                 name=f"tool part {number}",
                 reset_camera=False,
+                render=False,
             )
             for number, part in enumerate(parts)
         ]
@@ -316,5 +327,6 @@ class OverviewScene:
             always_visible=True,
             name=name,
             reset_camera=False,
+            render=False,
         )
         self._still.append(labels)

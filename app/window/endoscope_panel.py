@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.qt_image import image_of
 from app.window.result_card import paint_result, panel_colour
 from app.window.style import ALARM, INK, QUIET, READY, font_of
+from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd
 
 _MARGIN = 14.0
@@ -30,6 +31,8 @@ class PictureView(QWidget):
         self._alarm = ""
         self._touched = ""
         self._is_recording = False
+        self._pointer: HazardPointer | None = None
+        self._pointed = "", INK
         self._result: FlightEnd | None = None
         self._scale = 1.0
 
@@ -47,6 +50,14 @@ class PictureView(QWidget):
         """Show a ``(h, w, 3)`` uint8 sRGB picture."""
         self._image = image_of(pixels)
         self.update()
+
+    def point_at(self, pointer: HazardPointer | None, words: str, colour: str) -> None:
+        """Point at the nearest hazard, behind what hides it; None to leave it out.
+
+        words: what to say of it. colour: of the line.
+        """
+        self._pointer = pointer
+        self._pointed = words, colour
 
     def say(self, message: str, detail: str = "", share: float | None = None) -> None:
         """Put a message over the picture; `share` of 0 to 1 draws a bar under it."""
@@ -79,6 +90,8 @@ class PictureView(QWidget):
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(square, self._image)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self._pointer is not None:
+            self._paint_pointer(painter, square, self._pointer)
         if self._alarm:
             self._paint_alarm(painter, square)
         elif self._touched:
@@ -96,6 +109,42 @@ class PictureView(QWidget):
             painter.setFont(font_of(11, scale, bold=True))
             painter.drawText(QPointF(40.0, 33.0) * scale, "REC")
         painter.end()
+
+    def _paint_pointer(
+        self, painter: QPainter, square: QRectF, pointer: HazardPointer
+    ) -> None:
+        """Mark the hazard by a diamond, with a line from the tool's tip."""
+        words, colour = self._pointed
+        half = 9.0 * self._scale
+
+        def place(shares: tuple[float, float]) -> QPointF:
+            x, y = shares
+            return QPointF(
+                square.left() + x * square.width(), square.top() + y * square.height()
+            )
+
+        end = place(pointer.end)
+        corners = ((half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half))
+        diamond = QPolygonF([end + QPointF(*corner) for corner in corners])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        # dark below: tissue is as bright as any colour
+        for ink, width in ((QColor(0, 0, 0, 160), 5.0), (QColor(colour), 2.5)):
+            painter.setPen(QPen(ink, width * self._scale))
+            if pointer.begin is not None:
+                painter.drawLine(place(pointer.begin), end)
+            painter.drawPolygon(diamond)
+        painter.setFont(font_of(10, self._scale, bold=True))
+        width = painter.fontMetrics().horizontalAdvance(words) + 2.0 * half
+        height = 2.2 * half
+        left = end.x() + 1.5 * half
+        if left + width > square.right():
+            left = end.x() - 1.5 * half - width
+        box = QRectF(left, end.y() - height / 2.0, width, height)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(panel_colour())
+        painter.drawRoundedRect(box, 4.0 * self._scale, 4.0 * self._scale)
+        painter.setPen(QColor(INK))
+        painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), words)
 
     def _paint_alarm(self, painter: QPainter, square: QRectF) -> None:
         scale = self._scale

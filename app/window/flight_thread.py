@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.vtk.head_model import head_model
+from app.vtk.head_model import COARSENESS, FINE, head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
+from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
+from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
@@ -35,6 +37,8 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
+    cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
+    nearest hazard lies.
     cuts, tasks: see `FrameEvent`. tool: what the second hand does. is_frozen: the
     trainer was.
     """
@@ -46,6 +50,8 @@ class DisplayedFrame:
     fps: float
     cuts: int = 0
     tool: InstrumentState = EMPTY_HAND
+    signs: TouchSigns = NO_SIGNS
+    pointer: HazardPointer | None = None
     tasks: tuple[TaskState, ...] = ()
     is_frozen: bool = False
 
@@ -73,6 +79,10 @@ class FlightThread(QObject, FlightObserver):
     """A view was saved as a file, or not: what to say of it, and where it is or why."""
     injured = Signal(str)
     """Something was hurt that must not be: what, and through what."""
+    tool_device = Signal(str)
+    """The tool's device was lost, or is back: what to say of it."""
+    unheard = Signal(str)
+    """There is no sound, and why."""
     task_ended = Signal(str, bool, str)
     """A task was done (True) or failed: its name, and what to say of it."""
     away = Signal()
@@ -85,9 +95,14 @@ class FlightThread(QObject, FlightObserver):
     finished = Signal()
     """The thread is about to end; see `error`."""
 
-    def __init__(self, order: FlightOrder) -> None:
+    def __init__(
+        self, order: FlightOrder, *, has_sound: bool = False, volume: float = 1.0
+    ) -> None:
+        """Prepare a flight; has_sound: whether the sound is on. volume: 0 to 1."""
         super().__init__()
         self.error: Exception | None = None
+        self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
+        self._feedback = Feedback(self.sound, order.input.rumble)
         self.flight = Flight(order, self)
         self._queue: SnapshotQueue | None = None
         self._patient: PatientScene | None = None
@@ -101,12 +116,14 @@ class FlightThread(QObject, FlightObserver):
 
     def start(self) -> None:
         """Begin."""
+        self.sound.start()
         self._thread.start()
 
     def stop(self, patience_s: float) -> bool:
         """End the flight; return whether its thread ended in time."""
         self.flight.cancel()
         self._thread.join(patience_s)
+        self._feedback.close()
         if self._queue is not None:
             self._queue.close()
         return not self._thread.is_alive()
@@ -125,6 +142,7 @@ class FlightThread(QObject, FlightObserver):
         except Exception as error:
             # An exception of a thread is lost; the window raises this one.
             self.error = error
+        self._feedback.quiet()
         self.finished.emit()
 
     def on_progress(self, stage: str, share: float) -> None:
@@ -143,7 +161,9 @@ class FlightThread(QObject, FlightObserver):
         assert self.flight.path is not None
         cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
-        self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
+        coarseness = FINE if order.scenario.head.scene else COARSENESS
+        head = head_model(patient.surface, targets, cut_open, face, coarseness)
+        self.head_ready.emit(head)
 
     def on_touch(self, stage: str, share: float) -> None:
         """Report each fiducial once."""
@@ -196,8 +216,13 @@ class FlightThread(QObject, FlightObserver):
             is_done = event.status is Status.DONE
             self.task_ended.emit(event.task, is_done, event.text)
 
-    def on_loss(self, loss: DeviceError) -> None:
+    def on_tool_device(self, text: str) -> None:
         """Tell the window."""
+        self.tool_device.emit(text)
+
+    def on_loss(self, loss: DeviceError) -> None:
+        """Tell the window; what is not live is neither heard nor felt."""
+        self._feedback.quiet()
         self.away.emit()
 
     def on_return(self, away_s: float) -> None:
@@ -219,11 +244,24 @@ class FlightThread(QObject, FlightObserver):
             fps=(len(times) - 1) / max(now - times[0], 1e-3),
             cuts=event.cuts,
             tool=event.sample.instrument,
+            signs=event.signs,
+            pointer=self._pointer(event.view),
             tasks=event.tasks,
             is_frozen=event.sample.is_frozen,
         )
+        if event.sample.is_frozen:
+            self._feedback.quiet()
+        else:
+            self._feedback.follow(event.signs)
         with self._lock:
             was_taken = self._newest is None
             self._newest = displayed
         if was_taken:
             self.arrived.emit()
+
+    def _pointer(self, view: View) -> HazardPointer | None:
+        """Return where the nearest hazard lies, where hazards are known."""
+        patient = self._patient
+        if patient is None or patient.hazards is None:
+            return None
+        return hazard_pointer(view, patient.hazards)

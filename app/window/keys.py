@@ -26,16 +26,16 @@ _NOTCH = 120.0
 
 
 class KeyHelp(QWidget):
-    """Show keys and what they do: of the input, of the tools, of the window."""
+    """Show keys and what they do: of the input, of the hand and sound, the window."""
 
-    def __init__(self, input_keys: dict[str, str], tool_keys: dict[str, str]) -> None:
+    def __init__(self, input_keys: dict[str, str], hand_keys: dict[str, str]) -> None:
         super().__init__()
         table = self._table = QGridLayout(self)
         table.setContentsMargins(0, 0, 0, 0)
         table.setColumnStretch(1, 3)
         table.setColumnStretch(3, 2)
         # Side by side, or a small screen has no room for them.
-        keys = [*input_keys.items(), *tool_keys.items(), *WINDOW_KEYS.items()]
+        keys = [*input_keys.items(), *hand_keys.items(), *WINDOW_KEYS.items()]
         rows = (len(keys) + 1) // 2
         for place, (key, does) in enumerate(keys):
             column, row = divmod(place, rows)

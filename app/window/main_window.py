@@ -21,10 +21,13 @@ from app.window.gauges import Gauges
 from app.window.keys import HandEvents
 from app.window.notices import Notices
 from app.window.side_panel import SideColumn
+from app.window.sound_keys import SoundKeys
 from app.window.style import style_sheet
 from app.window.tool_keys import ToolKeys
+from app.window.touch_bars import TouchBars, hazard_look
 from app.window.window_size import FullScreen, first_size, scale_for
 from disk import UserError
+from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.flight import FlightEnd
 from paravol.readings import Readings
 from paravol.slice_views import SliceViews
@@ -76,6 +79,7 @@ class TraineeWindow(QMainWindow):
         self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
         self.picture = PictureView()
         self._notices = Notices(self.picture)
+        self._bars = TouchBars()
         self._gauges = Gauges()
         self._side = SideColumn(order, edge_samples)
         self._overview = self._side.overview
@@ -83,10 +87,14 @@ class TraineeWindow(QMainWindow):
         self._slices = self._side.slices
         self._moments = self._side.moments
         self._lay_out()
-        if order.input.controls is not None:
-            self._hand = HandEvents(order.input.controls, self, self.picture)
-        if not order.input.has_instrument:
+        controls = order.input.controls
+        if order.instrument is not None and order.instrument.controls is not None:
+            controls = order.instrument.controls
+        if controls is not None:
+            self._hand = HandEvents(controls, self, self.picture)
+        if not order.has_own_tool:
             self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
+        self._sound = SoundKeys(thread.sound, self, self._notices.notify)
         self._injury = ""
         self._injured_until_s = 0.0
         self._overview_due_s = 0.0
@@ -104,6 +112,8 @@ class TraineeWindow(QMainWindow):
         thread.view_kept.connect(self._on_view_kept)
         thread.pictured.connect(self._moments.show_moment)
         thread.injured.connect(self._on_injury)
+        thread.unheard.connect(self._sound.fail)
+        thread.tool_device.connect(self._on_tool_device)
         thread.task_ended.connect(self._on_task)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
@@ -116,7 +126,12 @@ class TraineeWindow(QMainWindow):
         row = QHBoxLayout(middle)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
-        row.addWidget(self.picture, 5)
+        column = QVBoxLayout()
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.picture, 1)
+        column.addWidget(self._bars)
+        row.addLayout(column, 5)
         row.addWidget(self._side, 3)
         whole = QWidget()
         rows = QVBoxLayout(whole)
@@ -133,7 +148,7 @@ class TraineeWindow(QMainWindow):
         if scale != self._scale:
             self._scale = scale
             self.setStyleSheet(style_sheet(scale))
-            for part in (self.picture, self._side, self._gauges):
+            for part in (self.picture, self._bars, self._side, self._gauges):
                 part.set_scale(scale)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -296,8 +311,19 @@ class TraineeWindow(QMainWindow):
             self._slices.refresh()
             self._overview.refresh()
         self._is_overview_stale = True
+        self._show_signs(NO_SIGNS if before is None else before.signs)
         self._warn()
         self.picture.show_picture(frame.pixels)
+
+    def _show_signs(self, before: TouchSigns) -> None:
+        """Show force and nearness; say what broke since the signs before."""
+        frame = self._frame
+        signs = NO_SIGNS if frame is None or self._is_away else frame.signs
+        self._bars.show_signs(signs, self._sound.caption)
+        pointer = frame.pointer if frame is not None and not self._is_away else None
+        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs)[0])
+        if signs.breaks > before.breaks:
+            self._notices.notify(*signs.break_text())
 
     @Slot(float)
     def _on_moment(self, time_s: float) -> None:
@@ -318,21 +344,26 @@ class TraineeWindow(QMainWindow):
         self._notices.notify(f"Injury: {what}", how)
         self._warn()
 
+    @Slot(str)
+    def _on_tool_device(self, text: str) -> None:
+        self._notices.notify("The tool's device", text)
+
     @Slot()
     def _on_away(self) -> None:
         """Leave the picture as it is and say that it is not live."""
         self._is_away = True
         self._warn()
         self._notices.say(
-            "The arm is away",
-            "Check its plugs and its power; the session goes on by itself.",
+            "The device is away",
+            f"{self._order.input.name}: check plugs and power; "
+            "the session goes on by itself.",
         )
 
     @Slot(float)
     def _on_back(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
-        self._notices.notify("The arm is back", f"It was away for {away_s:.1f} s.")
+        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
 
     @Slot(object)
     def _on_landed(self, end: FlightEnd) -> None:
@@ -355,6 +386,8 @@ class TraineeWindow(QMainWindow):
         """
         frame, pressed = self._frame, ""
         touched = "" if frame is None else frame.view.touched
+        if frame is not None and not touched and frame.view.tool_touched:
+            touched = f"{frame.view.tool_touched} (tool)"
         if self._readings().is_pressing:
             pressed = f"pressing: {touched}"
         if time.monotonic() < self._injured_until_s:
@@ -375,12 +408,14 @@ class TraineeWindow(QMainWindow):
             self._registration_mm,
             frame.view.hazard,
             frame.view.hazard is not None,
+            frame.view.drags_mm,
         )
 
     @Slot()
     def _refresh(self) -> None:
         """Bring up to date what need not change with every frame."""
         self._gauges.show_readings(self._readings())
+        self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
             self._side.tasks.show_states(self._frame.tasks)

@@ -1,15 +1,24 @@
 """A flight's result, painted over the last picture."""
 
+from bisect import bisect_right
+from dataclasses import dataclass
+
 from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 
 from app.window.style import INK, PANEL, QUIET, font_of
 from paravol.flight import FlightEnd
 
 CLOSE_HINT = "Q closes the window."
 
+SMALLEST = 0.75
+"""A card that is too tall is written so much smaller, at most; smaller is not read."""
+
 _WIDTH = 620.0
 _MARGIN = 20.0
+_FLAG = Qt.AlignmentFlag
+_WRAPPED = int(_FLAG.AlignLeft | _FLAG.AlignTop | Qt.TextFlag.TextWordWrap)
+_ANYWHERE = int(_FLAG.AlignLeft | _FLAG.AlignTop | Qt.TextFlag.TextWrapAnywhere)
 
 
 def panel_colour() -> QColor:
@@ -19,53 +28,127 @@ def panel_colour() -> QColor:
     return colour
 
 
-def paint_result(painter: QPainter, room: QRect, end: FlightEnd, scale: float) -> None:
-    """Paint title, figures and where the recording is, in the middle of the room."""
-    flag = Qt.AlignmentFlag
-    width = min(_WIDTH * scale, room.width() - _MARGIN * scale)
-    inner = width - 2.0 * _MARGIN * scale
-    wrapped = int(flag.AlignLeft | flag.AlignTop | Qt.TextFlag.TextWordWrap)
-    anywhere = int(flag.AlignLeft | flag.AlignTop | Qt.TextFlag.TextWrapAnywhere)
-    large, plain = font_of(16, scale, bold=True), font_of(11, scale)
-    metrics = QFontMetricsF(plain)
-    name_width = 0.47 * inner
-    text_width = inner - name_width - 8.0 * scale
+@dataclass(frozen=True, slots=True)
+class ResultCard:
+    """Place a result's rows in a box, in pixels.
 
-    def tall(width: float, text: str, flags: int = wrapped) -> float:
+    rows: names and texts; what has no room is left out, as the last one then says.
+    """
+
+    rows: list[tuple[str, str]]
+    where: str
+    box: QRectF
+    scale: float
+
+    @staticmethod
+    def fitting(room: QRect, end: FlightEnd, scale: float) -> "ResultCard":
+        """Return the card in the middle of the room, as large as fits, up to scale."""
+        rows, where = end.rows(), end.where()
+        card = _laid_out(room, rows, where, scale)
+        while card.box.height() > room.height() and card.scale > SMALLEST * scale:
+            card = _laid_out(
+                room, rows, where, max(card.scale - 0.05 * scale, SMALLEST * scale)
+            )
+        if card.box.height() <= room.height():
+            return card
+
+        def shortened(kept: int) -> ResultCard:
+            more = f"{len(rows) - kept} more rows are printed when the window closes"
+            return _laid_out(room, [*rows[:kept], ("...", more)], where, card.scale)
+
+        kept = bisect_right(
+            range(1, len(rows)),
+            False,
+            key=lambda kept: shortened(kept).box.height() > room.height(),
+        )
+        return shortened(kept)
+
+    @property
+    def inner(self) -> float:
+        """Return the width that is written on."""
+        return self.box.width() - 2.0 * _MARGIN * self.scale
+
+    @property
+    def name_width(self) -> float:
+        """Return the width of the names."""
+        return 0.47 * self.inner
+
+    @property
+    def text_width(self) -> float:
+        """Return the width of the texts beside them."""
+        return self.inner - self.name_width - 8.0 * self.scale
+
+    @property
+    def gap(self) -> float:
+        """Return the room between two rows."""
+        return 3.0 * self.scale
+
+    def fonts(self) -> tuple[QFont, QFont]:
+        """Return those of the title and of everything else."""
+        return font_of(16, self.scale, bold=True), font_of(11, self.scale)
+
+    def tall(self, width: float, text: str, flags: int = _WRAPPED) -> float:
+        """Return the height of a text in lines of a width."""
+        metrics = QFontMetricsF(self.fonts()[1])
         return metrics.boundingRect(QRectF(0.0, 0.0, width, 1e4), flags, text).height()
 
-    rows = [
-        (name, text, max(tall(name_width, name), tall(text_width, text)))
-        for name, text in end.rows()
-    ]
-    gap = 3.0 * scale
-    where = end.where()
-    where_height = tall(inner, where, anywhere)
-    title_height = QFontMetricsF(large).height() + 2.0 * gap
-    height = title_height + sum(high + gap for _, _, high in rows)
-    height += 4.0 * gap + where_height + gap + metrics.height()
-    box = QRectF(0.0, 0.0, width, height + 2.0 * _MARGIN * scale)
-    box.moveCenter(QRectF(room).center())
+    def row_height(self, name: str, text: str) -> float:
+        """Return the height of a row."""
+        return max(self.tall(self.name_width, name), self.tall(self.text_width, text))
+
+    @property
+    def title_height(self) -> float:
+        """Return that of the title, with what is below it."""
+        return QFontMetricsF(self.fonts()[0]).height() + 2.0 * self.gap
+
+    def height(self) -> float:
+        """Return what all of it takes, with its margins."""
+        high = self.title_height
+        high += sum(self.row_height(*row) + self.gap for row in self.rows)
+        high += 5.0 * self.gap + self.tall(self.inner, self.where, _ANYWHERE)
+        high += QFontMetricsF(self.fonts()[1]).height()
+        return high + 2.0 * _MARGIN * self.scale
+
+
+def _laid_out(
+    room: QRect, rows: list[tuple[str, str]], where: str, scale: float
+) -> ResultCard:
+    """Return the card in the middle of the room, however tall it becomes."""
+    width = min(_WIDTH * scale, room.width() - _MARGIN * scale)
+    card = ResultCard(rows, where, QRectF(0.0, 0.0, width, 0.0), scale)
+    card.box.setHeight(card.height())
+    card.box.moveCenter(QRectF(room).center())
+    return card
+
+
+def paint_result(painter: QPainter, room: QRect, end: FlightEnd, scale: float) -> None:
+    """Paint title, figures and where the recording is, in the middle of the room."""
+    card = ResultCard.fitting(room, end, scale)
+    scale, box, gap, inner = card.scale, card.box, card.gap, card.inner
+    large, plain = card.fonts()
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(panel_colour())
     painter.drawRoundedRect(box, 12.0 * scale, 12.0 * scale)
     left, top = box.left() + _MARGIN * scale, box.top() + _MARGIN * scale
     painter.setFont(large)
     painter.setPen(QColor(INK))
-    painter.drawText(QRectF(left, top, inner, title_height), wrapped, end.title)
-    top += title_height
+    painter.drawText(QRectF(left, top, inner, card.title_height), _WRAPPED, end.title)
+    top += card.title_height
     painter.setFont(plain)
-    for name, text, high in rows:
+    for name, text in card.rows:
+        high = card.row_height(name, text)
         painter.setPen(QColor(QUIET))
-        painter.drawText(QRectF(left, top, name_width, high), wrapped, name)
+        painter.drawText(QRectF(left, top, card.name_width, high), _WRAPPED, name)
         painter.setPen(QColor(INK))
-        at = QRectF(left + inner - text_width, top, text_width, high)
-        painter.drawText(at, wrapped, text)
+        at = QRectF(left + inner - card.text_width, top, card.text_width, high)
+        painter.drawText(at, _WRAPPED, text)
         top += high + gap
     top += 4.0 * gap
     painter.setPen(QColor(QUIET))
-    painter.drawText(QRectF(left, top, inner, where_height), anywhere, where)
+    where_height = card.tall(inner, card.where, _ANYWHERE)
+    painter.drawText(QRectF(left, top, inner, where_height), _ANYWHERE, card.where)
     top += where_height + gap
+    hint_height = QFontMetricsF(plain).height()
     painter.drawText(
-        QRectF(left, top, inner, metrics.height()), int(flag.AlignLeft), CLOSE_HINT
+        QRectF(left, top, inner, hint_height), int(_FLAG.AlignLeft), CLOSE_HINT
     )

@@ -6,6 +6,7 @@ from app.window.keys import TASK_KEYS, KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
+from app.window.sound_keys import SOUND_KEYS
 from app.window.task_panel import TaskPanel
 from app.window.tool_keys import TOOL_KEYS
 from paravol.flight import FlightOrder
@@ -26,17 +27,20 @@ class SideColumn(QWidget):
         self.slices = SlicesView()
         self.moments = MomentView()
         self.tasks = TaskPanel(order.scenario)
-        own = order.input.has_instrument
-        free = {} if own else TOOL_KEYS
+        own = order.has_own_tool
+        second = order.instrument
+        keys = order.input.keys if second is None else order.input.keys | second.keys
+        hand_keys = SOUND_KEYS if own else TOOL_KEYS | SOUND_KEYS
         if order.scenario.tasks:
-            free = TASK_KEYS | free
-        self._keys = KeyHelp(order.input.keys, free)
+            hand_keys = TASK_KEYS | hand_keys
+        self._keys = KeyHelp(keys, hand_keys)
         self._tool = QLabel(tool_text(EMPTY_HAND))
         title = QLabel(order.scenario.title)
         title.setObjectName("title")
         title.setWordWrap(True)
         about = QLabel(
             f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
+            + ("" if second is None else f" · tool: {second.name}")
         )
         about.setWordWrap(True)
         self._column = QVBoxLayout(self)

@@ -10,6 +10,10 @@ QUIET = "#9aa4af"
 READY = "#4cc9a0"
 ALARM = "#ff4d5e"
 
+# Of a palette that is told apart with every kind of colour vision (Okabe and Ito).
+CAUTION = "#e69f00"
+WARNING = "#d55e00"
+
 
 def style_sheet(scale: float) -> str:
     """Return the rules of all that Qt draws itself; scale: on every length."""

@@ -17,6 +17,7 @@ TOOL_KEYS = {
     "Z": "undo the last cut",
     "Pg↑ Pg↓": "tool ahead, back",
     "Home End": "turn the tool",
+    "H": "hold the scope; back",
 }
 """What to show to whoever has a free second hand."""
 
@@ -80,6 +81,9 @@ class ToolKeys(QObject):
             case Qt.Key.Key_T | Qt.Key.Key_B | Qt.Key.Key_N | Qt.Key.Key_Z:
                 if not event.isAutoRepeat():
                     self._do(Qt.Key(key), event.modifiers())
+            case Qt.Key.Key_H:
+                if not event.isAutoRepeat():
+                    self._swap()
             case Qt.Key.Key_L:
                 if not event.isAutoRepeat():
                     hand.wash()
@@ -101,6 +105,18 @@ class ToolKeys(QObject):
             self._is_sucking = not self._is_sucking
             self._hand.suck(self._is_sucking)
             self._notify(f"Suction {'on' if self._is_sucking else 'off'}", "")
+
+    def _swap(self) -> None:
+        """Hold the scope and move the tool, or the other way round."""
+        if not self._hand.swap():
+            self._notify(
+                "The scope cannot be held",
+                "Take a tool first (T); a tool with a device of its own needs no hand.",
+            )
+        elif self._hand.holds_scope:
+            self._notify("The scope is held", "Its controls move the tool; H: back.")
+        else:
+            self._notify("The scope moves", "The tool stays; T puts another one in.")
 
     def _choose(self, step: int) -> None:
         names = [NO_TOOL, *INSTRUMENTS]

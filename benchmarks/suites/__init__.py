@@ -11,10 +11,12 @@ from benchmarks.suites.art_scaling import ScalingPlan
 from benchmarks.suites.devices import DevicesPlan
 from benchmarks.suites.flight import FlightPlan
 from benchmarks.suites.fsr import FsrPlan
+from benchmarks.suites.haptics import HapticsPlan
 from benchmarks.suites.jobs import JobsPlan
 from benchmarks.suites.light import LightPlan
 from benchmarks.suites.look import LookPlan
 from benchmarks.suites.refinement import RefinementPlan
+from benchmarks.suites.scoring import ScoringPlan
 from benchmarks.suites.splats import SplatsPlan
 from benchmarks.suites.startup import StartupPlan
 from benchmarks.suites.surgery import SurgeryPlan
@@ -31,12 +33,14 @@ __all__ = [
     "FlightPlan",
     "FsrPlan",
     "GrowthPlan",
+    "HapticsPlan",
     "JobsPlan",
     "KernelPlan",
     "LightPlan",
     "LookPlan",
     "RefinementPlan",
     "ScalingPlan",
+    "ScoringPlan",
     "SplatsPlan",
     "StartupPlan",
     "SurgeryPlan",

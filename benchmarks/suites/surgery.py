@@ -20,6 +20,7 @@ from paravol.session_setup import (
     LIVE_TIER,
     SEED,
     build_view,
+    coverage_watch,
     first_views,
     operate_on,
     path_view,
@@ -32,10 +33,13 @@ from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier
 from scenarios import View, tip_frame
+from scenarios.coverage.watch import RATE_HZ
 from surgery import solids
 from surgery.edit import Taker
 from surgery.film import STEPS_PER_S, BloodFilm
+from surgery.force import MOST_BALLS, feel_tables, whole_patch
 from surgery.injury import InjuryWatch
+from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
 from surgery.pushing import Pushing, Rod
 
@@ -47,8 +51,15 @@ FIRST_COPY, LATER_COPY = "copy of one cut", "copy of all cuts"
 NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
 WATCH = "injury watch"
 DEEP_WATCH = "injury watch deep inside"
+MUCOSA_WATCH = "mucosa watch"
 PICTURE = "cut to picture"
 FILM = "blood film"
+READ, TICK, COLD_TICK = "distance at 200 balls", "tick of force", "cold tick of force"
+TICKS = 2000
+FLUSHED = 4_000_000
+"""Numbers that are written between cold ticks, 16 MB: more than caches hold."""
+THIN_MM = 0.8
+"""Radius of the tool whose force is timed."""
 HEALED, WOUNDED = "light without wounds", "light on a wound"
 CLEAR, SOILED = "clean lens", "soiled lens"
 WOUND_SIZE = 256
@@ -156,11 +167,19 @@ class SurgeryPlan(Plan, suite="surgery"):
                 size,
                 5.0,
             ),
+            *self._force_tasks(),
             self.task(
                 "first_flight/sample/injuries",
                 WATCH,
                 self._watch,
                 watched | {"seconds": self._watched_s},
+                cost_s=20.0,
+            ),
+            self.task(
+                "first_flight/look/mucosa",
+                MUCOSA_WATCH,
+                self._watch_mucosa,
+                {"look_hz": RATE_HZ, "threads": 1, "seconds": self._watched_s},
                 cost_s=20.0,
             ),
             self.task(
@@ -199,6 +218,24 @@ class SurgeryPlan(Plan, suite="surgery"):
                 cost_s=cost_s,
             )
             for mode, work in works.items()
+        ]
+
+    def _force_tasks(self) -> list[Task]:
+        """List a tick of force, and what reads alone cost."""
+        return [
+            self.task(
+                "first_flight/tick/force",
+                mode,
+                work,
+                {"balls": MOST_BALLS, "threads": 1, "series": mode, "reference": READ},
+                baseline=None if mode == READ else READ,
+                cost_s=5.0,
+            )
+            for mode, work in (
+                (READ, partial(self._force, True, False)),
+                (TICK, partial(self._force, False, False)),
+                (COLD_TICK, partial(self._force, False, True)),
+            )
         ]
 
     def close(self) -> None:
@@ -485,6 +522,67 @@ class SurgeryPlan(Plan, suite="surgery"):
         counters["picture_ms_95_percent"] = float(np.percentile(walls, 95))
         return Measured(clock.timing(), counters=counters)
 
+    def _force(self, is_read: bool, is_cold: bool) -> Measured:
+        """Time ticks of a tool that slides along walls, one call each.
+
+        is_read: its distances alone. The scope's shaft of the bundled flight, ahead
+        until it touches, goes to and fro by a hundredth of a millimetre a tick, half of
+        the time up to 0.5 mm into the wall. Counter `touching` is that share.
+        """
+        patient = self._patient
+        patch = whole_patch(patient)
+        walls, grounds = feel_tables(patient.layers)
+        path = bundled_flight()[1]
+        seen = path.sample(0.5 * path.duration_s)
+        frame = tip_frame(seen.tip_mm, seen.axis)
+        balls = np.zeros((MOST_BALLS, 4))
+        balls[:, 2] = np.linspace(THIN_MM, 60.0, MOST_BALLS)
+        balls[:, 3] = THIN_MM
+        start, ahead = frame[:3, 3].copy(), -frame[:3, 2]
+        way = np.arange(0.0, 30.0, 0.05)[:, None]
+        gaps = -patient.surface.distance.sample(start + (way - THIN_MM) * ahead)
+        start += float(way[np.argmax(gaps < THIN_MM), 0]) * ahead
+        state, result = np.zeros(tick.STATE), np.zeros(tick.OUT)
+        holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        work = np.zeros((MOST_BALLS + tick.BEHIND, tick.WORK))
+        settings = np.zeros(tick.SETTINGS)
+        settings[[tick.DT, tick.PERIOD]] = 1e-3
+        settings[tick.STIFFEST] = settings[tick.MOST_N] = np.inf
+        still, flushed = np.zeros(3), np.zeros(FLUSHED, np.float32)
+        clock, touches = _Clock(), 0
+        count = TICKS // 20 if is_cold else TICKS
+        for n in range(count):
+            depth = 0.5 * np.sin(n / 50)
+            frame[:3, 3] = start + depth * ahead
+            if is_cold:
+                flushed += 1.0
+            if is_read:
+                clock.time(
+                    partial(
+                        tick.place_balls,
+                        patch.distance,
+                        patch.voxel,
+                        holes,
+                        0,
+                        balls,
+                        frame,
+                        still,
+                        0.0,
+                        work,
+                    )
+                )
+                continue
+            clock.time(
+                partial(
+                    tick.touch_tick,
+                    *(patch, walls, grounds, balls, frame, settings),
+                    *(state, holes, work, result),
+                )
+            )
+            touches += int(result[tick.PASSES] > 0)
+        counters = clock.counters("tick") | {"touching": touches / count}
+        return Measured(clock.timing(), counters=counters)
+
     def _watch(self) -> Measured:
         """Time the watch a sample at a time on the bundled flight."""
         head = sinus_phantom()
@@ -498,6 +596,22 @@ class SurgeryPlan(Plan, suite="surgery"):
             scope = solids.capsule(end, end + SHAFT_MM * pose[:3, 2], SCOPE_MM)
             clock.time(partial(watch.move, "endoscope", time_s, scope))
         return Measured(clock.timing(), counters=clock.counters("sample"))
+
+    def _watch_mucosa(self) -> Measured:
+        """Time the watch of what is seen a look at a time on the bundled flight."""
+        scenario, path = bundled_flight()
+        patient = load_patient(scenario, _quietly)
+        watch, clock = coverage_watch(patient), _Clock()
+        scope, distance = scenario.scope.endoscope(), patient.surface.distance
+        for n in range(round(self._watched_s * RATE_HZ)):
+            time_s = (n + 0.5) / RATE_HZ
+            state = path.sample(time_s)
+            pose = tip_frame(state.tip_mm, state.axis)
+            camera = scope.camera(pose, state.roll_deg, (SIZE, SIZE))
+            clock.time(partial(watch.step, time_s, camera, distance))
+        timing = clock.timing()
+        share = {"share_of_a_core": timing.median_s * RATE_HZ}
+        return Measured(timing, counters=clock.counters("look") | share)
 
     def _watch_deep(self) -> Measured:
         """Time the watch while a tool jumps about deep inside the skull base."""

@@ -21,6 +21,10 @@ LAG_S = 0.15
 """A hand that asks for more than the rate limit is followed for this long after it
 stops; what would come later than that is not what it meant."""
 
+SETTLING = 2.0
+"""A shaft that was placed goes to the pivot so many times as fast as a hand may ask:
+it gets there while the hand goes on."""
+
 LEVER_MM = 20.0
 """A shaft that is less deep than this is held by the hand, that far behind its tip."""
 
@@ -148,6 +152,12 @@ class FulcrumControl:
         self._tilt_deg = np.zeros(2)
         self._roll_deg = 0.0
         self._owed = np.zeros(4)
+        self._is_settling = False
+
+    @property
+    def is_settling(self) -> bool:
+        """Return whether a shaft that was placed is still on its way to the pivot."""
+        return self._is_settling
 
     @property
     def depth_mm(self) -> float:
@@ -201,6 +211,28 @@ class FulcrumControl:
         frame[:3, 3] = self.fulcrum.pivot_mm + depth_mm * pointing
         return frame
 
+    def place(self, frame: NDArray[np.float64]) -> None:
+        """Take over a shaft where it is, 4x4; the next frame is this one.
+
+        Its line need not pass through the pivot. It turns there from then on, and goes
+        to where the limits let it be, at `SETTLING` times the limits of rate.
+        """
+        self._aim_at(frame[:3, 3])
+        self._roll_deg = 0.0
+        level = self._frame(self._depth_mm, self._tilt_deg)
+        right, up = (
+            float(frame[:3, 0] @ level[:3, 0]),
+            float(frame[:3, 0] @ level[:3, 1]),
+        )
+        self._roll_deg = math.degrees(math.atan2(-up, right))
+        self._held = np.array(frame, dtype=np.float64)
+        self._is_settling = True
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Owe nothing any more of what was asked for so far."""
+        self._owed = np.zeros(4)
+
     def advance(self, step_s: float, demand: Demand) -> None:
         """Follow the demand for ``step_s`` seconds.
 
@@ -230,12 +262,47 @@ class FulcrumControl:
         before = self.frame()
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
-        if self._hold is not None:
+        if self._is_settling:
+            self._settle(before, SETTLING * step_s)
+        elif self._hold is not None:
             self._go(self._hold, before)
 
-    def let_go(self) -> None:
+    def go_through_walls(self) -> None:
         """Go through walls from now on: what the scope is put into holds it."""
         self._hold = None
+
+    def _settle(self, before: NDArray[np.float64], step_s: float) -> None:
+        """Go from a frame towards the one that passes through the pivot."""
+        wanted = self._frame(self._depth_mm, self._tilt_deg)
+        way_mm = float(np.linalg.norm(wanted[:3, 3] - before[:3, 3]))
+        # a turn about the shaft is no way to the pivot: the hand asks for it
+        across = np.cross(wanted[:3, 2], before[:3, 2])
+        along = float(wanted[:3, 2] @ before[:3, 2])
+        turn_deg = math.degrees(math.atan2(float(np.linalg.norm(across)), along))
+        share = 1.0
+        for way, rate in (
+            (way_mm, self.limits.insert_mm_s),
+            (turn_deg, self.limits.turn_deg_s),
+        ):
+            if way > rate * step_s:
+                share = min(share, rate * step_s / way)
+        self._is_settling = share < 1.0
+        aim = _part_way(before, wanted, share) if share < 1.0 else wanted
+        held = aim if self._hold is None else self._hold(before, aim)
+        self._held = None if held is wanted else held
+        if held is not aim:
+            self._aim_at(held[:3, 3])
+
+    def _aim_at(self, tip_mm: NDArray[np.float64]) -> None:
+        """Let depth and tilt be those of a tip, as far as the limits let them."""
+        way = tip_mm - self.fulcrum.pivot_mm
+        right, up = float(way @ self._right), float(way @ self._up)
+        aside = math.hypot(right, up)
+        angle_deg = math.degrees(math.atan2(aside, float(way @ self.fulcrum.axis)))
+        share = angle_deg / aside if aside > 0.0 else 0.0
+        depth_mm = float(np.linalg.norm(way))
+        place = self._bounded(np.array((depth_mm, share * right, share * up)))
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
     def _go(self, hold: Hold, before: NDArray[np.float64]) -> None:
         """Go on from where walls hold the scope on its way from a frame."""
@@ -280,3 +347,17 @@ def _shortened(vector: NDArray[np.float64], most: float) -> NDArray[np.float64]:
     # Rounding must not leave it a hair too long: a limit is a limit.
     short: NDArray[np.float64] = vector * (most / length * (1.0 - 1e-15))
     return short
+
+
+def _part_way(
+    start: NDArray[np.float64], end: NDArray[np.float64], share: float
+) -> NDArray[np.float64]:
+    """Return a rigid 4x4 pose a share of the way from one to another."""
+    mixed = start + share * (end - start)
+    back = mixed[:3, 2] / np.linalg.norm(mixed[:3, 2])
+    right = mixed[:3, 0] - (mixed[:3, 0] @ back) * back
+    right /= np.linalg.norm(right)
+    frame = np.eye(4)
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, np.cross(back, right), back
+    frame[:3, 3] = mixed[:3, 3]
+    return frame

@@ -15,14 +15,15 @@ from devices.controls.linux_input import (
     InputEvent,
     input_devices,
 )
-from devices.controls.steering import Freedom, Steering
+from devices.controls.rumble import Rumble, open_rumble
+from devices.controls.steering import SWAP_BUTTON, Freedom, SteeringEvents
 from devices.port import Clock, DeviceError, DeviceReason, HostClock
 
 X, Y, Z, RX, RY, RZ = range(6)
 """The kernel's codes of axes, the same for absolute and relative ones."""
 
-FIRST_BUTTON, SECOND_BUTTON = 0x130, 0x131
-"""A pad's lower and right button, by the kernel's gamepad layout."""
+FIRST_BUTTON, SECOND_BUTTON, THIRD_BUTTON = 0x130, 0x131, 0x133
+"""A pad's lower, right and upper button, by the kernel's gamepad layout."""
 
 MOUSE_BUTTONS = (0x100, 0x101)
 
@@ -75,7 +76,9 @@ class Layout:
     help: dict[str, str]
 
 
-PAD = Layout(PAD_AXES, {FIRST_BUTTON: 1, SECOND_BUTTON: 2}, HELP)
+PAD = Layout(
+    PAD_AXES, {FIRST_BUTTON: 1, SECOND_BUTTON: 2, THIRD_BUTTON: SWAP_BUTTON}, HELP
+)
 MOUSE = Layout(MOUSE_AXES, dict(zip(MOUSE_BUTTONS, (1, 2), strict=True)), MOUSE_HELP)
 
 
@@ -109,6 +112,8 @@ class Gamepad:
                 "the axes of a 3D mouse.",
             )
         self.layout = layout
+        self.rumble: Rumble | None = None
+        """Its motors, where it has any that may be used; it closes them."""
         self._device = device
         self._clock: Clock = HostClock() if clock is None else clock
         self._moved_s: dict[int, float] = {}
@@ -118,7 +123,7 @@ class Gamepad:
         """Return what the device calls itself."""
         return self._device.description.name
 
-    def poll(self, steering: Steering) -> None:
+    def poll(self, steering: SteeringEvents) -> None:
         """Pass on what happened since the last time; DeviceError if it went away."""
         for event in self._device.read():
             if event.kind == EV_KEY and event.code in self.layout.buttons:
@@ -134,9 +139,11 @@ class Gamepad:
 
     def close(self) -> None:
         """Let go of the device; harmless when repeated."""
+        if self.rumble is not None:
+            self.rumble.close()
         self._device.close()
 
-    def _deflect(self, steering: Steering, event: InputEvent) -> None:
+    def _deflect(self, steering: SteeringEvents, event: InputEvent) -> None:
         if event.kind == EV_REL:
             self._moved_s[event.code] = event.time_s
             extent = RELATIVE_RANGE
@@ -175,26 +182,38 @@ def deflection(value: int, extent: AxisRange) -> float:
     return beyond * beyond if share > 0.0 else -beyond * beyond
 
 
-def open_gamepad(path: Path | None = None) -> Gamepad:
-    """Open the first gamepad or 3D mouse there is, or the one at ``path``.
+def open_gamepad(path: Path | None = None, number: int = 1) -> Gamepad:
+    """Open the gamepad or 3D mouse of a number, from 1, or the one at ``path``.
 
     Raises DeviceError, in one sentence, when there is none.
     """
     if path is not None:
-        return Gamepad(InputDevice(path))
+        return _with_rumble(Gamepad(InputDevice(path)), path)
     refused: DeviceError | None = None
+    found = 0
     for candidate in input_devices():
         try:
             device = InputDevice(candidate)
         except DeviceError as error:
             refused = error
             continue
-        if layout_of(device.description) is not None:
-            return Gamepad(device)
+        found += layout_of(device.description) is not None
+        if found == number:
+            return _with_rumble(Gamepad(device), candidate)
         device.close()
     if refused is not None:
         raise refused
+    if found:
+        raise DeviceError(
+            DeviceReason.NO_DEVICE,
+            f"There is no gamepad {number}, only {found}; plug another one in.",
+        )
     raise DeviceError(
         DeviceReason.NO_DEVICE,
         "There is no gamepad or 3D mouse; plug one in, or fly with --input mouse.",
     )
+
+
+def _with_rumble(pad: Gamepad, path: Path) -> Gamepad:
+    pad.rumble = open_rumble(path)
+    return pad

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from devices.controls.steering import Freedom, Steering
+from devices.controls.steering import Freedom, SteeringEvents
 
 KEYS: dict[str, tuple[Freedom, int]] = {
     "W": (Freedom.INSERT, 1),
@@ -49,7 +49,7 @@ class MouseKeys:
     value, so that a window can use them otherwise.
     """
 
-    steering: Steering
+    steering: SteeringEvents
     _down: set[str] = field(default_factory=set)
 
     def key(self, name: str, is_down: bool, at_s: float) -> bool:

@@ -18,7 +18,9 @@ FOLDER = Path("/dev/input")
 EV_SYN, EV_KEY, EV_REL, EV_ABS = 0, 1, 2, 3
 SYN_DROPPED = 3
 
-_EVENT = struct.Struct("@llHHi")
+EVENT = struct.Struct("@llHHi")
+"""One event: seconds, microseconds, kind, code, value."""
+
 _RANGE = struct.Struct("@6i")
 _MOST_AXES, _MOST_KEYS = 0x40, 0x300
 _CLOCK_MONOTONIC = 1
@@ -63,11 +65,11 @@ class EventReader:
     def feed(self, data: bytes) -> list[InputEvent]:
         """Return the events that are complete now."""
         data = self._rest + data
-        whole = len(data) - len(data) % _EVENT.size
+        whole = len(data) - len(data) % EVENT.size
         self._rest = data[whole:]
         return [
             InputEvent(seconds + micros * 1e-6, kind, code, value)
-            for seconds, micros, kind, code, value in _EVENT.iter_unpack(data[:whole])
+            for seconds, micros, kind, code, value in EVENT.iter_unpack(data[:whole])
         ]
 
 
@@ -87,7 +89,7 @@ class InputDevice:
                 "systems its user must belong to the group 'input'.",
             ) from error
         try:
-            self._ask(_request(1, 0xA0, 4), struct.pack("@i", _CLOCK_MONOTONIC))
+            self._ask(request_number(1, 0xA0, 4), struct.pack("@i", _CLOCK_MONOTONIC))
             self.description = self._describe()
         except OSError as error:
             self.close()
@@ -105,7 +107,7 @@ class InputDevice:
         events: list[InputEvent] = []
         try:
             while True:
-                data = os.read(self._file, _EVENTS_AT_ONCE * _EVENT.size)
+                data = os.read(self._file, _EVENTS_AT_ONCE * EVENT.size)
                 if not data:
                     raise self._gone()
                 events += self._reader.feed(data)
@@ -125,7 +127,7 @@ class InputDevice:
                 InputEvent(time_s, EV_ABS, code, self._axis(code)[0])
                 for code in self.description.absolute
             ]
-            down = _bits(self._ask(_request(2, 0x18, _MOST_KEYS // 8)))
+            down = bits(self._ask(request_number(2, 0x18, _MOST_KEYS // 8)))
         except OSError as error:
             raise self._gone() from error
         return events + [
@@ -140,10 +142,10 @@ class InputDevice:
             self._file = -1
 
     def _describe(self) -> InputDescription:
-        name = self._ask(_request(2, 0x06, 256)).partition(b"\0")[0]
-        axes = _bits(self._ask(_request(2, 0x20 + EV_ABS, _MOST_AXES // 8)))
-        relative = _bits(self._ask(_request(2, 0x20 + EV_REL, 2)))
-        keys = _bits(self._ask(_request(2, 0x20 + EV_KEY, _MOST_KEYS // 8)))
+        name = self._ask(request_number(2, 0x06, 256)).partition(b"\0")[0]
+        axes = bits(self._ask(request_number(2, 0x20 + EV_ABS, _MOST_AXES // 8)))
+        relative = bits(self._ask(request_number(2, 0x20 + EV_REL, 2)))
+        keys = bits(self._ask(request_number(2, 0x20 + EV_KEY, _MOST_KEYS // 8)))
         ranges = {}
         for code in sorted(axes):
             _, low, high, _, flat, _ = self._axis(code)
@@ -156,7 +158,7 @@ class InputDevice:
         )
 
     def _axis(self, code: int) -> tuple[int, ...]:
-        return _RANGE.unpack(self._ask(_request(2, 0x40 + code, _RANGE.size)))
+        return _RANGE.unpack(self._ask(request_number(2, 0x40 + code, _RANGE.size)))
 
     def _ask(self, request: int, data: bytes | None = None) -> bytes:
         # Imported here: the module is there on Unix only.
@@ -183,10 +185,11 @@ def input_devices(folder: Path = FOLDER) -> list[Path]:
     return sorted(numbered, key=lambda path: int(path.name[5:]))
 
 
-def _request(direction: int, number: int, size: int) -> int:
+def request_number(direction: int, number: int, size: int) -> int:
     """Compose the number of a request of type 'E'; 1 writes and 2 reads."""
     return direction << 30 | size << 16 | ord("E") << 8 | number
 
 
-def _bits(mask: bytes) -> set[int]:
+def bits(mask: bytes) -> set[int]:
+    """Return the numbers of the bits that are set, the lowest of each byte first."""
     return {i for i in range(8 * len(mask)) if mask[i // 8] >> (i % 8) & 1}

@@ -1,10 +1,11 @@
 """A scope that a hand steers without an arm: keys, mouse, gamepad, 3D mouse."""
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 from devices.controls.fulcrum import FulcrumControl
-from devices.controls.steering import Steering
+from devices.controls.steering import Steering, SteeringEvents
 from devices.port import Clock, DeviceError
 from devices.pose import Pose
 from devices.source import PulledSource
@@ -14,10 +15,15 @@ RATE_HZ = 100.0
 """As often as an arm is asked."""
 
 
+def _never() -> bool:
+    """Return False: what is not told apart moves at all times."""
+    return False
+
+
 class Handset(Protocol):
     """A device in somebody's hand that must be asked what happened to it."""
 
-    def poll(self, steering: Steering) -> None:
+    def poll(self, steering: SteeringEvents) -> None:
         """Pass on what happened since the last time; DeviceError if it went away."""
         ...
 
@@ -41,13 +47,22 @@ class SteeredArm(PulledSource):
         *,
         rate_hz: float = RATE_HZ,
         clock: Clock | None = None,
+        events: SteeringEvents | None = None,
+        is_still: Callable[[], bool] = _never,
     ) -> None:
+        """Begin at the control's frame.
+
+        events: takes what happens to the handset, the steering itself if None.
+        is_still: while it says so nothing moves, whatever was asked for.
+        """
         super().__init__("the steered scope", clock)
         if not rate_hz > 0.0:
             raise UserError(f"rate_hz must be positive, got {rate_hz}")
         self._control = control
         self._steering = steering
         self._handset = handset
+        self._events = steering if events is None else events
+        self._is_still = is_still
         self._rate_hz = rate_hz
         self._start_s = self._clock.now()
         self._ticks = 0
@@ -62,7 +77,7 @@ class SteeredArm(PulledSource):
         with self._lock:
             if self._handset is not None and not self._is_closed:
                 try:
-                    self._handset.poll(self._steering)
+                    self._handset.poll(self._events)
                 except DeviceError as error:
                     # What was measured before is read before this is told.
                     self._queue.fail(error)
@@ -76,7 +91,10 @@ class SteeredArm(PulledSource):
         before = self._tick_s(self._ticks)
         self._ticks += 1
         demand, buttons = self._steering.step(before, due_s)
-        self._control.advance(1.0 / self._rate_hz, demand)
+        if self._is_still():
+            self._control.let_go()
+        else:
+            self._control.advance(1.0 / self._rate_hz, demand)
         return Pose(
             time_s=self._ticks / self._rate_hz,
             host_time_s=due_s,

@@ -5,12 +5,17 @@ from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum
 from math import isfinite
+from typing import Protocol
 
 from devices.controls.fulcrum import Demand
 from disk import UserError
 
 LONGEST_LOG = 1 << 14
 """Events kept for a reader that is late; a mouse makes a thousand a second."""
+
+
+SWAP_BUTTON = 1 << 4
+"""Not a pedal: it gives the hand to the tool, or back to the scope."""
 
 
 class Freedom(IntEnum):
@@ -43,6 +48,22 @@ class _Pressed:
     is_down: bool
 
 
+class SteeringEvents(Protocol):
+    """Take what happens to keys, sticks and a mouse; see `Steering`."""
+
+    def hold(self, freedom: Freedom, rate: float, at_s: float) -> None:
+        """Ask for a share of the rate limit, -1 to 1, from that moment on."""
+        ...
+
+    def nudge(self, freedom: Freedom, way: float, at_s: float) -> None:
+        """Ask for some way at once: mm for insertion, degrees for the rest."""
+        ...
+
+    def press(self, button: int, is_down: bool, at_s: float) -> None:
+        """Press or release the buttons of a bit mask."""
+        ...
+
+
 class Steering:
     """Gather events as they happen; tell what they ask for, step by step.
 
@@ -65,8 +86,8 @@ class Steering:
         self._add(_Nudged(at_s, freedom, _finite(way)))
 
     def press(self, button: int, is_down: bool, at_s: float) -> None:
-        """Press or release the buttons of a bit mask."""
-        self._add(_Pressed(at_s, button, is_down))
+        """Press or release the buttons of a bit mask; `SWAP_BUTTON` means nothing."""
+        self._add(_Pressed(at_s, button & ~SWAP_BUTTON, is_down))
 
     def step(self, from_s: float, until_s: float) -> tuple[Demand, int]:
         """Return what was asked for in between, and the buttons that were down then.

@@ -29,6 +29,9 @@ is the second tick without a pose, 2 ms after the last one."""
 RAMP_S = 0.25
 """In which the force grows after a start or a fault."""
 
+SHARE = 0.5
+"""Of the stiffness at which a sampled wall begins to swing, so much is used."""
+
 FASTEST_MM_S = 4000.0
 """No hand moves a tool faster: 4 mm in a tick of 1 ms."""
 
@@ -53,6 +56,20 @@ class ForceLimits:
         ):
             if not 0.0 < value < np.inf:
                 raise UserError(f"a device's largest {name} must be positive: {value}")
+        if not 0.0 <= self.damping_ns_m < np.inf:
+            raise UserError(
+                f"a device's damping is not negative, got {self.damping_ns_m}"
+            )
+
+    def stiffest_n_m(self, period_s: float) -> float:
+        """Return the stiffness of the stiffest wall that a loop may make, N/m.
+
+        period_s: of the loop. A sampled wall begins to swing at ``2 b / T`` of the
+        device's own damping b (Colgate and Brown 1994); `SHARE` of that is used.
+        """
+        if self.damping_ns_m == 0.0:
+            return self.stiffness_n_m
+        return min(self.stiffness_n_m, SHARE * 2.0 * self.damping_ns_m / period_s)
 
 
 class ForceDevice(Protocol):

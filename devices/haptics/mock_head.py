@@ -152,8 +152,7 @@ class MockHead:
     @property
     def name(self) -> str:
         """Return what a person reads."""
-        told = "" if self.fault.name == HEAD_FAULTS[0] else f", {self.fault.name}"
-        return f"emulated force device{told}"
+        return "emulated force device"
 
     @property
     def limits(self) -> ForceLimits:

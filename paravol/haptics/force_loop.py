@@ -19,7 +19,9 @@ from paravol.haptics.kernels.c_functions import COMMAND, READ, CFunction
 from paravol.haptics.kernels.publishing import count_one
 from paravol.haptics.kernels.run_loop import Feeling, Tissue, copy_state, run_loop
 from paravol.haptics.loop_record import BIN_NS, LOOP
-from surgery.force import feel_tables
+from scenarios.session import SHAFT_CHECKED_MM
+from surgery import solids
+from surgery.force import balls_of, feel_tables
 from surgery.kernels import touch_force
 
 Doubles = NDArray[np.float64]
@@ -91,7 +93,7 @@ def new_feeling(
     walls, grounds = feel_tables(layers)
     settings = np.zeros(touch_force.SETTINGS)
     settings[touch_force.PERIOD] = period_s
-    settings[touch_force.STIFFEST] = limits.stiffness_n_m * 1e-3
+    settings[touch_force.STIFFEST] = limits.stiffest_n_m(period_s) * 1e-3
     settings[touch_force.DAMPING] = limits.damping_ns_m * 1e-3
     settings[touch_force.MOST_N] = limits.force_n
     return Feeling(
@@ -104,6 +106,13 @@ def new_feeling(
         np.zeros((len(balls) + touch_force.BEHIND, touch_force.WORK)),
         np.zeros(touch_force.OUT),
     )
+
+
+def scope_balls(radius_mm: float) -> Doubles:
+    """Return the balls ``(n, 4)`` of a scope's shaft, its round front at the tip."""
+    begin, end = (0.0, 0.0, radius_mm), (0.0, 0.0, SHAFT_CHECKED_MM)
+    balls, _ = balls_of([solids.capsule(begin, end, radius_mm)])
+    return balls
 
 
 class LoopArguments(NamedTuple):

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from surgery.kernels.touch_force import OUT
-
 BIN_NS, BINS = 10_000, 1000
 """Of the histogram of lateness; the last bin holds all that is later."""
 
@@ -23,8 +21,6 @@ LOOP = np.dtype(
         ("buttons", np.int64),
         ("fault", np.int64),
         ("force_n", np.float64, (3,)),
-        ("flags", np.int64),
-        ("touch", np.float64, (OUT,)),
         # how it runs
         ("last_ns", np.int64),
         ("ticks", np.int64),
@@ -40,6 +36,5 @@ LOOP = np.dtype(
     ],
     align=True,
 )
-"""force_n: what the device was told, in its frame. touch, flags: what tissue does, as
-`surgery.kernels.touch_force` tells it, in the patient's frame. late: ticks by how late
-they began. cost_ns: of all ticks; dearest_ns: of the dearest."""
+"""force_n: what the device was told, in its frame. late: ticks by how late they began.
+cost_ns: of all ticks; dearest_ns: of the dearest."""

@@ -12,6 +12,7 @@ from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
 from paravol.inputs.pose_completer import HandChannel, PathChannel
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
@@ -55,6 +56,7 @@ class ArmInput(FlightInput):
         self.name = device or "emulated arm"
         if device is not None and not follows_path:
             self.completer = self._hand
+            self.turns = ClutchTurns()
             return
         if path is None:
             raise UserError(

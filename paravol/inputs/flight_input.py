@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from devices import Registration
 from devices.controls.keyboard import MouseKeys
 from devices.controls.roll import EncoderRoll
+from devices.controls.rumble import Rumble
 from paravol.inputs.pose_completer import HandChannel, PoseCompleter
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import DeviceTurns
 from paravol.patient import PatientScene
 from renderers.scene import Change
 from surgery.patient import OperatedPatient
@@ -27,8 +29,10 @@ class FlightInput(ABC):
     name: for the window. keys: its controls, to be shown. completer: makes samples of
     its poses. until_s: when the flight is over. registration: where its frame lies in
     the patient; None when fiducials must be touched, ``touch_hint`` says how.
-    controls: takes keys and mouse, where those steer. is_held_by_walls: whether walls
-    hold a hand that feels nothing.
+    controls: takes keys and mouse, where those steer. turns: gives its device to the
+    tool and back, once it is open; None where that cannot be. is_held_by_walls: whether
+    walls hold a hand that feels nothing. rumble: of the pad that steers, None where it
+    has none.
     """
 
     name: str
@@ -40,6 +44,8 @@ class FlightInput(ABC):
     touch_hint: str = ""
     controls: MouseKeys | None = None
     is_held_by_walls: bool = True
+    rumble: Rumble | None = None
+    turns: DeviceTurns | None = None
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
@@ -61,6 +67,11 @@ class FlightInput(ABC):
     def last_lines(self) -> list[str]:
         """Return what there is to tell after the flight, for a terminal."""
         return []
+
+    def on_swap(self, heard: Callable[[], object]) -> None:
+        """Call `heard` when a button of the device asks for the tool, or the scope."""
+        # Most devices have no button for it.
+        del heard
 
 
 def in_the_patient() -> Registration:

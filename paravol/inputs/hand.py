@@ -9,6 +9,7 @@ slides along them.
 """
 
 import math
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,16 @@ import numpy as np
 from devices import ProbePath
 from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
 from devices.controls.gamepad import open_gamepad
+from devices.controls.handover import Handover
 from devices.controls.keyboard import HELP, MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
-from devices.controls.steering import Steering
+from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
+from paravol.inputs.tool_hold import TOUCH_MM, ToolHold
+from paravol.inputs.turns import SteeredTurns
 from paravol.patient import PatientScene
 from scenarios import Scenario
+from scenarios.nostril import tool_pivot
 from scenarios.scenario import Start
 from scenarios.session import SHAFT_CHECKED_MM
 from surgery.contact import ScopeHold
@@ -38,27 +43,30 @@ UPRIGHT_DEG = 6.0
 """Between the cone and the vertical, where a picture has no up."""
 
 
-TOUCH_MM = 0.15
-"""How deep a touch dents a wall: mucosa yields, and a touch is to be seen and counted,
-but it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
-
-
 def nostril_fulcrum(
-    patient: PatientScene, path: ProbePath | None = None, start: Start = START
+    patient: PatientScene,
+    path: ProbePath | None = None,
+    start: Start = START,
+    side: str | None = None,
 ) -> Fulcrum:
     """Return the fulcrum of the nostril that the exercise's path enters.
 
-    Without a path, where its start says.
-
-    In a patient's own head, whose anatomy has no names, it is where the case says.
+    Without a path it is where the start says. side: "right" or "left" for that nostril.
+    In a patient's own head, whose anatomy has no names, it is where the case says, and
+    a side is refused.
     """
     if start.tip_mm is not None and start.axis is not None:
         return Fulcrum(np.array(start.tip_mm), np.array(start.axis))
     if patient.way_in is not None:
+        if side is not None:
+            raise UserError(
+                "This case names one way in; leave out --instrument-side for it."
+            )
         return Fulcrum(patient.way_in.pivot_mm, patient.way_in.axis)
-    side = start.nostril.value
-    if path is not None:
-        side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
+    if side is None:
+        side = start.nostril.value
+        if path is not None:
+            side = "right" if path.tip_mm[0, 0] < 0.0 else "left"
     nostril, recess = f"nostril, {side}", f"sphenoethmoidal recess, {side}"
     place = patient.positions((nostril, recess))
     return Fulcrum(place[nostril], place[recess] - place[nostril])
@@ -72,9 +80,6 @@ def scope_control(
 ) -> FulcrumControl:
     """Return what moves a scope in the nostril, held by the walls as they are then."""
     fulcrum = nostril_fulcrum(patient, path, start)
-    # a steep way in leaves less room for a cone that must not reach the vertical
-    aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
-    cone_deg = min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG)
     hold = ScopeHold(
         patient.surface.distance,
         radius_mm,
@@ -82,7 +87,32 @@ def scope_control(
         fulcrum.pivot_mm,
         TOUCH_MM,
     )
-    return FulcrumControl(fulcrum, replace(LIMITS, cone_deg=cone_deg), hold=hold)
+    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold)
+
+
+def tool_control(
+    patient: PatientScene,
+    path: ProbePath | None,
+    start: Start = START,
+    side: str | None = None,
+) -> tuple[FulcrumControl, ToolHold]:
+    """Return what moves a tool's shaft in the nostril, beside the scope; its walls.
+
+    side: of the nostril, "right" or "left"; None for that of the exercise.
+    """
+    scope = nostril_fulcrum(patient, path, start, side)
+    fulcrum = Fulcrum(tool_pivot(scope.pivot_mm, scope.axis), scope.axis)
+    hold = ToolHold(patient.surface.distance, fulcrum.pivot_mm)
+    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold), hold
+
+
+def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:
+    """Return how far a shaft goes in a nostril.
+
+    A steep way in leaves less room for a cone that must not reach the vertical.
+    """
+    aside_deg = math.degrees(math.acos(min(abs(float(fulcrum.axis[2])), 1.0)))
+    return replace(LIMITS, cone_deg=min(LIMITS.cone_deg, aside_deg - UPRIGHT_DEG))
 
 
 class _HandInput(FlightInput):
@@ -94,7 +124,7 @@ class _HandInput(FlightInput):
         self._radius_mm = scenario.scope.endoscope().diameter_mm / 2
         self._path, self._start = path, scenario.start
         self._handset = handset
-        self._steering = Steering()
+        self._handover = Handover()
         self.completer = framed_hand()
         self.registration = in_the_patient()
 
@@ -102,8 +132,21 @@ class _HandInput(FlightInput):
         """Put the scope's tip into the nostril."""
         control = scope_control(patient, self._path, self._radius_mm, self._start)
         if not self.is_held_by_walls:
-            control.let_go()
-        return SteeredArm(control, self._steering, self._handset)
+            control.go_through_walls()
+        self.turns = turns = SteeredTurns(
+            self._handover, *tool_control(patient, self._path, self._start)
+        )
+        return SteeredArm(
+            control,
+            self._handover.scope,
+            self._handset,
+            events=self._handover,
+            is_still=lambda: turns.is_tools,
+        )
+
+    def on_swap(self, heard: Callable[[], object]) -> None:
+        """Let a gamepad's button ask for the tool, or for the scope."""
+        self._handover.on_swap = heard
 
 
 class MouseInput(_HandInput):
@@ -113,16 +156,24 @@ class MouseInput(_HandInput):
         super().__init__(scenario, path, None)
         self.name = "mouse and keyboard"
         self.keys = HELP
-        self.controls = MouseKeys(self._steering)
+        self.controls = MouseKeys(self._handover)
 
 
 class GamepadInput(_HandInput):
-    """Steer with the first gamepad or 3D mouse, or with the one at ``file``."""
+    """Steer with the first gamepad or 3D mouse, or with the one at ``file``.
+
+    number: of the gamepad, where there is no file.
+    """
 
     def __init__(
-        self, scenario: Scenario, path: ProbePath | None, file: Path | None
+        self,
+        scenario: Scenario,
+        path: ProbePath | None,
+        file: Path | None,
+        number: int = 1,
     ) -> None:
-        pad = open_gamepad(file)
+        pad = open_gamepad(file, number)
         super().__init__(scenario, path, pad)
         self.name = pad.name
         self.keys = pad.layout.help
+        self.rumble = pad.rumble

@@ -10,13 +10,17 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from devices import DeviceError, DeviceReason, Pose, Registration
 from devices.haptics.force_port import ForceDevice
 from devices.haptics.mock_head import HeadFault, MockHead
 from disk import UserError
-from paravol.haptics.force_loop import PERIOD_S, DeviceState, ForceLoop, new_feeling
+from paravol.haptics.force_loop import (
+    PERIOD_S,
+    DeviceState,
+    ForceLoop,
+    new_feeling,
+    scope_balls,
+)
 from paravol.haptics.tissue_copies import TissueCopies
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.pose_completer import PoseCompleter
@@ -24,9 +28,6 @@ from paravol.inputs.pose_sources import OrderedPoses
 from paravol.patient import PatientScene
 from renderers.scene import Change
 from scenarios import Sample, Scenario
-from scenarios.session import SHAFT_CHECKED_MM as SHAFT_MM
-from surgery import solids
-from surgery.force import balls_of
 from surgery.patient import OperatedPatient
 
 FORMS = "none, emulated or force-dimension"
@@ -110,12 +111,8 @@ class _HapticInput(FlightInput):
         """Run the loop for a device, which it closes."""
         patient = self._operated
         assert patient is not None
-        radius_mm = self._radius_mm
-        # along the shaft, its round front at the tip
-        begin, end = np.array([0.0, 0.0, radius_mm]), np.array([0.0, 0.0, SHAFT_MM])
-        shaft = solids.capsule(begin, end, radius_mm)
         self._copies = copies = TissueCopies(patient)
-        balls, _ = balls_of([shaft])
+        balls = scope_balls(self._radius_mm)
         feeling = new_feeling(patient.layers, balls, device.limits, PERIOD_S)
         with ForceLoop(device, copies.tissue, feeling) as loop:
             self._loop = loop
@@ -188,14 +185,7 @@ class FeltPoses:
         """
         until = time.monotonic() + timeout_s
         while True:
-            try:
-                pose = self.hand.read(max(until - time.monotonic(), 0.0))
-            except TimeoutError:
-                if not self.is_flown or self.loop.state.is_measured:
-                    raise
-                raise TimeoutError(
-                    f"no pose came from the {self.head.name} in {timeout_s:g} s"
-                ) from None
+            pose = self.hand.read(max(until - time.monotonic(), 0.0))
             last_s = pose.time_s if self._last_s is None else self._last_s
             lasts_s = min(max(pose.time_s - last_s, SHORTEST_S), LONGEST_S)
             self._last_s = pose.time_s
@@ -209,6 +199,10 @@ class FeltPoses:
             if state.is_measured:
                 self._is_away = False
                 return replace(pose, device_from_tip=state.device_from_tip)
+            if time.monotonic() >= until:
+                raise TimeoutError(
+                    f"no pose came from the {self.head.name} in {timeout_s:g} s"
+                )
 
 
 class ForceDeviceInput(_HapticInput):

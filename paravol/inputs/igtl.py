@@ -9,6 +9,7 @@ import numpy as np
 from devices.registration.registration_file import RegistrationRecord
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.pose_sources import OrderedPoses
+from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import TippedPoses, tracker_record
 from scenarios import Scenario
@@ -40,6 +41,7 @@ class LinkInput(FlightInput):
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
         self.keys = {"← →": "turn the light post"}
+        self.turns = ClutchTurns()
         self.completer = framed_hand(self.registration.world_from_device)
 
     @contextmanager

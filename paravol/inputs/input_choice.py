@@ -7,7 +7,10 @@ from disk import UserError
 from paravol.inputs.flight_input import FlightInput
 from scenarios import Scenario
 
-FORMS = "mouse, emulator, gamepad[:FILE], recording:FILE or igtl:HOST:PORT[:TOOL]"
+FORMS = (
+    "mouse, emulator, gamepad[:FILE or :NUMBER], recording:FILE or "
+    "igtl:HOST:PORT[:TOOL]"
+)
 
 
 def choose_input(
@@ -66,7 +69,7 @@ def choose_input(
         case "gamepad", file:
             from paravol.inputs.hand import GamepadInput
 
-            return GamepadInput(scenario, path, Path(file) if file else None)
+            return GamepadInput(scenario, path, *pad_words(file))
         case "recording", file if file:
             from paravol.inputs.recording import RecordingInput
 
@@ -76,6 +79,13 @@ def choose_input(
 
             return LinkInput(*peer_address("--input", address), scenario, registration)
     raise UserError(f"--input must be {FORMS}; got {words!r}.")
+
+
+def pad_words(text: str) -> tuple[Path | None, int]:
+    """Read what follows "gamepad:": its file, or its number, the first for nothing."""
+    if text.isascii() and text.isdigit() and int(text) > 0:
+        return None, int(text)
+    return (Path(text) if text else None), 1
 
 
 def peer_address(option: str, text: str) -> tuple[str, int, str | None]:

@@ -1,5 +1,6 @@
 """A recording as input, at the speed it was made at: a session or a probe path."""
 
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from paravol.inputs.flight_input import FlightInput, in_the_patient
 from paravol.inputs.pose_completer import path_instrument
 from paravol.patient import PatientScene
 from scenarios import Sample, tip_frame
-from scenarios.bundle import SampleRecord, read_session
+from scenarios.bundle import Record, SampleRecord, SessionInfo, read_session
 from scenarios.instrument_state import EMPTY_HAND
 
 
@@ -39,7 +40,7 @@ class RecordingInput(FlightInput):
         if file.is_dir():
             samples = self._read_bundle(file)
         else:
-            samples = _samples_of(load_probe_path(file))
+            samples = recorded_samples(file)
             self.registration = in_the_patient()
             self.has_instrument = True
         poses = [_pose_of(sample) for sample in samples]
@@ -68,12 +69,27 @@ class RecordingInput(FlightInput):
             info.registration_rms_mm,
             np.zeros(0),
         )
-        samples = [r.sample() for r in records if isinstance(r, SampleRecord)]
-        if not (info.has_instrument or info.operated):
-            samples = [replace(sample, instrument=EMPTY_HAND) for sample in samples]
-        # Of several at the same time the first is kept.
-        times = [None, *(sample.time_s for sample in samples)]
-        return [s for s, last in zip(samples, times, strict=False) if s.time_s != last]
+        return _samples_in(info, records)
+
+
+def recorded_samples(file: Path) -> list[Sample]:
+    """Return the samples of a session's folder or of a probe path's file, in order.
+
+    Raises UserError when it is neither.
+    """
+    if not file.is_dir():
+        return _samples_of(load_probe_path(file))
+    info, records, _ = read_session(file)
+    return _samples_in(info, records)
+
+
+def _samples_in(info: SessionInfo, records: Iterable[Record]) -> list[Sample]:
+    samples = [r.sample() for r in records if isinstance(r, SampleRecord)]
+    if not (info.has_instrument or info.operated):
+        samples = [replace(sample, instrument=EMPTY_HAND) for sample in samples]
+    # Of several at the same time the first is kept.
+    times = [None, *(sample.time_s for sample in samples)]
+    return [s for s, last in zip(samples, times, strict=False) if s.time_s != last]
 
 
 def _samples_of(path: ProbePath) -> list[Sample]:

@@ -126,6 +126,8 @@ def read_stream(path: Path) -> Stream:
         content = path.read_bytes()
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}.") from error
+    if len(content) < len(MCAP0_MAGIC) and MCAP0_MAGIC.startswith(content):
+        return Stream()  # it died before the first sample
     if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
         raise UserError(f"{path} is not an MCAP stream.")
     chunks = list(_good_chunks(content, path))

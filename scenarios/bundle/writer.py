@@ -1,5 +1,6 @@
 """Write a session as it happens."""
 
+import os
 import threading
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,21 @@ from scenarios.bundle.info import SessionInfo, write_json
 from scenarios.bundle.records import TOPICS, EventRecord, Record, SampleRecord
 
 _FLUSH_EVERY = 50
-"""Samples between two flushes: half a second at 100 Hz."""
+"""Records between two flushes, so that no chunk holds much."""
+
+_FLUSH_AFTER_S = 0.2
+"""Host seconds that a record waits at most, however few come after it. A process that
+is killed loses what waits and what is being written: less than half a second."""
 
 
 class SessionRecorder(Closing):
     """Write a session as it happens; a context manager.
 
-    Whatever has been added when the program dies can be replayed, up to the last
-    flush. Samples and frames may be added by two threads.
+    What was added half a second before the program dies, by SIGKILL too, can be
+    replayed: a thread hands it to the operating system, whatever else comes. Nothing
+    waits for the disk, so a power failure also costs what the system still holds in
+    memory (on Linux 30 s as a rule); the end of a session is waited for. Samples and
+    frames may be added by two threads.
     """
 
     def __init__(self, folder: Path, info: SessionInfo) -> None:
@@ -55,11 +63,21 @@ class SessionRecorder(Closing):
         self._counts = dict.fromkeys(TOPICS.values(), 0)
         self._adding = threading.Lock()
         self.samples = 0
+        # before the first sample there is a stream to be opened already
+        self._file.flush()
+        self._ended = threading.Event()
+        self._refusal: OSError | None = None
+        self._flusher = threading.Thread(
+            target=self._flush_in_time, name="recording", daemon=True
+        )
+        self._flusher.start()
 
     def add(self, record: Record) -> None:
-        """Append one record."""
+        """Append one record; OSError where the disk refuses this one or one before."""
         data = msgspec.json.encode(record)
         with self._adding:
+            if self._refusal is not None:
+                raise self._refusal
             if isinstance(record, SampleRecord | EventRecord):
                 self._last_ns = int(record.time_s * 1e9)
             if isinstance(record, SampleRecord):
@@ -83,10 +101,25 @@ class SessionRecorder(Closing):
         self._file.flush()
         self._unflushed = 0
 
+    def _flush_in_time(self) -> None:
+        """Flush what waits, until the end."""
+        while not self._ended.wait(_FLUSH_AFTER_S):
+            with self._adding:
+                if self._unflushed and not self._file.closed:
+                    try:
+                        self.flush()
+                    except OSError as error:
+                        self._refusal = error
+                        return
+
     def close(self, result: object | None = None) -> None:
         """Finish the stream and write the result, if there is one; idempotent."""
+        self._ended.set()
+        self._flusher.join()
         if not self._file.closed:
             self._writer.finish()
+            self._file.flush()
+            os.fsync(self._file.fileno())
             self._file.close()
             if result is not None:
                 write_json(self.folder / "result.json", result)

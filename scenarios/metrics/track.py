@@ -1,6 +1,5 @@
 """Where a tool was: recorded poses, and evenly sampled, low-passed pieces of them."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -62,15 +61,10 @@ class Track:
         return cls(time_s, frames[:, :3, 3].copy(), quaternion, part)
 
     @classmethod
-    def joined(cls, tracks: Iterable["Track"]) -> "Track":
-        """Return tracks as one, in order."""
-        rows = list(tracks)
-        return cls(
-            np.concatenate([t.time_s for t in rows]),
-            np.concatenate([t.tip_mm for t in rows]),
-            np.concatenate([t.quaternion for t in rows]),
-            np.concatenate([t.part for t in rows]),
-        )
+    def none(cls) -> "Track":
+        """Return the track of a tool that was never there."""
+        nowhere = np.zeros((0, 3)), np.zeros((0, 4))
+        return cls(np.zeros(0), *nowhere, np.zeros(0, np.int64))
 
     @cached_property
     def valid(self) -> NDArray[np.intp]:

@@ -23,9 +23,6 @@ SEED = 20150112
 _MOST_POSES, _LEAST_DRAWS, _MOST_DRAWS = 300_000, 3, 32
 """Poses that are disturbed in all bound the draws: the time is that of a few runs."""
 
-STILL_PER_SAMPLE = 4.0 / math.sqrt(math.pi)
-"""Mean distance between two samples of a still tip, in sigma of one axis: 2.257."""
-
 _THIRD = math.sqrt(20.0)
 """Standard deviation of a third difference of white noise of 1: 1 + 9 + 9 + 1."""
 

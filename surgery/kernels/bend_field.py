@@ -65,9 +65,11 @@ bend comes before the tip, through whose dent it was measured."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _read(values: Floats, m: Doubles, x: float, y: float, z: float) -> float:
-    """Interpolate a field at a place in the world; beyond the grid its face goes on."""
-    nz, ny, nx = values.shape
+def _cell(
+    shape: tuple[int, int, int], m: Doubles, x: float, y: float, z: float
+) -> tuple[int, int, int, float, float, float]:
+    """Return a place's voxel (i, j, k) and how far it is to the next, along each."""
+    nz, ny, nx = shape
     u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
     v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
     w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
@@ -75,13 +77,27 @@ def _read(values: Floats, m: Doubles, x: float, y: float, z: float) -> float:
     v = min(max(v, 0.0), ny - 1.0)
     w = min(max(w, 0.0), nz - 1.0)
     i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
-    fx, fy, fz = u - i, v - j, w - k
+    return i, j, k, u - i, v - j, w - k
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _within(
+    values: Floats, i: int, j: int, k: int, fx: float, fy: float, fz: float
+) -> float:
+    """Interpolate a field in a cell."""
     a = values[k, j, i] * (1 - fx) + values[k, j, i + 1] * fx
     b = values[k, j + 1, i] * (1 - fx) + values[k, j + 1, i + 1] * fx
     c = values[k + 1, j, i] * (1 - fx) + values[k + 1, j, i + 1] * fx
     d = values[k + 1, j + 1, i] * (1 - fx) + values[k + 1, j + 1, i + 1] * fx
     value: float = (a * (1 - fy) + b * fy) * (1 - fz) + (c * (1 - fy) + d * fy) * fz
     return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _read(values: Floats, m: Doubles, x: float, y: float, z: float) -> float:
+    """Interpolate a field at a place in the world; beyond the grid its face goes on."""
+    i, j, k, fx, fy, fz = _cell(values.shape, m, x, y, z)
+    return _within(values, i, j, k, fx, fy, fz)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -122,16 +138,21 @@ def undent(
     ox = dx - along * frame[1, 0]
     oy = dy - along * frame[1, 1]
     oz = dz - along * frame[1, 2]
-    rho = math.sqrt(ox * ox + oy * oy + oz * oz)
-    if rho >= radius + whole + fading or rho < 1e-9 or t > length:
+    rho2 = ox * ox + oy * oy + oz * oz
+    reach = radius + whole + fading
+    if rho2 >= reach * reach or rho2 < 1e-18 or t > length:
         return x, y, z, 0.0
+    rho = math.sqrt(rho2)
     p = ox * frame[2, 0] + oy * frame[2, 1] + oz * frame[2, 2]
     q = ox * frame[3, 0] + oy * frame[3, 1] + oz * frame[3, 2]
     row = CAP_ROWS + along / step
     if t < 0.0:
         rise = math.atan2(-t, math.sqrt(p * p + q * q))
         row = CAP_ROWS * (1.0 - rise / (0.5 * math.pi))
-    column = (math.atan2(q, p) / (2.0 * math.pi) % 1.0) * columns
+    around = math.atan2(q, p) / (2.0 * math.pi)
+    if around < 0.0:
+        around += 1.0
+    column = around * columns
     a = min(int(row), rows - 2)
     b = min(int(column), columns - 1)
     c = (b + 1) % columns
@@ -231,17 +252,28 @@ def _limit_slopes(depth: Doubles, radius: float, step: float) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def at_rest(
-    shifts: Doubles, dents: Dents, x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
-    """Return where a place lies at rest, and the sum of the maps' stretch there."""
-    total = 0.0
+def bring_to_rest(shifts: Doubles, dents: Dents, places: Doubles) -> None:
+    """Move places to where they lie at rest, and add up the maps' stretch there.
+
+    places: ``(n, 4)`` x, y, z and stretch. One dent after the other: to take one out of
+    several at each place costs more than all the rest.
+    """
     for n in range(4):
-        dent = dents[n]
-        x, y, z, stretch = undent(dent.frame, dent.size, dent.depth, x, y, z)
-        total += stretch
-    x, y, z, stretch = unshift(shifts, x, y, z)
-    return x, y, z, total + stretch
+        frame, size, depth = dents[n].frame, dents[n].size, dents[n].depth
+        if size[0] == 0.0:
+            continue
+        for row in range(places.shape[0]):
+            at = places[row]
+            x, y, z, stretch = undent(frame, size, depth, at[0], at[1], at[2])
+            at[0], at[1], at[2] = x, y, z
+            at[3] += stretch
+    if shifts.shape[0] == 0:
+        return
+    for row in range(places.shape[0]):
+        at = places[row]
+        x, y, z, stretch = unshift(shifts, at[0], at[1], at[2])
+        at[0], at[1], at[2] = x, y, z
+        at[3] += stretch
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -271,22 +303,34 @@ def bend_box(
     bounds[:3] = 1 << 30
     bounds[3:] = -1
     count = 0
+    first = box[0]
+    lying = np.empty((max(box[3] - first, 0), 4))
     for k in range(box[2], box[5]):
         for j in range(box[1], box[4]):
-            for i in range(box[0], box[3]):
+            for i in range(first, box[3]):
+                at = lying[i - first]
+                for axis in range(3):
+                    at[axis] = (
+                        world[axis, 0] * i + world[axis, 1] * j + world[axis, 2] * k
+                    ) + world[axis, 3]
+                at[3] = 0.0
+            bring_to_rest(shifts, dents, lying)
+            for i in range(first, box[3]):
                 x = world[0, 0] * i + world[0, 1] * j + world[0, 2] * k + world[0, 3]
                 y = world[1, 0] * i + world[1, 1] * j + world[1, 2] * k + world[1, 3]
                 z = world[2, 0] * i + world[2, 1] * j + world[2, 2] * k + world[2, 3]
-                u, v, w, stretch = at_rest(shifts, dents, x, y, z)
+                at = lying[i - first]
+                u, v, w, stretch = at[0], at[1], at[2], at[3]
                 if u == x and v == y and w == z:
                     # to the bit: what is not bent is shown as it is
                     a, b = carved[k, j, i], pristine[k, j, i]
                 else:
                     less = stretch / (1.0 + stretch)
-                    at_rest_now = _read(carved, voxel, u, v, w)
-                    before = _read(pristine, voxel, u, v, w)
-                    a = _lessened(at_rest_now, less)
-                    b = np.float32(a + (before - at_rest_now))
+                    ci, cj, ck, fx, fy, fz = _cell(carved.shape, voxel, u, v, w)
+                    now = _within(carved, ci, cj, ck, fx, fy, fz)
+                    before = _within(pristine, ci, cj, ck, fx, fy, fz)
+                    a = _lessened(now, less)
+                    b = np.float32(a + (before - now))
                 dx, dy, dz = np.float32(u - x), np.float32(v - y), np.float32(w - z)
                 if (
                     a == shown_carved[k, j, i]
@@ -309,6 +353,7 @@ def bend_box(
 @njit(cache=True, nogil=True, error_model="numpy")
 def rest_places(points: Doubles, shifts: Doubles, dents: Dents, out: Doubles) -> None:
     """Find where places ``(n, 3)`` lie at rest."""
-    for n in range(points.shape[0]):
-        x, y, z, _ = at_rest(shifts, dents, points[n, 0], points[n, 1], points[n, 2])
-        out[n, 0], out[n, 1], out[n, 2] = x, y, z
+    lying = np.zeros((points.shape[0], 4))
+    lying[:, :3] = points
+    bring_to_rest(shifts, dents, lying)
+    out[:] = lying[:, :3]

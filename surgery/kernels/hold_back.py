@@ -90,7 +90,7 @@ def _ball(rod: Doubles, lever: float, balls: Doubles, n: int, out: Doubles) -> N
     """Write the place of a ball. rod: tip and nostril point, six numbers."""
     share = balls[n, 0] / lever
     for c in range(3):
-        out[c] = rod[c] + share * (rod[3 + c] - rod[c])
+        out[c] = rod[c] + share * (rod[3 + c] - rod[c]) + balls[n, 2 + c]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -231,9 +231,11 @@ def hold_back(
 ) -> float:  # fmt: skip
     """Move a rod towards where it is wanted, not deeper into tissue than `give`.
 
-    distance: signed, mm, negative in air; h: its spacing. balls: ``(n, 2)`` way from
-    the tip and radius, mm, in order. lever: from the tip to the point in the nostril,
-    mm. rod: ``(6,)`` tip and that point, changed in place. wanted: ``(6,)``.
+    distance: signed, mm, negative in air; h: its spacing. balls: ``(n, 5)`` way from
+    the tip along the rod and radius, mm, in order, and how far off the rod's line it
+    lies, in patient axes; a turn of the rod does not turn that. lever: from the tip to
+    the point in the nostril, mm. rod: ``(6,)`` tip and that point, changed in place.
+    wanted: ``(6,)``.
 
     Returns the least gap, mm. It is at least -give, or that of the start where it
     began deeper.

@@ -48,7 +48,6 @@ def squeeze_jaws(
         i = int(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] + 0.5)
         j = int(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] + 0.5)
         k = int(m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3] + 0.5)
-        i, j, k = i + patch.first[0], j + patch.first[1], k + patch.first[2]
         wall = walls[patch.wall[k, j, i]]
         depth = patch.pristine[k, j, i]
         if depth < wall[MUCOSA_MM]:

@@ -21,21 +21,18 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 Doubles = NDArray[np.float64]
-Longs = NDArray[np.int64]
 
 
 class Patch(NamedTuple):
-    """Hold what a tick reads of a patient.
+    """Hold what a tick reads of a patient, all on one grid and contiguous.
 
-    distance: float32, a box of the carved air distance, mm, negative in air. voxel:
-    ``(3, 4)`` voxels of that box from patient mm. first: ``(3,)`` int64, the box's
-    first voxel in the head, i j k. pristine, wall, ground: of the whole head; they
-    never change and need no copy. All are contiguous.
+    distance: float32, the carved air distance, mm, negative in air; a loop beside who
+    edits reads a copy. voxel: ``(3, 4)`` voxels from patient mm. pristine, wall,
+    ground: as in `surgery.patient`; they never change.
     """
 
     distance: Floats
     voxel: Doubles
-    first: Longs
     pristine: Floats
     wall: Bytes
     ground: Bytes
@@ -295,7 +292,7 @@ def _update_gaps(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _place_balls(
+def place_balls(
     distance: Floats, m: Doubles, holes: Doubles, count: int,
     balls: Doubles, pose: Doubles, shift: Doubles, reach: float, work: Doubles,
 ) -> tuple[int, float]:  # fmt: skip
@@ -380,9 +377,9 @@ def _feel_at(
     """
     m = patch.voxel
     nz, ny, nx = patch.pristine.shape
-    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] + patch.first[0]
-    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] + patch.first[1]
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3] + patch.first[2]
+    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
+    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
+    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
     u = min(max(u, 0.0), nx - 1.0)
     v = min(max(v, 0.0), ny - 1.0)
     w = min(max(w, 0.0), nz - 1.0)
@@ -673,7 +670,7 @@ def touch_tick(
         row = vectors[3]
         _pull(distance, m, holes, count, h, balls, pose, settings, row, out)
     length = math.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
-    near, least = _place_balls(
+    near, least = place_balls(
         distance, m, holes, count, balls, pose, shift, length + 2.0 * STEP_MM, work
     )
     if state[HAS] == 0.0 and least < -SEAT_MM:

@@ -190,3 +190,33 @@ def test_a_head_that_is_cut_is_shown_as_a_new_one_would_be(scene: Scene) -> None
     assert not np.array_equal(before, after[0])
     for plotter in plotters:
         plotter.close()
+
+
+@pytest.mark.display
+def test_a_tool_taken_while_the_head_opens_is_not_drawn_before_it(
+    scene: Scene, opened: Cutaway
+) -> None:
+    """The opened head has no pixels yet; who asks for no picture gets none."""
+    if not probe_offscreen().works:
+        pytest.skip("no OpenGL library here")
+    assert scene.surface is not None
+    plotter = pv.Plotter(off_screen=True, window_size=[120, 120])
+    overview = OverviewScene(plotter, Endoscope())
+    overview.show_head(head_model(scene.surface, {}))
+    overview.picture()
+    drawn: list[str] = []
+    assert plotter.render_window is not None
+    plotter.render_window.AddObserver(
+        "StartEvent", lambda _, event: drawn.append(event)
+    )
+    pose = tip_frame(MIDDLE_MM, np.array([-0.3, 1, 0]))
+    camera = Endoscope().camera(pose, 0.0, (32, 32))
+    overview.open_head(opened)
+    for tool in ("curette", "ball probe"):
+        overview.follow(View(camera, pose, np.eye(4), 1.0, instrument=tool))
+    overview.renew_head(head_model(scene.surface, {}).mesh)
+    overview.show_fiducials({"brow": MIDDLE_MM}, 0)
+    assert drawn == []
+    assert overview.picture().any()
+    assert drawn
+    plotter.close()

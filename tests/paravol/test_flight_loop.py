@@ -19,7 +19,9 @@ from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
+from scenarios.feeling import Feeling, FeltFigures
 from surgery.edit import Taker
+from surgery.force import NO_TOUCH
 from surgery.injury import Injury
 from surgery.solids import capsule
 from tests.surgery.heads import soft_patient
@@ -107,8 +109,13 @@ class Still:
     def step(self, sample: Sample) -> None:
         pass
 
+    def take_task_events(self) -> list[Any]:
+        return []
+
     def view(self, sample: Sample) -> Any:
-        return SimpleNamespace(clearance_mm=sample.time_s)
+        return SimpleNamespace(
+            clearance_mm=sample.time_s, hazard=("orbit", sample.time_s)
+        )
 
 
 def digest_of(values: NDArray[Any]) -> str:
@@ -127,6 +134,8 @@ class Operating(Still):
         self.pushing = None
         self.lens = self
         self.state = CLEAN
+        self.feeling = Feeling(self.patient)
+        self.touch = self.scope_touch = NO_TOUCH
         self.injuries: list[Injury] = []
         self.shown: dict[float, str] = {}
 
@@ -271,3 +280,26 @@ def test_a_frame_shows_the_lens_as_its_sample_left_it() -> None:
     assert len(frames) == 20
     for event in frames:
         assert event.frame.lens == LensState(soil=event.sample.time_s / 100)
+
+
+def test_a_frame_tells_what_its_sample_felt() -> None:
+    class Breaking(Operating):
+        """A session in which the fourth sample breaks a wall."""
+
+        def step(self, sample: Sample) -> None:
+            super().step(sample)
+            if sample.time_s >= 4.0:
+                self.feeling.figures = FeltFigures(broken=(WALL,))
+
+    frames: list[FrameEvent] = []
+    flown(frames.append, Breaking())
+    for event in frames:
+        time_s = event.sample.time_s
+        assert event.signs.hazard == ("orbit", time_s)
+        assert event.signs.force_n == 0.0
+        assert event.signs.breaks == (time_s >= 4.0)
+        assert event.signs.broken == (WALL if time_s >= 4.0 else "")
+    frames.clear()
+    flown(frames.append)
+    # without an operation nobody computes a force
+    assert {event.signs.force_n for event in frames} == {None}

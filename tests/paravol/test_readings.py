@@ -60,9 +60,12 @@ def test_figures_carry_their_units() -> None:
         "Pose age": "13 ms",
         "Clearance": "1.2 mm",
         "Hazard": "orbit 3.2 mm",
+        "Nostril": UNKNOWN,
         "Time": "1:15.0",
         "Registration": "0.23 mm",
     }
+    both = Readings(drags_mm={"scope": 4.0, "tool": 2.0}).texts()["Nostril"]
+    assert both == "1.2 + 0.6 N"
 
 
 def test_a_head_without_labels_says_that_its_hazards_are_unknown() -> None:

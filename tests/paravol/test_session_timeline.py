@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from PIL import Image
 from xxhash import xxh3_128
 
-import paravol.patient
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from app.cli.commands import replay
 from app.cli.replay_command import run_at
+from app.cli.replay_options import ReplayOptions
 from disk import UserError
-from paravol import session_timeline
+from paravol import session_pictures, session_timeline
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
 from paravol.session_setup import (
@@ -207,15 +207,16 @@ def test_a_moment_is_told_and_drawn(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """As it was drawn live, to the bit."""
-    monkeypatch.setattr(paravol.patient, "load_patient", lambda *_: flight.patient)
+    monkeypatch.setattr(session_pictures, "load_patient", lambda *_: flight.patient)
     monkeypatch.setenv("COLUMNS", "160")
     out, time_s = tmp_path / "then.png", flight.samples[SHOWN].time_s + 0.01
-    run_at(flight.folder, time_s, out, case=None, threads=1, as_json=False)
+    options = ReplayOptions(picture=out, threads=1)
+    run_at(flight.folder, time_s, options, as_json=False)
     assert np.array_equal(np.asarray(Image.open(out)), flight.picture)
     said = capsys.readouterr().out
     for words in ("tissue removed", "blood", "injury: orbit", str(out)):
         assert words in said
-    run_at(flight.folder, time_s, None, case=None, threads=1, as_json=True)
+    run_at(flight.folder, time_s, ReplayOptions(threads=1), as_json=True)
     told = json.loads(capsys.readouterr().out)
     assert told["time_s"] == flight.samples[SHOWN].time_s
     timeline = SessionTimeline(flight.folder, flight.patient)
@@ -225,6 +226,6 @@ def test_a_moment_is_told_and_drawn(
 
 def test_words_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="--picture goes with --at"):
-        replay(tmp_path, picture=tmp_path / "a.png")
+        replay(tmp_path, options=ReplayOptions(picture=tmp_path / "a.png"))
     with pytest.raises(UserError, match="--at goes without"):
-        replay(tmp_path, at=1.0, check=True)
+        replay(tmp_path, options=ReplayOptions(at=1.0, check=True))

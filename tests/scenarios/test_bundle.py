@@ -1,4 +1,8 @@
+import json
+import subprocess
+import sys
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +23,7 @@ from scenarios.bundle import (
     SessionRecorder,
     read_recording,
     read_session,
+    writer,
 )
 from tests.scenarios.session_info import INFO
 
@@ -154,6 +159,7 @@ def test_recordings_without_numbers_keep_their_order(
         add(self, *words, **{**named, "sequence": 0})
 
     monkeypatch.setattr(Writer, "add_message", unnumbered)
+    monkeypatch.setattr(writer, "_FLUSH_AFTER_S", 3600.0)
     record_all(tmp_path / "a.paravol", 130)
     stream = tmp_path / "a.paravol" / "stream.mcap"
     content = bytearray(stream.read_bytes())
@@ -180,7 +186,10 @@ def test_no_byte_of_the_framing_asks_for_much_memory(bundle: Bundle, byte: int) 
     assert all(record in bundle.written for record in read)
 
 
-def test_what_was_flushed_survives_without_close(tmp_path: Path) -> None:
+def test_what_was_flushed_survives_without_close(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "_FLUSH_AFTER_S", 3600.0)
     recorder = SessionRecorder(tmp_path / "b.paravol", INFO)
     for i in range(60):
         recorder.add(SampleRecord.of(sample(i)))
@@ -189,6 +198,94 @@ def test_what_was_flushed_survives_without_close(tmp_path: Path) -> None:
     assert not complete
     recorder.close()
     assert len(read_session(tmp_path / "b.paravol")[1]) == 60
+
+
+def test_a_lone_record_does_not_wait_for_others(tmp_path: Path) -> None:
+    """A device that falls silent keeps nothing from the disk."""
+    with SessionRecorder(tmp_path / "b.paravol", INFO) as recorder:
+        recorder.add(SampleRecord.of(sample(1)))
+        stream = tmp_path / "b.paravol" / "stream.mcap"
+        for _ in range(600):
+            if read_session(stream.parent)[1]:
+                break
+            time.sleep(0.05)
+        assert read_session(stream.parent)[1] == [SampleRecord.of(sample(1))]
+
+
+def test_a_disk_that_refuses_is_told_by_the_next_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(self: SessionRecorder) -> None:
+        refused.set()
+        raise OSError(28, "No space left on device")
+
+    refused = threading.Event()
+    with SessionRecorder(tmp_path / "b.paravol", INFO) as recorder:
+        monkeypatch.setattr(SessionRecorder, "flush", refuse)
+        recorder.add(SampleRecord.of(sample(1)))
+        assert refused.wait(60)
+        with pytest.raises(OSError, match="No space left"):
+            recorder.add(SampleRecord.of(sample(2)))
+
+
+def killed(folder: Path, kills: int) -> list[dict[str, float]]:
+    """Kill processes that record, at random moments; see `killed_recorders.py`."""
+    script = Path(__file__).with_name("killed_recorders.py")
+    ended = subprocess.run(
+        [sys.executable, str(script), str(folder), str(kills)],
+        capture_output=True,
+        text=True,
+        timeout=500,
+        cwd=script.parents[2],
+        check=True,
+    )
+    return [json.loads(line) for line in ended.stdout.splitlines()]
+
+
+def check_killed(folder: Path, kills: int) -> None:
+    """What was added half a second before the kill is there, and nothing else is."""
+    for number, told in enumerate(killed(folder, kills)):
+        found = read_recording(folder / f"{number}.paravol")
+        samples = [r for r in found.records if isinstance(r, SampleRecord)]
+        assert [r.buttons for r in samples] == [i % 128 for i in range(len(samples))]
+        assert not found.complete
+        assert told["killed_s"] > 0.5
+        last_s = samples[-1].time_s if samples else 0.0
+        assert told["added_s"] - last_s <= 0.5
+        # rare edits and frames are as safe as samples
+        frames = [r for r in found.records if isinstance(r, FrameRecord)]
+        assert len(frames) >= len(samples) // 5 - 1
+
+
+def test_a_kill_costs_half_a_second(tmp_path: Path) -> None:
+    check_killed(tmp_path, 2)
+
+
+@pytest.mark.slow
+def test_many_kills_cost_half_a_second_each(tmp_path: Path) -> None:
+    check_killed(tmp_path, 24)
+
+
+@pytest.mark.parametrize("length", range(8))
+def test_a_stream_that_was_only_opened_is_an_empty_one(
+    bundle: Bundle, length: int
+) -> None:
+    read, complete = bundle.damaged(bundle.whole[:length])
+    assert read == []
+    assert not complete
+
+
+def test_a_clock_that_runs_backwards_is_kept_as_it_was(tmp_path: Path) -> None:
+    times = [0.0, 0.01, 5.0, -3.0, 0.02, 0.02, 0.03]
+    with SessionRecorder(tmp_path / "b.paravol", INFO) as recorder:
+        for i, time_s in enumerate(times):
+            recorder.add(
+                msgspec.structs.replace(SampleRecord.of(sample(i)), time_s=time_s)
+            )
+    found = read_recording(tmp_path / "b.paravol")
+    assert [r.time_s for r in found.records if isinstance(r, SampleRecord)] == times
+    assert found.complete
+    assert not found.damages
 
 
 def test_result_is_written_last(tmp_path: Path) -> None:

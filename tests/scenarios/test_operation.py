@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenarios.instruments.catalogue import INSTRUMENTS, Action, instrument_named
-from scenarios.operation import ABSENT_S, CLOSED, FASTEST_MM_S, OPEN
+from scenarios.operation import ABSENT_S, CLOSED, FASTEST_MM_S, OPEN, SCRAPES_N
 from surgery.solids import ROUGH
 from tests.scenarios.recorded_hand import FLOOR_MM, Hand, replayed
 
@@ -199,3 +199,36 @@ def test_the_same_samples_leave_the_same_patient() -> None:
     np.testing.assert_array_equal(
         again.patient.wounds_film, hand.operation.patient.wounds_film
     )
+
+
+@pytest.mark.parametrize("name", ["curette", "elevator"])
+@given(st.lists(st.floats(-0.1, 0.1), min_size=4, max_size=12))
+@settings(max_examples=8)
+def test_what_scrapes_takes_tissue_only_under_force(
+    name: str, ways: list[float]
+) -> None:
+    """Laid onto the surface it slides; pressed it takes, and lifted it stops."""
+    hand = Hand(tip_mm=(12.0, 11.0, FLOOR_MM + 1.0))
+    hand.step(name=name, is_working=True)
+    for z_mm in np.arange(FLOOR_MM + 1.0, FLOOR_MM - 2.0, -0.05):
+        hand.tip_mm = (12.0, 11.0, z_mm)
+        hand.step()
+        if hand.operation.feeling.tool.is_touching:
+            break
+    assert hand.operation.feeling.tool.is_touching
+    for way in ways:
+        hand.tip_mm = (12.0 + way, 11.0, z_mm)
+        hand.step()
+        assert hand.operation.feeling.tool.size_n < SCRAPES_N
+        assert hand.edits == 0
+    for _ in range(16):
+        z_mm -= 0.05
+        hand.tip_mm = (12.0, 11.0, z_mm)
+        hand.step()
+        assert hand.edits == 0 or hand.operation.feeling.figures.tool_n >= SCRAPES_N
+    taken = hand.edits
+    assert taken > 0
+    for way in ways:
+        hand.tip_mm = (12.0 + 10 * way, 11.0, FLOOR_MM + 4.0)
+        hand.step()
+    assert hand.edits == taken

@@ -23,6 +23,10 @@ from devices.registration.registration_file import (
     load_registration,
     save_registration,
 )
+from paravol.exchange.flown_path import path_of, read_motions
+from paravol.exchange.perktutor import write_perktutor
+from paravol.exchange.sequence_file import write_sequence
+from paravol.exchange.tool_motion import INSTRUMENT
 from paravol.snapshots.camera_path import load_camera_path
 from paravol.snapshots.path_state import load_state, save_state
 from paravol.snapshots.view_file import load_view
@@ -37,6 +41,7 @@ from scenarios.bundle import (
     SessionRecorder,
     read_recording,
 )
+from tests.paravol.exchange.made_motion import motions
 from tests.scenarios.session_info import INFO
 
 ROUNDS = 120
@@ -210,6 +215,12 @@ def session(file: Path) -> Read:
     return lambda path: read_recording(path.parent)
 
 
+def motion_of_tools(file: Path) -> Read:
+    write = write_perktutor if file.suffix == ".xml" else write_sequence
+    write(file, motions())
+    return lambda path: path_of(read_motions(path), "p", instrument=INSTRUMENT)
+
+
 READERS: dict[str, Callable[[Path], Read]] = {
     "a.toml": scenario,
     "case.json": case,
@@ -231,6 +242,9 @@ READERS: dict[str, Callable[[Path], Read]] = {
     "a.npz": paths_of_light,
     "stream.mcap": session,
     "session.json": session,
+    "a.xml": motion_of_tools,
+    "a.seq.mha": motion_of_tools,
+    "a.seq.nrrd": motion_of_tools,
 }
 
 

@@ -29,8 +29,7 @@ def patch_of(depth: Doubles, wall: int = 1) -> Patch:
     voxel[:, :3], voxel[:, 3] = np.eye(3) / H, MIDDLE
     values = depth.astype(np.float32)
     rows = np.full(values.shape, wall, np.uint8)
-    first = np.zeros(3, np.int64)
-    return Patch(values, voxel, first, values.copy(), rows, np.zeros_like(rows))
+    return Patch(values, voxel, values.copy(), rows, np.zeros_like(rows))
 
 
 def floor() -> Patch:

@@ -89,7 +89,7 @@ def test_a_scenario_asks_for_a_decongested_head() -> None:
     """Contacts, hashes and bleeding follow; the CT is the one taken before."""
     asked = [Head(spacing_mm=1.0, decongested=d) for d in (False, True)]
     plain, pale = (
-        load_patient(Scenario("short", "Short", "none", head), no_progress)
+        load_patient(Scenario("short", "Short", head=head), no_progress)
         for head in asked
     )
     assert plain.surface_sha256 != pale.surface_sha256

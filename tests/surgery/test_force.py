@@ -18,10 +18,6 @@ from surgery.force import (
     RigidPart,
     ToolForce,
     balls_of,
-    feel_tables,
-    patch_around,
-    stiffest_n_mm,
-    whole_patch,
 )
 from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
@@ -150,35 +146,6 @@ def test_a_sample_that_is_none_or_long_after_begins_anew() -> None:
     assert force.step(5.0, pose(FLOOR_MM - 5)) is touch
 
 
-def test_a_patch_feels_as_the_head_does_and_keeps_its_generation() -> None:
-    head = patient()
-    walls, grounds = feel_tables(head.layers)
-    middle = np.array([*PLACE[:2], FLOOR_MM])
-    patch = patch_around(head, middle[None])
-    assert patch.distance.size < whole_patch(head).distance.size / 2
-    balls = balls_of([solids.capsule([0, 0, 1], [0, 0, 6], 1.0)])[0]
-    found = []
-    for each in (patch, whole_patch(head), patch):
-        state, out = np.zeros(tick.STATE), np.zeros(tick.OUT)
-        holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
-        work = np.zeros((len(balls) + tick.BEHIND, tick.WORK))
-        settings = np.full(tick.SETTINGS, np.inf)
-        settings[[tick.DT, tick.PERIOD]] = 1e-3
-        settings[[tick.DAMPING, tick.PULL_N]] = 0.0
-        for z in np.linspace(FLOOR_MM + 1, FLOOR_MM - 1.1, 60):
-            tick.touch_tick(
-                *(each, walls, grounds, balls, pose(z), settings),
-                *(state, holes, work, out),
-            )
-        found.append(out.copy())
-        head.carve(solids.capsule(middle, middle, 2.0), Taker(20.0, 1.0))
-        if len(found) == 1:
-            head.undo()
-    assert found[0] == pytest.approx(found[1], abs=1e-9)
-    # the patch still has what was cut meanwhile
-    assert np.array_equal(found[0], found[2])
-
-
 def test_every_tool_is_covered_by_balls_that_turn_with_its_jaw() -> None:
     head = patient()
     for tool in INSTRUMENTS.values():
@@ -232,24 +199,6 @@ def test_a_soft_head_without_walls_is_felt() -> None:
     touch = force.step(0.0, pose(FLOOR_MM - 0.5))
     assert touch.size_n == pytest.approx(0.15, rel=0.02)
     assert touch.wall == ""
-
-
-def test_a_device_with_delay_bears_less() -> None:
-    assert stiffest_n_mm(5e-4, 1e-3) == pytest.approx(0.5)
-    # 118 N/m was measured at 4 ms, see the stability tests
-    assert stiffest_n_mm(5e-4, 1e-3, 4e-3) < 0.118
-    assert stiffest_n_mm(0.0, 1e-3) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("damping", "period", "delay"),
-    [(-1, 1e-3, 0), (np.nan, 1e-3, 0), (1, 0, 0), (1, np.inf, 0), (1, 1e-3, -1)],
-)
-def test_a_device_that_is_none_is_refused(
-    damping: float, period: float, delay: float
-) -> None:
-    with pytest.raises(UserError, match="got"):
-        stiffest_n_mm(damping, period, delay)
 
 
 def test_a_tool_that_is_none_is_refused() -> None:

@@ -80,7 +80,7 @@ def _feel(loop: Any, tissue: Tissue, feeling: Feeling, number: int) -> bool:
     patch = tissue.even if number % 2 == 0 else tissue.odd
     state, holes = feeling.state, feeling.holes
     before, holes_before = state.copy(), holes.copy()
-    loop.flags = touch_tick(
+    touch_tick(
         patch,
         feeling.walls,
         feeling.grounds,
@@ -123,7 +123,7 @@ def _want_force(
 
 
 @njit(cache=True, nogil=True)
-def _publish(loop: Any, reading: Any, guard: Any, feeling: Feeling, now: int) -> None:
+def _publish(loop: Any, reading: Any, guard: Any, now: int) -> None:
     """Write the newest state for other threads."""
     give_back(loop.number)
     loop.time_ns = now
@@ -133,8 +133,6 @@ def _publish(loop: Any, reading: Any, guard: Any, feeling: Feeling, now: int) ->
         loop.position_mm[i] = reading.position_mm[i]
         for j in range(3):
             loop.rotation[i, j] = reading.rotation[i, j]
-    for i in range(len(feeling.out)):
-        loop.touch[i] = feeling.out[i]
     give_back(loop.number)
 
 
@@ -164,13 +162,12 @@ def tick_at(
         feeling.state[HAS] = 0.0
         feeling.out[:] = 0.0
         own.wanted_n[:] = 0.0
-        own.flags = 0
     own.force_n[:] = own.wanted_n
     guard_force(held, own.force_n, now)
     command(device, own.force_n[0], own.force_n[1], own.force_n[2], now)
     own.last_ns = now
     own.ticks += 1
-    _publish(own, heard, held, feeling, now)
+    _publish(own, heard, held, now)
 
 
 @njit(cache=True, nogil=True)

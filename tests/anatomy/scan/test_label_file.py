@@ -115,7 +115,7 @@ def test_a_nifti_carries_its_names_in_xml(tmp_path: Path) -> None:
     raw[108:112] = np.float32(352 + size).tobytes()
     path.write_bytes(bytes(raw[:348]) + extension + bytes(raw[352:]))
     labels = read_labels(path)
-    assert labels.names == {3: "eye_left", 7: "optic_nerve_left"}
+    assert labels.names == {3: ("eye_left",), 7: ("optic_nerve_left",)}
     assert labels.hazards() == {"eye": [3], "optic nerve": [7]}
 
 
@@ -174,8 +174,49 @@ def test_a_scan_is_no_label_map(tmp_path: Path) -> None:
         read_labels(path, "head_glands_cavities")
 
 
-def test_overlapping_segments_of_slicer_are_refused_in_words(tmp_path: Path) -> None:
-    image = sitk.GetImageFromArray(np.zeros((2, 8, 8, 8), np.uint8))
-    sitk.WriteImage(image, str(tmp_path / "layers.seg.nrrd"))
+def test_segments_that_overlap_are_hazards_each(tmp_path: Path) -> None:
+    """As 3D Slicer writes them: layers of a fourth axis, which comes first."""
+    near = ((1, (15, 20, 25), 6.0), (1, (15, 20, 20), 4.0), (2, (8, 30, 10), 4.0))
+    layers = [balls(near[0], near[2]).values, balls(near[1]).values]
+    path = tmp_path / "head.seg.nrrd"
+    header = f"""NRRD0004
+type: unsigned char
+dimension: 4
+space: left-posterior-superior
+sizes: 2 {SHAPE[2]} {SHAPE[1]} {SHAPE[0]}
+space directions: none (1,0,0) (0,1,0) (0,0,1)
+kinds: list domain domain domain
+encoding: raw
+space origin: ({ORIGIN[0]},{ORIGIN[1]},{ORIGIN[2]})
+Segment0_Name:=Orbit
+Segment0_LabelValue:=1
+Segment0_Layer:=0
+Segment1_Name:=Tumour
+Segment1_LabelValue:=2
+Segment1_Layer:=0
+Segment2_Name:=Optic nerve
+Segment2_LabelValue:=1
+Segment2_Layer:=1
+
+"""
+    path.write_bytes(header.encode() + np.stack(layers, axis=-1).tobytes())
+    labels = read_labels(path)
+    check_labels(labels, scan())
+    held = labels.hazards()
+    for name, (_, middle, radius) in zip(("orbit", "optic nerve"), near, strict=False):
+        alone = balls((1, middle, radius)).values
+        assert np.array_equal(np.isin(labels.volume.values, held[name]), alone > 0)
+    assert any("Tumour" in note for note in labels.notes())
+
+
+def test_layers_without_names_and_a_fourth_axis_of_space_are_refused(
+    tmp_path: Path,
+) -> None:
+    image = sitk.GetImageFromArray(np.zeros((2, 8, 8, 8), np.uint8), isVector=False)
+    sitk.WriteImage(image, str(tmp_path / "time.seg.nrrd"))
     with pytest.raises(UserError, match="3-D"):
+        read_labels(tmp_path / "time.seg.nrrd")
+    two = sitk.GetImageFromArray(np.zeros((8, 8, 8, 2), np.uint8), isVector=True)
+    sitk.WriteImage(two, str(tmp_path / "layers.seg.nrrd"))
+    with pytest.raises(UserError, match="2 layers"):
         read_labels(tmp_path / "layers.seg.nrrd")

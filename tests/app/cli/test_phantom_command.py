@@ -8,7 +8,10 @@ from anatomy import Opacity
 from anatomy.case import read_case
 from app.__main__ import main
 from app.cli.phantom_command import parse_scores, run_phantom
+from devices import load_probe_path
 from paravol.case_options import PhantomOptions
+from paravol.case_scenario import PATH, scenario_of_case
+from paravol.patient import load_case, load_scene
 
 
 def test_a_patient_is_drawn_with_what_was_asked_for(
@@ -73,3 +76,38 @@ def test_an_unknown_variant_is_one_sentence(
     words = ["phantom", "--variant", "third-nostril", "--out", str(tmp_path / "x")]
     assert main(words) == 1
     assert "there is no variant 'third-nostril'" in capsys.readouterr().err
+
+
+def test_a_scene_is_written_as_a_case_that_can_be_flown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "case"
+    words = ["phantom", "--scene", "niches", "--seed", "3", "--spacing", "1", "--json"]
+    assert main([*words, "--out", str(out)]) == 0
+    assert "target A" in json.loads(capsys.readouterr().out)["landmarks"]
+    made, read = load_scene("niches", 3, 1.0), load_case(out)
+    assert read.surface_sha256 == made.surface_sha256
+    assert read.way_in is not None
+    assert made.way_in is not None
+    assert read.way_in.free_mm == made.way_in.free_mm
+    assert read.landmarks.keys() == made.landmarks.keys()
+    # a flight along the free way stays in the space
+    path = load_probe_path(scenario_of_case(out).parent / PATH)
+    inside = path.tip_mm[path.tip_mm[:, 1] >= read.way_in.pivot_mm[1]]
+    assert inside[:, 1].max() > 50.0
+    assert read.surface.distance.sample(inside).max() < 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scene", "hops"], "did you mean 'hoops'"),
+        (["--scene", "hoops", "--mr"], "A scene has no --mr"),
+    ],
+)
+def test_a_scene_that_there_is_not_is_refused(
+    tmp_path: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["phantom", *words, "--out", str(tmp_path / "case")]) != 0
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "case").exists()

@@ -35,6 +35,9 @@ from paravol.snapshots.snapshot_queue import MomentPicture
 from app.window.moments import MomentView
 from app.window.endoscope_panel import PictureView
 from app.window.slices_panel import SlicesView
+from app.window.touch_bars import TouchBars
+from paravol.feedback import TouchSigns
+from paravol.feedback.hazard_pointer import HazardPointer
 from renderers.scene import Volume
 from scenarios import Score
 
@@ -45,6 +48,9 @@ picture.show_picture(pixels)
 picture.warn("pressing: septum")
 touching = PictureView()
 touching.warn("", "septum")
+touching.point_at(HazardPointer((0.4, 0.5), (0.7, 0.4)), "1.0 mm to orbit", "#e69f00")
+bars = TouchBars()
+bars.show_signs(TouchSigns(5.6, "lamina papyracea", 6.13, ("orbit", 0.6)), "no sound")
 picture.say("Touch the nasion", "Hold the stylus on it.", 0.5)
 picture.mark_recording(True)
 picture.show_result(FlightEnd("The flight is over", Score(1.0, 2.0, 3.0, 0, {})))
@@ -53,7 +59,7 @@ moment.show_moment(MomentPicture(1.0, pixels, 0.5))
 slices = SlicesView()
 ct = Volume(np.full((30, 30, 30), 40, np.int16), np.ones(3), np.zeros(3))
 slices.show_head(SliceViews.of({"ct": ct}, transfer_of(Peaks(-1000, 40, 15, 700))))
-views = picture, touching, moment, slices
+views = picture, touching, bars, moment, slices
 canvas = QImage(240, 240, QImage.Format.Format_RGB32)
 for view in views:
     view.resize(240, 120)

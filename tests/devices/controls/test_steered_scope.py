@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.steered_scope import SteeredArm
-from devices.controls.steering import Freedom, Steering
+from devices.controls.steering import Freedom, Steering, SteeringEvents
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 
@@ -38,7 +38,7 @@ class Handset:
     polled: list[float] = field(default_factory=list)
     closed: int = 0
 
-    def poll(self, steering: Steering) -> None:
+    def poll(self, steering: SteeringEvents) -> None:
         if self.clock.at_s >= self.fails_at_s:
             raise DeviceError(DeviceReason.DISCONNECTED, "The pad went away.")
         self.polled.append(self.clock.at_s)

@@ -60,7 +60,7 @@ class Bench:
             if hear_pose(guard, status, self.reading[0], self.now_ns):
                 force = self.force(self.reading["position_mm"][0])
             guard_force(guard, force, self.now_ns)
-            command_probe(state, *force, self.now_ns)
+            command_probe(state, force[0], force[1], force[2], self.now_ns)
             self.tips.append(state["position_mm"].copy())
             self.told.append(force)
             self.faults.append(int(guard["fault"]))
@@ -69,4 +69,5 @@ class Bench:
     @property
     def sizes(self) -> NDArray[np.float64]:
         """The sizes of all forces that the device was told, N."""
-        return np.linalg.norm(np.array(self.told), axis=1)
+        sizes: NDArray[np.float64] = np.linalg.norm(np.array(self.told), axis=1)
+        return sizes

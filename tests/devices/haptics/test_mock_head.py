@@ -200,7 +200,7 @@ def test_the_probe_turns_with_the_hand_and_stays_a_rotation() -> None:
     bench.tick()
     turned = place(0, 0, 0)
     c, s = math.cos(0.6), math.sin(0.6)
-    turned[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
+    turned[:3, :3] = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     head.lead(turned, 0.02)
     bench.tick()
     angles = []

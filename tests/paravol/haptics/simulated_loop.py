@@ -79,4 +79,5 @@ class SimulatedLoop:
 
     @property
     def sizes(self) -> NDArray[np.float64]:
-        return np.linalg.norm(np.array(self.forces), axis=1)
+        sizes: NDArray[np.float64] = np.linalg.norm(np.array(self.forces), axis=1)
+        return sizes

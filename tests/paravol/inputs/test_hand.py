@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from devices import ProbePath
 from devices.controls.fulcrum import Demand, FulcrumControl
 from paravol.inputs.hand import LIMITS, MouseInput, nostril_fulcrum, scope_control
-from paravol.patient import PatientScene, load_phantom
+from paravol.patient import PatientScene, load_phantom, load_scene
 from scenarios import Scenario, shaft_clearance
 from scenarios.session import SHAFT_CHECKED_MM
 
@@ -103,6 +103,20 @@ def test_a_clumsy_hand_slides_to_the_middle_meatus(side: str) -> None:
     least, nearest = steer(patient, free, goal)
     assert least < -3.0
     assert nearest < 1.0
+
+
+@pytest.mark.parametrize(
+    ("scene", "goal"), [("hoops", "hoop 4"), ("path", "waypoint 5")]
+)
+def test_a_clumsy_hand_reaches_what_is_practised_in_a_scene(
+    scene: str, goal: str
+) -> None:
+    patient = load_scene(scene, 2)
+    control = scope_control(patient, None, RADIUS_MM)
+    assert np.array_equal(control.fulcrum.pivot_mm, patient.landmarks["start"])
+    least, nearest = steer(patient, control, patient.landmarks[goal])
+    assert least > -0.2
+    assert nearest < 1.5
 
 
 RADIUS_MM = 1.35

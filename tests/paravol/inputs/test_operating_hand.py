@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol.inputs.operating_hand import (
-    BITES_MM,
     CLOSING_S,
     FIRST_AHEAD_MM,
     NEAREST_MM,
     OperatingHand,
 )
+from paravol.inputs.tool_hold import BITES_MM
 from renderers.scene import Volume
 from scenarios import Endoscope, Sample
 from scenarios.instrument_state import EMPTY_HAND

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from disk import UserError
+from scenarios.coverage import CoverageFigures, SiteSeen
 from scenarios.metrics import (
     DEFINITIONS,
     Contacts,
@@ -18,7 +19,14 @@ from scenarios.metrics import (
     definitions_named,
     measure,
 )
-from tests.scenarios.metrics.tracks import NO_TRACK, of_scope, swaying, track, wander
+from tests.scenarios.metrics.tracks import (
+    NO_TRACK,
+    joined,
+    of_scope,
+    swaying,
+    track,
+    wander,
+)
 
 NOISE = SessionNoise(*[PoseNoise.even(0.05, 1e-4, 0.3, "test")] * 2)
 TARGETS = {"ostium": np.array([3.0, 30.0, 2.0])}
@@ -41,6 +49,7 @@ def whole(scope: Track, tool: Track = NO_TRACK) -> Measured:
         tool_hazards=hazards,
         edits=(),
         breaches=(),
+        coverage=CoverageFigures({"choana": SiteSeen(9.0, 50.0, 2.0)}, {}),
     )
 
 
@@ -71,6 +80,9 @@ def test_every_metric_has_a_value_in_a_session_that_has_everything() -> None:
     # a task, a reference way and a centred target are not part of every session
     assert {name.partition(":")[0] for name in missing} <= {
         "economy of motion",
+        "Hausdorff distance to expert",
+        "Fréchet distance to expert",
+        "time-warped distance to expert",
         "unsteadiness",
         "pixel motion",
         "wanted tissue removed",
@@ -129,7 +141,7 @@ def test_chunks_give_the_same_bits() -> None:
     axes = swaying(times)
     parts = [slice(0, 1), slice(1, 140), slice(140, 141), slice(141, None)]
     chunks = [track(times[p], tips[p], axes[p]) for p in parts]
-    assert measure(whole(Track.joined(chunks)), NOISE) == measure(
+    assert measure(whole(joined(chunks)), NOISE) == measure(
         whole(track(times, tips, axes)), NOISE
     )
 

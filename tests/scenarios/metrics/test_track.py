@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from disk import UserError
 from scenarios.metrics import Settings, Track
 from scenarios.metrics.track import low_pass, second_column, third_column, turns_deg
-from tests.scenarios.metrics.tracks import swaying, track, wander
+from tests.scenarios.metrics.tracks import joined, swaying, track, wander
 
 
 def test_samples_that_are_no_pose_are_dropped() -> None:
@@ -98,6 +98,6 @@ def test_chunks_join_to_the_same_bits(cuts: list[int]) -> None:
     chunks = [
         track(times[a:b], tips[a:b], swaying(times)[a:b]) for a, b in pairwise(edges)
     ]
-    joined = Track.joined(chunks)
+    again = joined(chunks)
     for name in ("time_s", "tip_mm", "quaternion", "part"):
-        assert np.array_equal(getattr(joined, name), getattr(whole, name))
+        assert np.array_equal(getattr(again, name), getattr(whole, name))

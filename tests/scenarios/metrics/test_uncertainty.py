@@ -15,7 +15,6 @@ from scenarios.metrics import (
     recorded_noise,
 )
 from scenarios.metrics.metric import SCOPE
-from scenarios.metrics.uncertainty import STILL_PER_SAMPLE
 from tests.scenarios.metrics.tracks import (
     minimum_jerk,
     of_scope,
@@ -27,6 +26,7 @@ from tests.scenarios.metrics.tracks import (
 SIGMA = 0.05
 NOISE = PoseNoise.even(SIGMA, 0.0, 0.0, "test")
 BOTH = SessionNoise(NOISE, NOISE)
+STILL_PER_SAMPLE = 4 / math.sqrt(math.pi)
 NAMES = ("path length, raw", "path length", "mean speed", "depth", "LDLJ, vector form")
 
 

@@ -71,3 +71,13 @@ def moved(old: Track, turn: Rotation, shift: Doubles) -> Track:
         (turn * Rotation.from_quat(old.quaternion)).as_quat(),
         old.part,
     )
+
+
+def joined(tracks: list[Track]) -> Track:
+    """Tracks as one, in order."""
+    return Track(
+        np.concatenate([t.time_s for t in tracks]),
+        np.concatenate([t.tip_mm for t in tracks]),
+        np.concatenate([t.quaternion for t in tracks]),
+        np.concatenate([t.part for t in tracks]),
+    )

@@ -1,11 +1,13 @@
 """Whatever is asked for, the guard lets through what a device may get."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from devices.haptics.force_port import ForceLimits, new_guard
 from devices.haptics.force_records import (
@@ -37,7 +39,7 @@ class Guarded:
         self.reading["rotation"] = np.eye(3)
         self.now_ns = 10**9
 
-    def ask(self, force: list[float], status: int = NEW) -> np.ndarray:
+    def ask(self, force: list[float], status: int = NEW) -> NDArray[np.float64]:
         """Ask for a force a millisecond later; give what comes out."""
         self.now_ns += MS
         out = np.array(force)
@@ -73,9 +75,9 @@ def test_no_force_is_larger_than_the_limit_nor_turned(force: list[float]) -> Non
         np.testing.assert_allclose(out, force, rtol=1e-12, atol=0.0)
     else:
         unit = np.array(force) / largest
-        unit /= np.linalg.norm(unit)
-        size = min(largest * np.linalg.norm(np.array(force) / largest), 3.3)
-        np.testing.assert_allclose(out, size * unit, rtol=1e-9, atol=1e-300)
+        length = float(np.linalg.norm(unit))
+        size = min(largest * length, 3.3)
+        np.testing.assert_allclose(out, size / length * unit, rtol=1e-9, atol=1e-300)
 
 
 @settings(max_examples=100, deadline=None)
@@ -127,13 +129,14 @@ def test_a_force_grows_evenly_from_zero_after_a_start_and_after_a_fault() -> Non
 
 
 def test_poses_that_no_hand_makes_are_lies() -> None:
-    for change in (
+    changes: tuple[dict[str, Any], ...] = (
         {"position_mm": [5.0, 0.0, 0.0]},
         {"position_mm": [math.nan, 0.0, 0.0]},
         {"rotation": np.zeros((3, 3))},
         {"rotation": 2.0 * np.eye(3)},
         {"rotation": np.full((3, 3), math.inf)},
-    ):
+    )
+    for change in changes:
         guarded = warm()
         for name, value in change.items():
             guarded.reading[name] = value

@@ -1,7 +1,5 @@
 """The ticks of the force loop, in simulated time."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -83,7 +81,7 @@ def test_every_fault_keeps_the_limit_and_the_force_comes_back(name: str) -> None
         assert not loop.sizes[1001:1200].any()
         assert loop.sizes[1199 + 10] <= limit * 10 / 250
     assert np.isfinite(loop.sizes).all()
-    # a tool that is back deep inside tissue is not thrown out: it is felt once it is out
+    # a tool that is back deep inside tissue is felt only once it is out
     loop.lead(2.0, 0.2)
     loop.tick(500)
     loop.lead(-3.0, 0.2)
@@ -138,7 +136,6 @@ def test_what_is_told_is_all_of_one_tick() -> None:
     copy_state(loop.loop, out)
     np.testing.assert_array_equal(out["force_n"][0], loop.forces[-1])
     assert out["count"][0] == loop.head.state["count"][0]
-    assert math.isclose(out["touch"][0][2], loop.forces[-1][2], rel_tol=1e-6)
 
 
 def test_a_count_is_seen_after_it() -> None:

@@ -46,7 +46,7 @@ def block_at(
     return w
 
 
-def triple(w: NDArray, slot: int) -> NDArray[np.float32]:
+def triple(w: NDArray[np.float32], slot: int) -> NDArray[np.float32]:
     return np.stack([w[slot + a * b.N : slot + (a + 1) * b.N] for a in range(3)], -1)
 
 

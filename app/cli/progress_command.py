@@ -1,0 +1,394 @@
+"""`paravol progress`: read the store, print, draw, export, delete."""
+
+import shutil
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from app.cli.terminal import Stages, print_json, print_table
+from disk import UserError, demand_place, whole_file
+from disk.typed_record import decode_json
+from paravol.progress import (
+    LearningCurve,
+    ProgressStore,
+    SessionEntry,
+    Standing,
+    as_csv,
+    demand_name,
+    entry_of_session,
+    fit_learning_curve,
+    moving_pass_rate,
+    standings,
+    statements,
+)
+from paravol.progress.curve_plot import demand_format, draw_curve
+from paravol.progress.session_entry import NOBODY, PERCENT, bundle_sha256
+from paravol.progress.xapi import HOME_PAGE
+from paravol.session_metrics import session_metrics
+from paravol.session_store import SUFFIX, SessionStore
+from scenarios.bundle import write_json
+from scenarios.metrics import Metric
+from scenarios.rubrics import Assessment
+
+DURATION = "duration"
+"""The figure of whoever has no rubric's percent."""
+
+ROLES = ("scope", "tool", "both hands", "patient", "score")
+
+SHORTEST_HASH = 6
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteOptions:
+    """Hold what is to be deleted; see `paravol progress delete --help`."""
+
+    sessions: tuple[str, ...] = ()
+    trainee: str | None = None
+    everything: bool = False
+    recordings: bool = False
+    recordings_in: tuple[Path, ...] = ()
+
+
+def open_store(file: Path | None) -> ProgressStore:
+    """Open a store and say what there is to say of that."""
+    store = ProgressStore(file)
+    if store.told:
+        print(store.told, file=sys.stderr)
+    return store
+
+
+def run_show(
+    file: Path | None, trainee: str | None, figure: str, *, as_json: bool
+) -> int:
+    """Print how each exercise goes."""
+    entries = open_store(file).sessions(trainee=trainee)
+    rows: list[dict[str, object]] = []
+    lines: list[tuple[str, str]] = []
+    for exercise in dict.fromkeys(entry.exercise for entry in entries):
+        flown = [entry for entry in entries if entry.exercise == exercise]
+        for name in dict.fromkeys(entry.trainee for entry in flown):
+            own = [entry for entry in flown if entry.trainee == name]
+            role, wanted = _figure(figure, own)
+            (standing,) = standings(own, wanted, role)
+            figures = _figures(own, wanted, role)
+            curve = fit_learning_curve(figures)
+            rows.append(
+                {**asdict(standing), "figure": wanted, "curve": _curve_report(curve)}
+            )
+            head = f"{exercise}{_by(name)}"
+            lines.append((head, _standing_text(standing, wanted, curve)))
+    if as_json:
+        print_json(rows)
+    else:
+        print_table("Progress", lines or [("sessions", "none are kept yet")])
+    return 0
+
+
+def run_list(
+    file: Path | None, trainee: str | None, exercise: str | None, *, as_json: bool
+) -> int:
+    """Print the sessions."""
+    entries = open_store(file).sessions(trainee=trainee, exercise=exercise)
+    if as_json:
+        print_json(entries)
+        return 0
+    answers = {True: "passed", False: "not passed", None: "not judged"}
+    rows = []
+    for entry in entries:
+        percent = entry.value(PERCENT)
+        points = "" if percent is None or percent.value is None else percent.value
+        told = [
+            f"{entry.exercise}{_by(entry.trainee)}",
+            f"{entry.duration_s:.1f} s",
+            answers[entry.has_passed],
+            *([f"{points:.0f} %"] if points != "" else []),
+            entry.bundle,
+            entry.sha256[:12],
+        ]
+        rows.append((entry.begun[:16].replace("T", " "), ", ".join(told)))
+    print_table("Sessions (UTC)", rows or [("sessions", "none are kept yet")])
+    return 0
+
+
+def run_curve(
+    file: Path | None,
+    exercise: str,
+    figure: str,
+    trainee: str,
+    out: Path | None,
+    *,
+    as_json: bool,
+) -> int:
+    """Fit a learning curve, print it, draw it where that was asked for."""
+    if out is not None:
+        demand_format(out)
+        demand_place(out)
+    store = open_store(file)
+    entries = store.sessions(trainee=trainee, exercise=exercise)
+    if not entries:
+        raise UserError(
+            f"There is no session of {exercise!r}{_by(trainee)}; paravol progress list "
+            "has those that there are."
+        )
+    role, wanted = _figure(figure, entries)
+    figures = _figures(entries, wanted, role)
+    curve = fit_learning_curve(figures)
+    rates = moving_pass_rate(store.results(trainee).get(exercise, []))
+    units = [v.unit for e in entries if (v := e.value(wanted, role)) is not None]
+    unit = units[0] if units else ""
+    if out is not None:
+        title = f"{entries[0].title or exercise}{_by(trainee)}"
+        label = wanted if unit in ("", "1") else f"{wanted}, {unit}"
+        fitted = curve if isinstance(curve, LearningCurve) else None
+        draw_curve(out, title, label, figures, fitted, rates)
+    if as_json:
+        report = {"exercise": exercise, "figure": wanted, "unit": unit}
+        told = {"attempts": figures, "curve": _curve_report(curve)}
+        print_json({**report, **told, "pass_rate": [asdict(rate) for rate in rates]})
+        return 0
+    rows = [("attempts", str(len(figures))), *_curve_rows(curve, unit)]
+    if rates:
+        last = rates[-1]
+        rows.append(
+            (
+                "passed lately",
+                f"{100 * last.share:.0f} % ({100 * last.low:.0f} to "
+                f"{100 * last.high:.0f} % with 90 % confidence)",
+            )
+        )
+    if out is not None:
+        rows.append(("picture", str(out)))
+    print_table(f"{exercise}{_by(trainee)}: {wanted}", rows)
+    return 0
+
+
+def run_cohort(
+    file: Path | None, figure: str, exercise: str | None, *, as_json: bool
+) -> int:
+    """Print trainees beside one another."""
+    entries = open_store(file).sessions(exercise=exercise)
+    role, wanted = _figure(figure, entries)
+    rows = standings(entries, wanted, role)
+    if as_json:
+        print_json([asdict(row) for row in rows])
+        return 0
+    lines = [(f"{row.exercise}{_by(row.trainee)}", _cohort_text(row)) for row in rows]
+    print_table(f"Cohort: {wanted}", lines or [("sessions", "none are kept yet")])
+    return 0
+
+
+def run_export(
+    file: Path | None,
+    csv: Path | None,
+    xapi: Path | None,
+    home_page: str,
+    trainee: str | None,
+    exercise: str | None,
+) -> int:
+    """Write sessions for other programs."""
+    if csv is None and xapi is None:
+        raise UserError("Name a file: --csv FILE, --xapi FILE or both.")
+    for place in (csv, xapi):
+        if place is not None:
+            demand_place(place)
+    entries = open_store(file).sessions(trainee=trainee, exercise=exercise)
+    if csv is not None:
+        with whole_file(csv) as beside:
+            beside.write_text(as_csv(entries), "utf-8", newline="")
+        print(f"Wrote {len(entries)} sessions to {csv}.")
+    if xapi is not None:
+        write_json(xapi, statements(entries, home_page or HOME_PAGE))
+        print(f"Wrote {len(entries)} statements to {xapi}.")
+    return 0
+
+
+def run_add(
+    file: Path | None,
+    sessions: Sequence[Path],
+    trainee: str,
+    assessment: Path | None,
+    *,
+    motion_only: bool,
+    as_json: bool,
+) -> int:
+    """Add recordings to the store."""
+    if not sessions:
+        raise UserError("Name at least one session, a folder NAME.paravol.")
+    if assessment is not None and len(sessions) != 1:
+        raise UserError("--assessment goes with one session.")
+    demand_name(trainee)
+    scored = None
+    if assessment is not None:
+        scored = _read_assessment(assessment)
+    store = open_store(file)
+    added = []
+    for folder in sessions:
+        with Stages(quiet=as_json) as stages:
+            metrics: list[Metric] = session_metrics(
+                folder, has_head=not motion_only, progress=stages
+            ).metrics
+        entry = entry_of_session(
+            folder, trainee=trainee, metrics=metrics, assessment=scored
+        )
+        is_new = store.add(entry)
+        added.append({"session": entry.bundle, "sha256": entry.sha256, "new": is_new})
+        if not as_json:
+            print(f"{'Added' if is_new else 'Replaced'} {entry.bundle}.")
+    if as_json:
+        print_json(added)
+    return 0
+
+
+def run_delete(file: Path | None, options: DeleteOptions, *, really: bool) -> int:
+    """Delete sessions, and recordings where that was asked for."""
+    store = open_store(file)
+    chosen = _chosen(store.sessions(), options)
+    places = list(options.recordings_in)
+    if options.recordings:
+        places.append(SessionStore.of_the_user().folder)
+    folders = _recordings({entry.sha256 for entry in chosen}, places)
+    for entry in chosen:
+        print(f"{entry.bundle} of {entry.begun[:10]}{_by(entry.trainee)}")
+    for folder in folders:
+        print(f"the recording {folder}")
+    if not really:
+        print(f"{len(chosen)} sessions would go; --yes deletes them for good.")
+        return 0
+    # recordings first: as long as the store knows them, this can be done again
+    for folder in folders:
+        shutil.rmtree(folder)
+    count = store.delete([entry.sha256 for entry in chosen])
+    print(f"Deleted {count} sessions and {len(folders)} recordings.")
+    return 0
+
+
+def _chosen(entries: list[SessionEntry], options: DeleteOptions) -> list[SessionEntry]:
+    ways = (options.sessions, options.trainee is not None, options.everything)
+    if sum(map(bool, ways)) != 1:
+        raise UserError("Say which: names of sessions, --trainee or --everything.")
+    if options.everything:
+        return entries
+    if options.trainee is not None:
+        return [entry for entry in entries if entry.trainee == options.trainee]
+    found: dict[str, SessionEntry] = {}
+    for word in options.sessions:
+        is_hash = len(word) >= SHORTEST_HASH
+        own = [
+            entry
+            for entry in entries
+            if entry.bundle in (word, f"{word}{SUFFIX}")
+            or (is_hash and entry.sha256.startswith(word))
+        ]
+        if not own:
+            raise UserError(
+                f"No session is called {word!r}; paravol progress list has their names "
+                "and hashes."
+            )
+        if len(own) > 1:
+            raise UserError(
+                f"{len(own)} sessions are called {word!r}; say which by its hash."
+            )
+        found |= {entry.sha256: entry for entry in own}
+    return list(found.values())
+
+
+def _recordings(hashes: set[str], places: Sequence[Path]) -> list[Path]:
+    """Return the bundles of these hashes in some folders."""
+    found = []
+    for place in places:
+        for folder in sorted(place.glob(f"*{SUFFIX}")):
+            if folder.is_symlink() or not (folder / "stream.mcap").is_file():
+                continue
+            if bundle_sha256(folder) in hashes:
+                found.append(folder)
+    return found
+
+
+def _read_assessment(file: Path) -> Assessment:
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise UserError(f"{file} cannot be read: {error.strerror}.") from error
+    return decode_json(content, Assessment, file, "an assessment")
+
+
+def _figure(asked: str, entries: Sequence[SessionEntry]) -> tuple[str, str]:
+    """Return role and name of a figure; by itself the percent, or the duration."""
+    if not asked:
+        has_percent = any(entry.value(PERCENT) is not None for entry in entries)
+        return "", PERCENT if has_percent else DURATION
+    head, colon, rest = asked.partition(":")
+    role, name = (head, rest) if colon and head in ROLES else ("", asked)
+    if entries and all(entry.value(name, role) is None for entry in entries):
+        known = sorted({v.name for e in entries for v in e.values})
+        raise UserError(
+            f"No session has the figure {asked!r}; known are: {'; '.join(known)}."
+        )
+    return role, name
+
+
+def _figures(entries: Sequence[SessionEntry], name: str, role: str) -> list[float]:
+    """Return the figures of the attempts that have one, in order of time."""
+    found = [entry.value(name, role) for entry in entries]
+    return [v.value for v in found if v is not None and v.value is not None]
+
+
+def _by(trainee: str) -> str:
+    return f" by {trainee}" if trainee != NOBODY else ""
+
+
+def _standing_text(row: Standing, figure: str, curve: LearningCurve | str) -> str:
+    unit = "" if row.unit in ("", "1") else f" {row.unit}"
+    told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
+    if row.best is not None:
+        told.append(f"{figure}: best {row.best:.4g}{unit}")
+    if isinstance(curve, LearningCurve):
+        told.append(
+            f"the next may give {curve.middle[-1]:.4g} ({curve.low[-1]:.4g} to "
+            f"{curve.high[-1]:.4g}){unit}"
+        )
+    return ", ".join(told)
+
+
+def _cohort_text(row: Standing) -> str:
+    unit = "" if row.unit in ("", "1") else f" {row.unit}"
+    told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
+    if row.middle is not None and row.best is not None:
+        told.append(f"median {row.middle:.4g}, best {row.best:.4g}{unit}")
+    if row.percentile is not None:
+        told.append(f"percentile {row.percentile:.0f}")
+    return ", ".join([*told, f"last seen {row.last_seen[:10]}"])
+
+
+def _curve_rows(curve: LearningCurve | str, unit: str) -> list[tuple[str, str]]:
+    if isinstance(curve, str):
+        return [("curve", curve)]
+    tail = "" if unit in ("", "1") else f" {unit}"
+    return [
+        ("curve", f"{curve.shape}, rate {curve.rate:.3g}"),
+        ("first attempt", f"{curve.middle[0]:.4g}{tail}"),
+        ("goes to", f"{curve.plateau:.4g}{tail}"),
+        (
+            "next attempt",
+            f"{curve.middle[-1]:.4g}{tail} ({curve.low[-1]:.4g} to "
+            f"{curve.high[-1]:.4g} with 90 % confidence)",
+        ),
+        ("spread", f"{curve.spread:.3g}{tail} around the curve"),
+    ]
+
+
+def _curve_report(curve: LearningCurve | str) -> dict[str, object]:
+    if isinstance(curve, str):
+        return {"reason": curve}
+    return {
+        "shape": str(curve.shape),
+        "plateau": curve.plateau,
+        "gain": curve.gain,
+        "rate": curve.rate,
+        "spread": curve.spread,
+        "attempts": curve.attempts.tolist(),
+        "middle": curve.middle.tolist(),
+        "low": curve.low.tolist(),
+        "high": curve.high.tolist(),
+    }

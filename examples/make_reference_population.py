@@ -1,0 +1,235 @@
+"""Make `scenarios/rubrics/population.json`: metrics of generated runs of stated skill.
+
+    python examples/make_reference_population.py
+    python examples/make_reference_population.py --keep RUNS --runs 12 --out few.json
+
+No person flew these runs. Each follows the bundled first flight as a hand of a stated
+skill might: in submovements of least jerk along the way, with pauses and ways back, off
+the planned way by a slow wander, with tremor and the noise of an arm. The figures of
+`SKILLS` are assumptions, chosen so that time and path differ between groups about as
+much as published groups do (experts take half of novices' time and path); they are no
+measurement of anybody. --keep leaves the recorded sessions in folders by group.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from devices import ProbePath, Registration, load_probe_path
+from disk import whole_file
+from paravol.patient import PatientScene, load_patient, no_progress
+from paravol.session_metrics import session_metrics
+from paravol.session_setup import build_session, describe_session
+from scenarios import Sample, Scenario, load_scenario, tip_frame
+from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.metrics import Metric, Settings
+from scenarios.rubrics.population import Group, Population, Quantiles
+
+Floats = NDArray[np.float64]
+
+SCENARIO = "first_flight"
+SEED = 24
+RUNS = 20
+RATE_HZ = 100.0
+ARM_MM = 0.05
+"""Noise of an axis of the tip, as counts of an arm make it."""
+
+OUT = Path(__file__).parents[1] / "scenarios/rubrics/population.json"
+SOURCE = "generated runs, not people: examples/make_reference_population.py"
+
+
+@dataclass(frozen=True, slots=True)
+class Skill:
+    """Say how a hand moves.
+
+    pace: time by the planned path's. step_s: length of a submovement, of the planned
+    path. pause_s: mean between two. back: share of submovements that go back.
+    wander_mm, wander_deg: rms off the planned way. tremor_mm: rms of 8 to 12 Hz.
+    spread: of all of these between runs, as standard deviation of their logarithms.
+    """
+
+    name: str
+    pace: float
+    step_s: float
+    pause_s: float
+    back: float
+    wander_mm: float
+    wander_deg: float
+    tremor_mm: float
+    spread: float
+
+
+SKILLS = (
+    Skill("expert", 1.0, 4.0, 0.05, 0.02, 0.15, 0.2, 0.03, 0.15),
+    Skill("intermediate", 1.3, 2.0, 0.15, 0.08, 0.5, 0.6, 0.05, 0.22),
+    Skill("novice", 1.6, 1.0, 0.3, 0.15, 1.1, 1.3, 0.08, 0.3),
+)
+
+
+def main() -> None:
+    """Generate, measure, sum up, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--keep", type=Path, help="leave the sessions here, by group")
+    parser.add_argument("--runs", type=int, default=RUNS, help="of each group")
+    parser.add_argument("--out", type=Path, default=OUT, help="file to write")
+    options = parser.parse_args()
+    scenario, folder = load_scenario(SCENARIO)
+    path = load_probe_path(folder / scenario.path)
+    patient = load_patient(scenario, no_progress)
+    groups = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for skill in SKILLS:
+            place = (options.keep or Path(scratch)) / skill.name
+            values: dict[str, list[float]] = {}
+            for number in range(options.runs):
+                bundle = place / f"{skill.name}_{number:03d}.paravol"
+                record(bundle, scenario, patient, path, skill, number)
+                for name, value in summary(
+                    session_metrics(bundle, patient=patient).metrics
+                ):
+                    values.setdefault(name, []).append(value)
+                print(bundle.name, flush=True)
+            groups.append((skill.name, options.runs, values))
+    write(groups, options.out)
+
+
+def record(
+    bundle: Path,
+    scenario: Scenario,
+    patient: PatientScene,
+    path: ProbePath,
+    skill: Skill,
+    number: int,
+) -> None:
+    """Write one generated run as a session; the same number gives the same bits."""
+    registration = Registration(np.eye(4), 0.2, np.zeros(0))
+    info = describe_session(
+        scenario, patient, registration, size=64, has_instrument=False
+    )
+    # nobody takes anything: the head stays as it is, which is stepped much faster
+    info = msgspec.structs.replace(info, operated=False)
+    session = build_session(scenario, patient, np.eye(4), (64, 64))
+    with SessionRecorder(bundle, info) as recorder:
+        for sample in run(path, skill, number):
+            session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+        recorder.close({"score": session.score()})
+
+
+def run(path: ProbePath, skill: Skill, number: int) -> Iterator[Sample]:
+    """Yield the samples of one run along a path."""
+    names = [one.name for one in SKILLS]
+    place = names.index(skill.name) if skill.name in names else len(names)
+    rng = np.random.default_rng([SEED, place, number])
+
+    def drawn(value: float) -> float:
+        return value * float(np.exp(skill.spread * rng.standard_normal()))
+
+    at_s = progress(path.duration_s, skill, drawn(skill.pace), rng)
+    count = len(at_s)
+    off_mm = drawn(skill.wander_mm) * slow_noise(count, rng)
+    off_mm += drawn(skill.tremor_mm) * tremor(count, rng)
+    off_mm += ARM_MM * rng.standard_normal((count, 3))
+    turn = np.radians(drawn(skill.wander_deg)) * slow_noise(count, rng)
+    for n, time_s in enumerate(at_s):
+        on = path.sample(float(time_s))
+        axis = on.axis + np.cross(turn[n], on.axis)
+        yield Sample(
+            n / RATE_HZ,
+            tip_frame(on.tip_mm + off_mm[n], axis / np.linalg.norm(axis)),
+            on.roll_deg,
+            on.instrument_tip_mm,
+            on.instrument_axis,
+            0,
+        )
+
+
+def progress(
+    duration_s: float, skill: Skill, pace: float, rng: np.random.Generator
+) -> Floats:
+    """Return where on the planned path the hand is, s, sample by sample."""
+    pieces, at = [np.zeros(1)], 0.0
+    while at < duration_s:
+        step = skill.step_s * float(np.exp(skill.spread * rng.standard_normal()))
+        to = at + step * (-0.6 if rng.random() < skill.back else 1.0)
+        to = float(np.clip(to, 0.0, duration_s))
+        count = max(round(abs(to - at) * pace * RATE_HZ), 2)
+        u = np.arange(1, count + 1) / count
+        smooth = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        # a hand that does not stop goes evenly; one that does starts anew each time
+        even = max(0.0, 1.0 - skill.pause_s / 0.2)
+        pieces.append(at + (to - at) * (even * u + (1.0 - even) * smooth))
+        rest = round(rng.exponential(skill.pause_s) * RATE_HZ)
+        pieces.append(np.full(rest, to))
+        at = to
+    return np.concatenate(pieces)
+
+
+def slow_noise(count: int, rng: np.random.Generator) -> Floats:
+    """Return ``(count, 3)`` of rms 1 along an axis, between 0.1 and 1 Hz."""
+    return waves(count, np.linspace(0.1, 1.0, 12), rng)
+
+
+def tremor(count: int, rng: np.random.Generator) -> Floats:
+    """Return ``(count, 3)`` of rms 1 along an axis, between 8 and 12 Hz."""
+    return waves(count, np.linspace(8.0, 12.0, 5), rng)
+
+
+def waves(count: int, hertz: Floats, rng: np.random.Generator) -> Floats:
+    """Return sines of random phase, ``(count, 3)``."""
+    time_s = np.arange(count) / RATE_HZ
+    phase = rng.uniform(0.0, 2.0 * np.pi, (3, len(hertz)))
+    angle = 2.0 * np.pi * hertz * time_s[:, None, None] + phase
+    total: Floats = np.sin(angle).sum(axis=2) * np.sqrt(2.0 / len(hertz))
+    return total
+
+
+def summary(metrics: list[Metric]) -> Iterator[tuple[str, float]]:
+    """Yield a run's values by role/name, and those of many details combined."""
+    many: dict[str, list[float]] = {}
+    for metric in metrics:
+        if metric.value is None:
+            continue
+        name = f"{metric.role}/{metric.name}"
+        yield name, metric.value
+        family, colon, _ = name.partition(": ")
+        if colon:
+            many.setdefault(family, []).append(metric.value)
+    for family, values in many.items():
+        yield f"{family} (sum)", sum(values)
+        yield f"{family} (largest)", max(values)
+        yield f"{family} (smallest)", min(values)
+
+
+def quantiles(values: list[float]) -> Quantiles:
+    """Return 10, 50 and 90 % of values, to six digits."""
+    low, middle, high = (
+        float(f"{q:.6g}") for q in np.quantile(values, (0.1, 0.5, 0.9))
+    )
+    return Quantiles(low, middle, high, len(values))
+
+
+def write(groups: list[tuple[str, int, dict[str, list[float]]]], file: Path) -> None:
+    """Write the groups' quantiles, atomically, to six digits."""
+    found = tuple(
+        Group(
+            name,
+            runs,
+            {key: quantiles(values[key]) for key in sorted(values)},
+        )
+        for name, runs, values in groups
+    )
+    population = Population(SOURCE, True, SCENARIO, SEED, Settings(), found)
+    text = msgspec.json.format(msgspec.json.encode(population), indent=1)
+    with whole_file(file) as beside:
+        beside.write_bytes(text + b"\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,9 @@
+"""What a recorded session is talked over with: one page that needs nothing else.
+
+`findings` gathers, `events` tells what happened, `pictures` draws moments, `charts`
+draws figures, `page` writes the file.
+"""
+
+from paravol.debrief.debrief_file import DebriefOrder, WrittenDebrief, write_debrief
+
+__all__ = ["DebriefOrder", "WrittenDebrief", "write_debrief"]

@@ -1,0 +1,134 @@
+"""Write the debrief of a recorded session: one HTML file that needs nothing else."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup
+
+from disk import UserError, whole_file
+from paravol.debrief.events import events_of, worth_a_picture
+from paravol.debrief.findings import Findings, gather
+from paravol.debrief.head_picture import head_picture
+from paravol.debrief.page import Material, page, tip_pieces
+from paravol.debrief.pictures import NO_PICTURES, Quality, draw_pictures
+from paravol.patient import PatientScene, Progress, load_patient, no_progress
+from paravol.session_scoring import assessment_of
+from paravol.session_setup import flown_scenario
+from scenarios.bundle import EditRecord, Recording, read_recording
+from scenarios.rubrics import load_rubric
+
+MOST_PICTURES = 16
+PICTURE_SIZE = 320
+
+
+@dataclass(frozen=True, slots=True)
+class DebriefOrder:
+    """Say what is wanted.
+
+    folder: the session. out: the HTML file. compare: another session of the same head;
+    None for the scenario's own path. quality: who draws; None draws nothing. pictures,
+    size: how many events get one, and its width and height in pixels. case: where the
+    case that was flown through lies now. rubric: name or file; "" for the one that
+    comes with the program for what was done.
+    """
+
+    folder: Path
+    out: Path
+    compare: Path | None = None
+    quality: Quality | None = Quality.FAST
+    pictures: int = MOST_PICTURES
+    size: int = PICTURE_SIZE
+    threads: int = 1
+    case: Path | None = None
+    rubric: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenDebrief:
+    """Tell what was written.
+
+    session: its name. events: with an entry. percent: of the rubric's points, None
+    without a total.
+    """
+
+    out: Path
+    session: str
+    rubric: str
+    percent: float | None
+    verdict: str
+    events: int
+    pictures: int
+    size_bytes: int
+
+
+def write_debrief(
+    order: DebriefOrder,
+    progress: Progress = no_progress,
+    say: Callable[[str], None] = print,
+    patient: PatientScene | None = None,
+) -> WrittenDebrief:
+    """Write the page of a session, whole or not at all.
+
+    The same session and order give the same bytes. say: told a sentence when there is
+    something to know. patient: the one flown through, where it is loaded already.
+    UserError as in `session_metrics`.
+    """
+    if not 0 <= order.pictures <= 200:
+        raise UserError(f"--pictures must lie in 0 to 200, got {order.pictures}.")
+    recording = read_recording(order.folder)
+    scenario = flown_scenario(order.folder, recording.info, order.case)
+    rubric = load_rubric(order.rubric or _usual_rubric(recording))
+    patient = patient or load_patient(scenario, progress)
+    findings = gather(
+        order.folder,
+        scenario,
+        recording,
+        patient,
+        compare=order.compare,
+        settings=rubric.settings,
+        progress=progress,
+    )
+    events = events_of(findings)
+    pictures, head = NO_PICTURES, Markup("")
+    if order.quality is not None:
+        pictures = draw_pictures(
+            order.folder,
+            findings,
+            worth_a_picture(events, order.pictures),
+            quality=order.quality,
+            size=order.size,
+            threads=order.threads,
+            case=order.case,
+            progress=progress,
+            say=say,
+        )
+        head = _head(findings, order.threads)
+    assessment = assessment_of(order.folder, rubric, findings.metrics)
+    text = page(Material(findings, events, pictures, head, assessment))
+    with whole_file(order.out) as beside:
+        beside.write_text(text, "utf-8")
+    told = sum(event.is_told for event in events)
+    count = len(pictures.of_events) + (2 if pictures.wounds else 0)
+    return WrittenDebrief(
+        order.out,
+        findings.name,
+        assessment.rubric,
+        assessment.percent,
+        str(assessment.verdict),
+        told,
+        count,
+        len(text.encode()),
+    )
+
+
+def _usual_rubric(recording: Recording) -> str:
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    return "operation" if has_cuts else "endoscopy"
+
+
+def _head(findings: Findings, threads: int) -> Markup:
+    pieces = tip_pieces(findings.metrics.measured.scope)
+    if not pieces or findings.patient.scene.surface is None:
+        return Markup("")
+    return head_picture(findings.patient, pieces, threads)

@@ -1,0 +1,260 @@
+"""The page: what its parts say, filled into the template beside this module."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from paravol.debrief import charts
+from paravol.debrief.advice import advice, amount
+from paravol.debrief.colours import Colour
+from paravol.debrief.events import Event, Kind
+from paravol.debrief.findings import Findings
+from paravol.debrief.pictures import Pictures, Quality
+from paravol.score_table import score_rows
+from scenarios.hazard_watch import ALWAYS_NEAR
+from scenarios.metrics import HazardGaps, Metric, Track
+from scenarios.rubrics import Assessment
+from scenarios.tasks.engine import Status
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+QUALITIES = {
+    None: "No pictures were drawn.",
+    Quality.FAST: "Pictures are those of the live renderer, drawn again.",
+    Quality.FINE: "Pictures are drawn by the ray tracer, finer than they were live.",
+}
+
+NOTHING = "\N{EN DASH}"
+
+LEAST_MM3 = 0.05
+"""Tissues of which less was taken are left out of the figure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """Hold what the page is made of.
+
+    head: the opened head with the way, "" without. assessment: by a rubric.
+    """
+
+    findings: Findings
+    events: Sequence[Event]
+    pictures: Pictures
+    head: Markup
+    assessment: Assessment
+
+
+def page(material: Material) -> str:
+    """Return the whole HTML file; the same material gives the same text."""
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    sheet, script = environment.get_template("page.css"), TEMPLATES / "page.js"
+    # ours, with nothing from any file in them
+    style = Markup(sheet.render(colour=_colours()))
+    return environment.get_template("page.html").render(
+        style=style,
+        script=Markup(script.read_text("utf-8")),
+        **_told(material),
+    )
+
+
+def _colours() -> dict[str, str]:
+    # two names may be of one colour
+    return {name.lower(): c.value for name, c in Colour.__members__.items()}
+
+
+def _told(material: Material) -> dict[str, Any]:
+    findings, events = material.findings, material.events
+    info, score = findings.recording.info, findings.score
+    measured = findings.metrics.measured
+    gaps = nearest_gaps(findings)
+    pieces = tip_pieces(measured.scope)
+    other = [] if findings.compared is None else tip_pieces(findings.compared.track)
+    return {
+        "name": findings.name,
+        "title": findings.scenario.title,
+        "info": info,
+        "head_words": _head_words(findings),
+        "is_complete": findings.metrics.is_complete,
+        "damages": findings.recording.damages,
+        "figures": score_rows(score),
+        "assessment": material.assessment,
+        "amount": amount,
+        "tasks": _tasks(findings),
+        "timeline": charts.timeline(findings, events),
+        "told": [event for event in events if event.is_told],
+        "untold": sum(not event.is_told for event in events),
+        "pictures": material.pictures,
+        "picture_words": QUALITIES[material.pictures.quality],
+        "hazard_chart": charts.hazards(findings, gaps, measured.settings.margin_mm)
+        if gaps
+        else "",
+        "hazards": _approaches(findings),
+        "paths": charts.paths(pieces, other, _marks(findings, events))
+        if pieces
+        else [],
+        "has_other": bool(other),
+        "head": material.head,
+        "removed": _removed(findings),
+        "metrics": findings.metrics.metrics,
+        "noise": findings.metrics.noise,
+        "bands": _bands(material.assessment),
+        "figure": figure,
+        "compared": findings.compared,
+        "why_alone": findings.why_alone,
+        "advice": advice(findings, events, material.assessment),
+    }
+
+
+def nearest_gaps(findings: Findings) -> dict[str, NDArray[np.float64]]:
+    """Return how near scope or tool was to each hazard, the nearest hazards first."""
+    measured = findings.metrics.measured
+    found: dict[str, NDArray[np.float64]] = {}
+    for gaps in (measured.hazards, measured.tool_hazards):
+        for name, mm in {} if gaps is None else _gaps(gaps).items():
+            found[name] = np.fmin(found[name], mm) if name in found else mm
+    known = {name: mm for name, mm in found.items() if np.isfinite(mm).any()}
+    order = sorted(known, key=lambda name: float(np.nanmin(known[name])))
+    return {name: known[name] for name in order[: charts.MOST_HAZARDS]}
+
+
+def _gaps(gaps: HazardGaps) -> dict[str, NDArray[np.float64]]:
+    return dict(gaps.gap_mm)
+
+
+def _head_words(findings: Findings) -> str:
+    head, scope = findings.scenario.head, findings.scenario.scope
+    patient = f"phantom {head.seed}"
+    if head.scene:
+        patient = f"scene {head.scene} {head.seed}"
+    if head.case:
+        patient = f"case {Path(head.case).name}"
+    return f"{patient}; scope {scope.angle_deg:g}°, {scope.diameter_mm:g} mm"
+
+
+def _tasks(findings: Findings) -> list[dict[str, Any]]:
+    titles = {task.name: task.title for task in findings.scenario.tasks}
+    words = {Status.DONE: "good", Status.FAILED: "danger"}
+    return [
+        {
+            "title": titles.get(state.name, state.name),
+            "status": str(state.status),
+            "style": words.get(state.status, "quiet"),
+            "progress": f"{state.progress:.0%}",
+            "opened": _seconds(state.opened_s),
+            "ended": _seconds(state.ended_s),
+            "why": state.why,
+        }
+        for state in findings.score.tasks
+    ]
+
+
+def _seconds(time_s: float | None) -> str:
+    return NOTHING if time_s is None else f"{time_s:.1f} s"
+
+
+def _approaches(findings: Findings) -> list[dict[str, Any]]:
+    margin = findings.metrics.settings.margin_of
+    rows = sorted(
+        (findings.score.hazards or {}).items(), key=lambda item: item[1].nearest_mm
+    )
+    return [
+        {
+            "name": name,
+            "margin": f"{margin(name):g} mm",
+            "scope": _near(at.shaft_mm, at.shaft_s),
+            "tool": _near(at.instrument_mm, at.instrument_s),
+            "verdict": "beside every scope"
+            if name in ALWAYS_NEAR
+            else "inside the margin"
+            if at.nearest_mm < margin(name)
+            else "kept",
+        }
+        for name, at in rows
+    ]
+
+
+def _near(gap_mm: float | None, time_s: float | None) -> str:
+    """Return a distance and when it was; far ones are all alike."""
+    if gap_mm is None:
+        return NOTHING
+    if gap_mm >= charts.CLIPPED_MM:
+        return f"over {charts.CLIPPED_MM:g} mm"
+    return f"{gap_mm:.1f} mm at {time_s:.1f} s"
+
+
+def _removed(findings: Findings) -> dict[str, Any] | None:
+    """Return what was taken; None where nobody operated."""
+    operation = findings.score.operation
+    if operation is None:
+        return None
+    tissues = _largest(operation.removed_mm3)
+    walls = _largest(operation.wall_bone_mm3)
+    return {
+        "whole_mm3": sum(operation.removed_mm3.values()),
+        "tissues": charts.bars(tissues, "mm3", "Tissue taken") if tissues else "",
+        "walls": charts.bars(walls, "mm3", "Bone of walls taken") if walls else "",
+        "operation": operation,
+    }
+
+
+def _largest(amounts: dict[str, float]) -> list[tuple[str, float]]:
+    found = sorted(amounts.items(), key=lambda item: (-item[1], item[0]))
+    return [item for item in found if item[1] >= LEAST_MM3]
+
+
+def tip_pieces(track: Track) -> list[NDArray[np.float64]]:
+    """Return the tip's places, in pieces between which it was away."""
+    found = [track.tip_mm[places] for places in track.spans(0.5)]
+    most = max(sum(map(len, found)) // 1500, 1)
+    return [np.concatenate([p[:-1:most], p[-1:]]) for p in found if len(p) > 1]
+
+
+def _marks(
+    findings: Findings, events: Sequence[Event]
+) -> list[tuple[str, str, NDArray[np.float64]]]:
+    """Return injuries and approaches with where the scope's tip was."""
+    track = findings.metrics.measured.scope
+    return [
+        (
+            event.anchor,
+            f"{event.shown_s:.1f} s: {event.title}",
+            track.tip_mm[int(np.abs(track.time_s - event.shown_s).argmin())],
+        )
+        for event in events
+        if event.is_told and event.kind in (Kind.INJURY, Kind.HAZARD)
+    ]
+
+
+def _bands(assessment: Assessment) -> dict[tuple[str, str], str]:
+    """Return where groups of the reference population lie, by role and metric."""
+    return {
+        (part.role, part.source): "; ".join(
+            f"{band.group} {band.low:.3g} to {band.high:.3g}" for band in part.bands
+        )
+        for part in assessment.parts
+        if part.bands
+    }
+
+
+def figure(metric: Metric) -> str:
+    """Return a metric's value with its 1 sigma and unit, or why there is none."""
+    if metric.value is None:
+        return metric.reason
+    unit = "" if metric.unit in ("1", "count") else f" {metric.unit}"
+    sigma = "" if not metric.sigma else f" ± {metric.sigma:.2g}"
+    value = (
+        f"{metric.value:.0f}" if abs(metric.value) >= 1000 else f"{metric.value:.4g}"
+    )
+    return f"{value}{sigma}{unit}"

@@ -1,0 +1,65 @@
+"""Events are told by gravity and in order; pictures go round the kinds."""
+
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from paravol.debrief.events import (
+    APART_S,
+    URGENCY,
+    Event,
+    Kind,
+    spans,
+    worth_a_picture,
+)
+
+EVENTS = st.lists(
+    st.builds(
+        Event,
+        st.sampled_from(URGENCY),
+        st.just(0.0),
+        st.just(1.0),
+        st.floats(0.0, 60.0),
+        st.just("an event"),
+        gravity=st.floats(0.0, 5.0),
+        is_told=st.booleans(),
+    ),
+    max_size=20,
+)
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=60), st.floats(0.05, 2.0))
+def test_spans_hold_all_that_is_so_and_lie_apart(
+    so: list[bool], every_s: float
+) -> None:
+    times = np.arange(len(so), dtype=np.float64) * every_s
+    is_so = np.array(so)
+    found = spans(times, is_so)
+    covered = np.zeros(len(so), bool)
+    for first, last in found:
+        assert is_so[first]
+        assert is_so[last]
+        covered[first : last + 1] = True
+    assert np.all(covered[is_so])
+    for (_, last), (first, _) in pairwise(found):
+        assert times[first] - times[last] > APART_S
+
+
+@given(EVENTS, st.integers(0, 12))
+def test_pictures_go_to_told_events_of_every_kind(
+    events: list[Event], most: int
+) -> None:
+    chosen = worth_a_picture(events, most)
+    assert len(chosen) <= most
+    assert all(event.is_told for event in chosen)
+    shown = [
+        e for e in events if e.is_told and e.kind not in (Kind.FROZEN, Kind.DEVICE)
+    ]
+    assert len(chosen) == min(most, len(shown))
+    if most >= len(URGENCY):
+        assert {e.kind for e in chosen} == {e.kind for e in shown}
+    if chosen:
+        urgent = min(URGENCY.index(e.kind) for e in shown)
+        assert URGENCY.index(chosen[0].kind) == urgent

@@ -1,0 +1,117 @@
+"""A tool in front of walls: held with its whole shape, also sideways."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paravol.inputs.tool_hold import TOUCH_MM, ToolHold, shaft_of_tool, tool_of_shaft
+from renderers.scene import Volume
+from scenarios import InstrumentState, Sample, Session, tip_frame
+from scenarios.bundle import SampleRecord
+from scenarios.clearance import shaft_clearance, tool_clearance
+from scenarios.endoscope import Endoscope
+from scenarios.instruments.contact_shape import contact_table, placed_table
+from scenarios.nostril import Nostrils
+
+H = 0.5
+AXIS = (np.arange(121) - 60) * H
+PLATE = Volume(
+    np.ascontiguousarray(
+        np.broadcast_to(1.0 - np.abs(AXIS), (121, 121, 121)), np.float32
+    ),
+    np.full(3, H),
+    np.full(3, AXIS[0]),
+    background=-90.0,
+)
+"""A plate of 2 mm across x, with air on both sides."""
+
+LOOSE_MM = 0.12
+"""Balls along a tool are thinner between them, and its far turns are gone in steps."""
+
+TOOLS = "microdebrider", "curette", "suction tube", "ball probe", "curved suction"
+
+
+INSIDE_MM = 25.0
+"""Of a tool so much lies in the grid: where that ends, so does the plate."""
+
+
+def gap_mm(name: str, tool: np.ndarray) -> float:
+    table = contact_table(name, 1.0, INSIDE_MM)
+    return tool_clearance(PLATE, placed_table(table, tool)).gap_mm
+
+
+@given(
+    st.sampled_from(TOOLS),
+    st.lists(st.tuples(*[st.floats(-30.0, 30.0)] * 2), min_size=1, max_size=6),
+)
+@settings(max_examples=40)
+def test_no_tool_is_pushed_through_a_plate_sideways(
+    name: str, script: list[tuple[float, float]]
+) -> None:
+    hold, other = (ToolHold(PLATE, np.array([14.0, -60.0, 0.0])) for _ in range(2))
+    hold.state = other.state = InstrumentState(name, jaw=1.0)
+    frame = tip_frame(np.array([14.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    shaft = again = shaft_of_tool(name, frame)
+    for x_mm, z_mm in script:
+        aim = tip_frame(np.array([x_mm, 0.0, z_mm]), np.array([0.0, 1.0, 0.0]))
+        wanted = shaft_of_tool(name, aim)
+        shaft = hold(shaft, wanted)
+        again = other(again, wanted)
+        assert shaft.tobytes() == again.tobytes()
+        tool = tool_of_shaft(name, shaft)
+        assert tool[0, 3] > 1.0 - TOUCH_MM - LOOSE_MM
+        assert gap_mm(name, tool) >= -TOUCH_MM - LOOSE_MM
+
+
+@given(st.floats(-20.0, 20.0), st.floats(-0.3, 0.3), st.floats(0.4, 2.0))
+def test_a_capsule_has_the_clearance_of_a_shaft(
+    x_mm: float, aside: float, radius: float
+) -> None:
+    frame = tip_frame(np.array([x_mm, 0.0, 0.0]), np.array([aside, 1.0, 0.0]))
+    row = np.array([[0.0, 0.0, radius, 0.0, 0.0, 20.0, radius]])
+    found = tool_clearance(PLATE, placed_table(row, frame))
+    exact = shaft_clearance(PLATE, frame, radius, 20.0)
+    assert found.gap_mm == pytest.approx(exact.gap_mm, abs=0.13)
+
+
+@given(
+    st.lists(
+        st.tuples(*[st.floats(-3.0, 12.0)] * 2, st.booleans()), min_size=2, max_size=12
+    )
+)
+@settings(max_examples=20)
+def test_contacts_and_loads_of_both_hands_are_the_same_in_a_replay(
+    script: list[tuple[float, float, bool]],
+) -> None:
+    """Records keep all bits, and everything follows from them."""
+
+    def session() -> Session:
+        pivots = Nostrils.of(np.array([[8.0, -20.0, 0.0]]), np.array([[0.0, 1, 0.3]]))
+        scope = Endoscope()
+        return Session(scope, np.eye(4), PLATE, {}, (8, 8), nostrils=pivots)
+
+    flown, replayed = session(), session()
+    pointing = np.array([0.0, 1.0, 0.1])
+    for number, (scope, tool, works) in enumerate(script):
+        sample = Sample(
+            0.01 * number,
+            tip_frame(np.array([scope, 0.0, 0.0]), pointing),
+            0.0,
+            np.array([tool, 1.0, -3.0]),
+            pointing,
+            0,
+            InstrumentState("curette", is_working=works),
+        )
+        flown.step(sample)
+        replayed.step(SampleRecord.of(sample).sample())
+        view = flown.view(sample)
+        assert view.tool_mm == pytest.approx(abs(tool) - 1.0, abs=4.0)
+        assert not works or view.tool_touched == ""
+        assert set(view.drags_mm) == {"scope", "tool"}
+        away = replace(sample, instrument=replace(sample.instrument, is_carried=True))
+        assert set(flown.view(away).drags_mm) == {"scope"}
+    assert flown.score() == replayed.score()
+    assert flown.score().nostril is not None
