@@ -218,7 +218,7 @@ class ScriptedHand:
             left = targets()
             if tried:
                 apart = np.linalg.norm(left[:, None] - np.array(tried), axis=2)
-                left = left[apart.min(axis=1) > 1.0]
+                left = left[apart.min(axis=1) > 0.6]
             found = self._reachable(left)
             if found is None:
                 return
@@ -262,7 +262,8 @@ class ScriptedHand:
         """Return what gives the voxels of the wanted tissue on the side of the nose."""
         structures = self.patient.structures
         assert structures is not None
-        names = [*task.tissues, *task.walls]
+        limits = {**task.tissues, **task.walls}
+        names = [name for name, limit in limits.items() if limit.least_mm3 > 0.0]
         labels = [
             label
             for label in Label
