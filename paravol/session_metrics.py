@@ -366,6 +366,7 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
         if any(sample.instrument.name != NO_TOOL for sample in samples)
         else None,
+        coverage=score.coverage,
     )
     if score.operation is None:
         return measured

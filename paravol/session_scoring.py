@@ -203,7 +203,7 @@ _patients: dict[bytes, PatientScene] = {}
 
 
 def patient_of(scenario: Scenario) -> PatientScene:
-    """Return the head that a scenario is flown through, loaded once for all."""
+    """Return the head of a scenario, loaded once for its sessions."""
     key = msgspec.json.encode(scenario.head)
     if key not in _patients:
         _patients.clear()
