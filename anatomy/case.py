@@ -260,7 +260,7 @@ def write_space(space: AbstractSpace, folder: Path | str) -> None:
             "blood": space.blood,
             "skin": space.skin,
         },
-        {int(label): name for label, name in LABELS.items()},
+        {int(Label.NASAL_AIR): "air"} | {int(v): name for v, name in LABELS.items()},
         {
             name: Landmark(name, Side.MIDLINE, place, MARK_MM)
             for name, place in space.landmarks.items()

@@ -1,6 +1,7 @@
 """Distances to the structures that must not be hurt, sampled on a grid."""
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -57,6 +58,29 @@ class HazardVolumes:
         far = volume.background
         _, steps = least_along(volume.values, 1.0, start, step, count, far)
         return UNIT_MM * steps
+
+    def along_each_mm(
+        self,
+        name: str,
+        begins_mm: NDArray[np.float64],
+        steps_mm: NDArray[np.float64],
+        count: int,
+    ) -> NDArray[np.float64]:
+        """Return `along_mm` of many lines ``(n, 3)``, as ``(n,)``."""
+        from renderers.scene.kernels.least_along import least_along_each
+
+        volume = self.volumes[name]
+        matrix = volume.voxel_from_world
+        starts = begins_mm @ matrix[:3, :3].T + matrix[:3, 3]
+        steps = steps_mm @ matrix[:3, :3].T
+        # between voxels a distance may change by the square root of 3 a millimetre, and
+        # by a rounding to whole units at either end
+        longest_mm = float(np.linalg.norm(steps_mm, axis=1).max(initial=0.0))
+        fall = math.sqrt(3.0) * longest_mm / UNIT_MM + 2.0
+        _, found = least_along_each(
+            volume.values, 1.0, starts, steps, count, volume.background, fall
+        )
+        return UNIT_MM * found
 
     def sha256(self) -> str:
         """Hash all distances and their grid."""

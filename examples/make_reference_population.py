@@ -29,6 +29,7 @@ from paravol.session_setup import build_session, describe_session
 from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
 from scenarios.metrics import Metric, Settings
+from scenarios.rubrics.population import Group, Population, Quantiles
 
 Floats = NDArray[np.float64]
 
@@ -206,24 +207,21 @@ def summary(metrics: list[Metric]) -> Iterator[tuple[str, float]]:
         yield f"{family} (smallest)", min(values)
 
 
+def quantiles(values: list[float]) -> Quantiles:
+    """Return 10, 50 and 90 % of values, to six digits."""
+    low, middle, high = (
+        float(f"{q:.6g}") for q in np.quantile(values, (0.1, 0.5, 0.9))
+    )
+    return Quantiles(low, middle, high, len(values))
+
+
 def write(groups: list[tuple[str, int, dict[str, list[float]]]], file: Path) -> None:
     """Write the groups' quantiles, atomically, to six digits."""
-    from scenarios.rubrics.population import Group, Population, Quantiles
-
     found = tuple(
         Group(
             name,
             runs,
-            {
-                key: Quantiles(
-                    *(
-                        float(f"{q:.6g}")
-                        for q in np.quantile(values[key], (0.1, 0.5, 0.9))
-                    ),
-                    len(values[key]),
-                )
-                for key in sorted(values)
-            },
+            {key: quantiles(values[key]) for key in sorted(values)},
         )
         for name, runs, values in groups
     )

@@ -4,7 +4,7 @@ import gc
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -29,7 +29,7 @@ from scenarios.bundle import (
     SessionRecorder,
 )
 from scenarios.instruments import Action, instrument_named
-from scenarios.tasks import TaskEvent
+from scenarios.tasks import TaskEvent, TaskState
 
 PATIENCE_S = 2.0
 """How long the loop waits for a pose before it reports that the device is silent. The
@@ -48,7 +48,7 @@ class FrameEvent:
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
     for before the frame was begun and somebody operates. cuts: counts them so far, and
-    their undoing. signs: what is told of the touch.
+    their undoing. signs: what is told of the touch. tasks: how they stand.
     """
 
     view: View
@@ -59,6 +59,7 @@ class FrameEvent:
     tissue: OperatedHead | None = None
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
+    tasks: tuple[TaskState, ...] = ()
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -162,6 +163,8 @@ def fly(
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
             shown = operated.shown(session, seen, keeps(sample.time_s))
+            if session.tasks is not None:
+                shown = replace(shown, tasks=session.tasks.states)
             index = recorder.samples - 1
             finish = partial(frames.finish, number, index, pose, sample, shown)
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
@@ -181,6 +184,7 @@ class _Shown:
     tissue: OperatedHead | None = None
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
+    tasks: tuple[TaskState, ...] = ()
 
 
 class _Operated:
@@ -282,7 +286,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.cuts, shown.signs
+        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 

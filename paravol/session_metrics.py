@@ -1,8 +1,10 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -16,11 +18,19 @@ from devices.microscribe.kinematics.uncertainty import EXACT
 from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
+from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
+from paravol.session_replay import recorded_score
 from paravol.session_setup import flown_scenario, reopen_session
 from paravol.shortest_way import inside_of, shortest_way_mm
 from renderers.scene import Volume
-from scenarios import Sample, Scenario, Session
-from scenarios.bundle import Recording, SampleRecord, SessionInfo, read_recording
+from scenarios import Sample, Scenario, Score, Session
+from scenarios.bundle import (
+    EditRecord,
+    Recording,
+    SampleRecord,
+    SessionInfo,
+    read_recording,
+)
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics import (
@@ -42,9 +52,13 @@ from scenarios.metrics import (
     scope_track,
     tool_track,
 )
+from scenarios.metrics.metric import Interval
 from surgery.edit import Edit
 
 _RECORD = "the record itself"
+
+PatientSource = Callable[[Scenario], PatientScene]
+"""Who loads the head that a scenario is flown through."""
 
 _MOST_POSES = 40
 """Poses at which an arm's rounding is computed: it changes little over a nose."""
@@ -55,13 +69,22 @@ class SessionMetrics:
     """Hold a session's metrics and what they were computed with.
 
     is_complete: False where the recording ends in the middle. noise: of the poses.
-    settings: thresholds and filters.
+    settings: thresholds and filters. span: seconds of the first and the last sample.
+    scenario: that was flown. score: the session's; None where its head was left out.
+    source: "recorded" where the recording was checked and trusted, else "stepped" and
+    why; "" where the head was left out. frozen: seconds in which the score's clock
+    stood.
     """
 
     metrics: list[Metric]
     is_complete: bool
     noise: SessionNoise
     settings: Settings
+    span: Interval = (0.0, 0.0)
+    scenario: Scenario | None = None
+    score: Score | None = None
+    source: str = ""
+    frozen: tuple[Interval, ...] = ()
 
 
 def session_metrics(
@@ -74,7 +97,8 @@ def session_metrics(
     has_head: bool = True,
     expert: Path | None = None,
     progress: Progress = no_progress,
-    patient: PatientScene | None = None,
+    patient: PatientScene | PatientSource | None = None,
+    trusts: bool = False,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
@@ -83,8 +107,10 @@ def session_metrics(
     that was flown through lies now. has_head: step the session through its head again;
     without that contact, hazards and removal are not known. expert: a session of the
     same head whose path is compared with. patient: the one that was flown through,
-    where it is loaded already. UserError when the session cannot be read, holds no
-    sample, or was flown through another head.
+    where it is loaded already, or who loads it. trusts: do not step a
+    session whose recording can be checked otherwise, see `paravol.recorded_gaps`; some
+    hundred times faster, and equal but for rounding. UserError when the session cannot
+    be read, holds no sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
@@ -96,18 +122,40 @@ def session_metrics(
     measured = _measured(samples, recording, settings, world_from_device)
     if expert is not None:
         measured = replace(measured, expert=_expert(expert, recording.info))
+    score, source = None, ""
     if has_head:
-        scenario = flown_scenario(folder, recording.info, case)
-        patient = patient or load_patient(scenario, progress)
-        measured = _through_head(
-            folder, measured, recording, samples, patient, progress
+        flown = flown_scenario(folder, recording.info, case)
+        if patient is None:
+            patient = load_patient(flown, progress)
+        elif not isinstance(patient, PatientScene):
+            patient = patient(flown)
+        measured, score, source = _through_head(
+            _Flown(folder, recording, samples, patient, chosen, trusts),
+            measured,
+            progress,
         )
     scenario = _scenario(recording.info)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
     progress("Metrics", 1.0)
-    return SessionMetrics(metrics, recording.complete, noise, settings)
+    span = samples[0].time_s, samples[-1].time_s
+    frozen = tuple(
+        (before.time_s, after.time_s)
+        for before, after in pairwise(samples)
+        if before.is_frozen or after.is_frozen
+    )
+    return SessionMetrics(
+        metrics,
+        recording.complete,
+        noise,
+        settings,
+        span,
+        scenario,
+        score,
+        source,
+        frozen,
+    )
 
 
 def session_noise(
@@ -221,19 +269,108 @@ class _Steps:
                 self.edits.pop()
 
 
+class _Flown(NamedTuple):
+    """Hold a recording and the head it was flown through.
+
+    chosen: the metrics that are wanted. trusts: see `session_metrics`.
+    """
+
+    folder: Path
+    recording: Recording
+    samples: list[Sample]
+    patient: PatientScene
+    chosen: tuple[Definition, ...]
+    trusts: bool
+
+    def wants(self, name: str) -> bool:
+        """Return whether a metric of this name is wanted."""
+        return any(definition.name == name for definition in self.chosen)
+
+
 def _through_head(
-    folder: Path,
-    measured: Measured,
-    recording: Recording,
-    samples: Sequence[Sample],
-    patient: PatientScene,
-    progress: Progress,
-) -> Measured:
+    flown: _Flown, measured: Measured, progress: Progress
+) -> tuple[Measured, Score, str]:
+    """Add what the session's head shows; return also the score and its source."""
+    scenario = _scenario(flown.recording.info)
+    targets = flown.patient.positions(scenario.targets)
+    reference = None
+    if flown.wants("economy of motion"):
+        distance = flown.patient.surface.distance
+        reference = _reference(measured, distance, targets)
+    measured = replace(measured, targets=targets, reference=reference)
+    why = "asked for"
+    if flown.trusts:
+        score = recorded_score(flown.folder)
+        why = why_untrusted(
+            flown.recording,
+            score,
+            has_frozen=any(sample.is_frozen for sample in flown.samples),
+            undone=max(sample.instrument.undone for sample in flown.samples),
+        )
+        if score is not None and not why:
+            return _as_recorded(flown, measured, score), score, "recorded"
+    measured, score = _stepped(flown, measured, progress)
+    return measured, score, f"stepped: {why}"
+
+
+def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
+    """Add what the recording says, checked; UserError where it contradicts itself."""
+    info = flown.recording.info
+    if flown.patient.surface_sha256 != info.surface_sha256:
+        reopen_session(flown.folder, info, flown.patient)  # says what is wrong
+    matrix = np.array(info.world_from_device).reshape(4, 4)
+    samples = flown.samples
+    times = np.array([sample.time_s for sample in samples])
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    if len(back):
+        raise UserError(
+            f"samples must be in order of time: {times[back[0] + 1]} after "
+            f"{times[back[0]]}"
+        )
+    nowhere = np.full(3, np.nan)
+    poses = Poses(
+        times,
+        matrix @ np.array([sample.device_from_tip for sample in samples]),
+        np.array(
+            [
+                nowhere if s.instrument.name == NO_TOOL else s.instrument_tip_mm
+                for s in samples
+            ]
+        ),
+    )
+    radius_mm = measured.endoscope.diameter_mm / 2
+    gaps = recorded_gaps(
+        flown.recording,
+        flown.patient,
+        poses,
+        radius_mm,
+        has_names=flown.wants("contact time on"),
+    )
+    check_recorded(flown.recording, score, gaps, poses, dict(measured.targets))
+    measured = replace(
+        measured,
+        contacts=gaps.contacts,
+        hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
+        tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
+        if any(sample.instrument.name != NO_TOOL for sample in samples)
+        else None,
+    )
+    if score.operation is None:
+        return measured
+    edits = [r for r in flown.recording.records if isinstance(r, EditRecord)]
+    return replace(
+        measured,
+        edits=tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in edits),
+        breaches=_breaches(score),
+    )
+
+
+def _stepped(
+    flown: _Flown, measured: Measured, progress: Progress
+) -> tuple[Measured, Score]:
     """Step the session through its head; add what that shows."""
-    scenario = _scenario(recording.info)
-    targets = patient.positions(scenario.targets)
-    reference = _reference(measured, patient.surface.distance, targets)
-    _, session = reopen_session(folder, recording.info, patient)
+    samples = flown.samples
+    _, session = reopen_session(flown.folder, flown.recording.info, flown.patient)
     steps = _Steps(session)
     for place, sample in enumerate(samples):
         steps.add(sample)
@@ -247,26 +384,22 @@ def _through_head(
         np.array([codes[name] for name in steps.touched], np.int64),
         names,
     )
-    operation = session.operation
-    edits = breaches = None
-    if operation is not None:
+    score = session.score()
+    edits = None
+    if session.operation is not None:
         edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
-        breaches = tuple(
-            Breach(f.time_s, f.structure, f.by, f.depth_mm)
-            for f in operation.figures().injuries
-        )
     radius_mm = measured.endoscope.diameter_mm / 2
     is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
-    return replace(
+    measured = replace(
         measured,
-        targets=targets,
         contacts=contacts,
         hazards=_gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
         tool_hazards=_gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
         edits=edits,
-        breaches=breaches,
-        reference=reference,
+        breaches=_breaches(score),
+        coverage=None if session.coverage is None else session.coverage.figures(),
     )
+    return measured, score
 
 
 def _expert(folder: Path, info: SessionInfo) -> Track:
@@ -282,21 +415,39 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
     )
 
 
+def _breaches(score: Score) -> tuple[Breach, ...] | None:
+    if score.operation is None:
+        return None
+    return tuple(
+        Breach(f.time_s, f.structure, f.by, f.depth_mm)
+        for f in score.operation.injuries
+    )
+
+
 def _gaps(
     times: NDArray[np.float64],
     rows: Sequence[dict[str, float] | None],
     farthest_mm: float,
 ) -> HazardGaps | None:
-    """Return the gaps by hazard; without what every scope glides along."""
+    """Return the gaps by hazard of what each sample showed."""
     named = dict.fromkeys(name for row in rows if row is not None for name in row)
-    chosen = [name for name in named if name not in ALWAYS_NEAR]
-    if not chosen:
-        return None
     gaps = {
         name: np.array([np.nan if row is None else row[name] for row in rows])
-        for name in chosen
+        for name in named
     }
-    return HazardGaps(times, gaps, farthest_mm)
+    return _named_gaps(times, gaps, farthest_mm)
+
+
+def _named_gaps(
+    times: NDArray[np.float64],
+    gaps: Mapping[str, NDArray[np.float64]] | None,
+    farthest_mm: float,
+) -> HazardGaps | None:
+    """Return the gaps by hazard; without what every scope glides along."""
+    if gaps is None:
+        return None
+    chosen = {name: mm for name, mm in gaps.items() if name not in ALWAYS_NEAR}
+    return HazardGaps(times, chosen, farthest_mm) if chosen else None
 
 
 def _reference(

@@ -338,9 +338,20 @@ def read_session(folder: StrPath) -> RecordedSession:
     """Read a recorded session; UserError where the folder holds none."""
     recording = read_recording(Path(folder))
     samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
-    figures = _recorded_score(Path(folder))
-    score = None if figures is None else msgspec.convert(figures, Score)
+    score = recorded_score(Path(folder))
     return RecordedSession(recording.info, samples, recording.complete, score)
+
+
+def recorded_score(folder: Path) -> Score | None:
+    """Return the score in a session's result; None where it has none.
+
+    UserError where it is damaged.
+    """
+    figures = _recorded_score(folder)
+    try:
+        return None if figures is None else msgspec.convert(figures, Score)
+    except msgspec.ValidationError as error:
+        raise UserError(f"{folder}/result.json is not valid: {error}.") from error
 
 
 class _Recorded(msgspec.Struct):
@@ -360,7 +371,7 @@ _FIRST_FIGURES = frozenset(
 )
 """Figures that every recorded score has."""
 
-_NAMES = frozenset(("worst_structure", "touched_s", "tool"))
+_NAMES = frozenset(("worst_structure", "touched_s", "tool", "coverage"))
 """Figures that depend on how the head's structures are named."""
 
 _HAZARDS = frozenset(("hazards",))

@@ -1,11 +1,14 @@
 """The parts of a session, built from its description or from its scenario."""
 
 import datetime
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 import msgspec
 import numpy as np
+import xxhash
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration
@@ -14,12 +17,24 @@ from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
 from paravol.view import EndoscopeView
+from renderers.scene import Volume
 from renderers.shading import LOOK_VERSION, Tier
-from scenarios import Sample, Scenario, Session, View, load_scenario, tip_frame
+from scenarios import (
+    Endoscope,
+    Sample,
+    Scenario,
+    Session,
+    Structures,
+    View,
+    load_scenario,
+    tip_frame,
+)
 from scenarios.bundle import SessionInfo
+from scenarios.coverage import SITE_NAMES, CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
+from scenarios.tasks.task import Survey, Task
 from surgery.patient import OperatedPatient
 
 SEED = 1
@@ -140,12 +155,17 @@ def build_session(
 ) -> Session:
     """Start a session of the scenario under a registration, 4x4.
 
-    operation: what the second hand does to the patient; see `operate_on`.
+    operation: what the second hand does to the patient; see `operate_on`. Where there
+    is one, or there are tasks, what mucosa is seen is watched. UserError where a survey
+    names a site that the head does not have.
     """
     surface = patient.surface if operation is None else operation.patient.surface
     tasks = None
     if scenario.tasks:
         tasks = TaskEngine(scenario.tasks, patient.landmarks)
+    watch = coverage_watch(patient, operation) if tasks or operation else None
+    if watch is not None:
+        _check_sites(scenario.tasks, watch)
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
@@ -157,7 +177,61 @@ def build_session(
         patient.hazards,
         tasks,
         nostrils(patient),
+        watch,
     )
+
+
+def coverage_watch(
+    patient: PatientScene, operation: Operation | None = None
+) -> CoverageWatch:
+    """Begin to watch what is seen of a patient's mucosa, as it was before any cut.
+
+    The first look loads compiled code, so one is made here: no flight waits for it.
+    """
+    distance = patient.surface.distance
+    if operation is not None:
+        distance = operation.patient.pristine.distance
+    digest = xxhash.xxh3_128(distance.values.data)
+    digest.update(distance.world_from_voxel.tobytes())
+    known = digest.hexdigest(), patient.structures_sha256
+    head = _Head(known, distance, patient.structures)
+    mucosa = _divided(head)
+    camera = Endoscope().camera(np.eye(4), 0.0, (8, 8))
+    CoverageWatch(mucosa).step(0.0, camera, distance)
+    return CoverageWatch(mucosa, patient.landmarks)
+
+
+def _check_sites(tasks: Sequence[Task], watch: CoverageWatch) -> None:
+    known = watch.mucosa.members
+    for task in tasks:
+        if isinstance(task, Survey):
+            for name in task.sites:
+                if name in known:
+                    continue
+                if name.partition(", ")[0] not in SITE_NAMES:
+                    raise UserError(
+                        f"The task {task.name!r} names the site {name!r}, which is "
+                        f"none; known are: {'; '.join(SITE_NAMES)}."
+                    )
+                raise UserError(
+                    f"The task {task.name!r} names the site {name!r}, which this head "
+                    f"does not have; it has: {'; '.join(sorted(known))}."
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Hold a head's surface and names, told apart by their hashes."""
+
+    known: tuple[str, str]
+    distance: Volume = field(compare=False)
+    structures: Structures | None = field(compare=False)
+
+
+@lru_cache(maxsize=1)
+def _divided(head: _Head) -> Mucosa:
+    """Return a head's patches; of the newest head they are kept."""
+    return mucosa_of(head.distance, head.structures)
 
 
 def nostrils(patient: PatientScene) -> Nostrils | None:

@@ -1,5 +1,6 @@
 """How much air is left around a straight shaft, or around a tool."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,11 +45,7 @@ def shaft_clearance(
     # Imported here: this module's names are needed where nothing is compiled.
     from renderers.scene.kernels.least_along import least_along
 
-    count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
-    if count < 1:
-        raise UserError(
-            f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
-        )
+    count = _count(radius_mm, length_mm)
     voxel_from_world = distance.voxel_from_world
     back = world_from_tip[:3, 2]
     begin = world_from_tip[:3, 3] + radius_mm * back
@@ -81,3 +78,39 @@ def tool_clearance(distance: Volume, capsules: NDArray[np.float64]) -> Clearance
         at_mm,
     )
     return Clearance(min(gap_mm, _FAR_MM), at_mm)
+
+
+def shaft_clearances(
+    distance: Volume,
+    frames: NDArray[np.float64],
+    radius_mm: float,
+    length_mm: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Measure `shaft_clearance` at many poses ``(n, 4, 4)``.
+
+    Return gap_mm ``(n,)`` and at_mm ``(n, 3)`` of its `Clearance`.
+    """
+    from renderers.scene.kernels.least_along import least_along_each
+
+    matrix = distance.voxel_from_world
+    back = frames[:, :3, 2]
+    begins = frames[:, :3, 3] + radius_mm * back
+    nearest, air = least_along_each(
+        distance.values,
+        -1.0,
+        begins @ matrix[:3, :3].T + matrix[:3, 3],
+        (_STEP_MM * back) @ matrix[:3, :3].T,
+        _count(radius_mm, length_mm),
+        _FAR_MM,
+        math.inf,
+    )
+    return air - radius_mm, begins + nearest[:, None] * _STEP_MM * back
+
+
+def _count(radius_mm: float, length_mm: float) -> int:
+    count = int((length_mm - radius_mm + _STEP_MM / 2) / _STEP_MM) + 1
+    if count < 1:
+        raise UserError(
+            f"a shaft of {length_mm} mm is shorter than its radius of {radius_mm} mm"
+        )
+    return count

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 TISSUES = tuple(label.name.lower().replace("_", " ") for label in Label)
 """Names of `surgery.patient.Books`."""
 
-ROLES = ("scope", "tool")
+ROLES = ("scope", "tool", "both hands", "patient")
 
 
 @dataclass(frozen=True, slots=True)

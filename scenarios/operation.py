@@ -16,7 +16,7 @@ from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Change, ChangeKind, Volume
 from scenarios.endoscope import Endoscope
 from scenarios.feeling import Feeling, FeelingState
-from scenarios.instrument_state import NO_TOOL
+from scenarios.instrument_state import NO_TOOL, InstrumentState
 from scenarios.instruments.catalogue import Action, Instrument, instrument_named
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import InjuryFigure, OperationFigures
@@ -182,25 +182,25 @@ class Operation:
 
         world_from_tip: 4x4 pose of the scope in the patient.
         """
-        state = sample.instrument
+        state, frame = sample.instrument, tool_frame(sample)
         for _ in range(self._undone, state.undone):
             change = self.patient.undo()
             if change is not None:
                 self.changes.append(self.pushing.follow(change))
                 self.film.after_edit(change)
         self._undone = max(self._undone, state.undone)
-        self._watch(sample, world_from_tip, endoscope)
+        self._watch(sample, frame, world_from_tip, endoscope)
         # before it is cut: tissue resists, then gives in
         self.feeling.step(
             sample.time_s,
             world_from_tip,
             endoscope.diameter_mm / 2,
-            tool_frame(sample),
+            frame,
             state,
         )
-        self._operate(sample)
-        self._push(sample)
-        self._bleed(sample)
+        self._operate(sample, frame)
+        self._push(sample, frame)
+        self._bleed(sample, frame)
         self._soil(sample, world_from_tip, endoscope)
 
     def pause(self, time_s: float) -> None:
@@ -256,14 +256,13 @@ class Operation:
         radius_mm = endoscope.diameter_mm / 2
         return Lens(self.patient.surface, radius_mm, NOSE_C)
 
-    def _operate(self, sample: Sample) -> None:
-        """Let the tool take what it takes."""
+    def _operate(self, sample: Sample, frame: NDArray[np.float64]) -> None:
+        """Let the tool take what it takes; frame: 4x4 of the tool."""
         state = sample.instrument
         if state.name == NO_TOOL:
             self._rest()
             return
         tool = instrument_named(state.name)
-        frame = tool_frame(sample)
         if not np.all(np.isfinite(frame)):
             self._rest()
         elif tool.action is Action.BITE:
@@ -337,6 +336,7 @@ class Operation:
     def _watch(
         self,
         sample: Sample,
+        frame: NDArray[np.float64],
         world_from_tip: NDArray[np.float64],
         endoscope: Endoscope,
     ) -> None:
@@ -351,7 +351,7 @@ class Operation:
             self.hurt += watch.move(SCOPE, sample.time_s, scope)
         else:
             watch.leave(SCOPE)
-        state, frame = sample.instrument, tool_frame(sample)
+        state = sample.instrument
         if state.name != self._held:
             watch.leave(self._held)
             self._held = state.name
@@ -363,13 +363,13 @@ class Operation:
         tool = instrument_named(state.name).capsules(frame, state.jaw)
         self.hurt += watch.move(state.name, sample.time_s, tool.rows())
 
-    def _bleed(self, sample: Sample) -> None:
+    def _bleed(self, sample: Sample, frame: NDArray[np.float64]) -> None:
         """Let blood run up to now, and be sucked where the tool sucks."""
         state, suction = sample.instrument, None
         if state.is_sucking and state.name != NO_TOOL:
             tool = instrument_named(state.name)
             if tool.suction_ml_s > 0:
-                middle, radius = tool.tip_ball(tool_frame(sample))
+                middle, radius = tool.tip_ball(frame)
                 # blood lies where the tissue under it does at rest
                 middle = self.pushing.at_rest(middle[None], is_dented=False)[0]
                 flow = 60.0 * tool.suction_ml_s
@@ -400,14 +400,15 @@ class Operation:
             self.lens.wash()
         self.lens.advance(sample.time_s, world_from_tip[:3, 3])
 
-    def _push(self, sample: Sample) -> None:
+    def _push(self, sample: Sample, frame: NDArray[np.float64]) -> None:
         """Let tissue give way to the tool, or spring back, `PUSHES_PER_S` at most."""
         now = math.floor(sample.time_s * PUSHES_PER_S)
         if self._pushed is not None and now <= self._pushed:
             return
         self._pushed = now
         generation = self.patient.generation + 1
-        bent = self.pushing.push(sample.time_s, generation, _rod(sample))
+        rod = _rod(sample.instrument, frame)
+        bent = self.pushing.push(sample.time_s, generation, rod)
         if bent is None:
             return
         self.patient.generation = generation
@@ -506,12 +507,11 @@ class Operation:
                 self.hurt += self.injuries.cut(edit, self.patient.surface.distance)
 
 
-def _rod(sample: Sample) -> Rod | None:
+def _rod(state: InstrumentState, frame: NDArray[np.float64]) -> Rod | None:
     """Return what tissue gives way to; None without a tool, or where it takes tissue.
 
     A tool that sweeps would otherwise push away what it is about to cut.
     """
-    state, frame = sample.instrument, tool_frame(sample)
     if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
         return None
     tool = instrument_named(state.name)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from scenarios.coverage.watch import CoverageFigures
 from scenarios.hazard_watch import HazardApproach, HazardGaps, HazardWatch
 from scenarios.nostril import (
     SCOPE,
@@ -95,6 +96,7 @@ class Score:
     tool: what the tool beside the scope touched without working; None in older
         recordings. nostril: how "scope" and "tool" dragged on the nostril, where they
         were in it; None in older recordings.
+    coverage: what mucosa and landmarks were seen; None where nobody watched.
     """
 
     duration_s: float
@@ -112,6 +114,7 @@ class Score:
     tasks: list[TaskState] = field(default_factory=list)
     tool: ToolContact | None = None
     nostril: dict[str, NostrilLoad] | None = None
+    coverage: CoverageFigures | None = None
 
 
 @dataclass(slots=True)

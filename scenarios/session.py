@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Camera, Volume
+from renderers.scene.lens_state import CLEAN
 from scenarios.clearance import Clearance, shaft_clearance, tool_clearance
+from scenarios.coverage import CoverageState, CoverageWatch, SeenPercent
 from scenarios.endoscope import Endoscope
 from scenarios.hazard_watch import HazardGaps, hazard_gaps
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
@@ -92,6 +94,7 @@ class SessionState:
     operation: "OperationState | None"
     tasks: EngineState | None
     clock: "_Clock"
+    coverage: CoverageState | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +137,7 @@ class Session:
         hazards: HazardVolumes | None = None,
         tasks: TaskEngine | None = None,
         nostrils: Nostrils | None = None,
+        coverage: CoverageWatch | None = None,
     ) -> None:
         """Start a flight.
 
@@ -146,6 +150,7 @@ class Session:
         hazards: what must not be hurt; None where nobody knows where that is.
         tasks: what the trainee is asked to do; None for nothing.
         nostrils: what the shafts pass through; None where that is unknown.
+        coverage: watches what mucosa is seen; None where nobody asks.
         """
         self.endoscope = endoscope
         self.world_from_device = world_from_device
@@ -154,6 +159,7 @@ class Session:
         self._structures = structures
         self._hazards = hazards
         self._nostrils = nostrils
+        self.coverage = coverage
         self.operation = operation
         self.tasks = tasks
         self._task_events: list[TaskEvent] = []
@@ -193,6 +199,7 @@ class Session:
             self.clock_s, depth_mm, placed.tool_touched, placed.drags_mm
         )
         self._stepped = sample, placed
+        self._watch_mucosa(sample, placed)
         if self.tasks is not None:
             situation = self._situation(sample, placed)
             self._task_events += self.tasks.step(situation)
@@ -206,8 +213,14 @@ class Session:
         """Return all that later samples may change, the patient's tissue included."""
         operation = None if self.operation is None else self.operation.freeze()
         tasks = None if self.tasks is None else self.tasks.freeze()
+        coverage = None if self.coverage is None else self.coverage.freeze()
         return SessionState(
-            self._scorer.copy(), self._stepped, operation, tasks, self._clock
+            self._scorer.copy(),
+            self._stepped,
+            operation,
+            tasks,
+            self._clock,
+            coverage,
         )
 
     def restore(self, state: SessionState) -> None:
@@ -218,6 +231,8 @@ class Session:
         self._task_events = []
         if self.tasks is not None and state.tasks is not None:
             self.tasks.restore(state.tasks)
+        if self.coverage is not None and state.coverage is not None:
+            self.coverage.restore(state.coverage)
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
@@ -237,6 +252,18 @@ class Session:
             placed.tool_touched,
             placed.drags_mm,
         )
+
+    def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
+        watch = self.coverage
+        if watch is None or not watch.is_due(self.clock_s):
+            return
+        lens = CLEAN
+        if self.operation is not None and self.operation.lens is not None:
+            lens = self.operation.lens.state
+        camera = self.endoscope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size
+        )
+        watch.step(self.clock_s, camera, self._distance, lens)
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
@@ -258,6 +285,8 @@ class Session:
             hand.is_working,
             gaps,
         )
+        if self.coverage is not None:
+            now = replace(now, seen_percent=SeenPercent(self.coverage))
         operation = self.operation
         if operation is None:
             return now
@@ -282,8 +311,13 @@ class Session:
             SHAFT_CHECKED_MM,
         )
         touched = self._touched(clearance)
-        gaps = self._hazard_gaps(sample, world_from_tip)
-        tool = self._tool_clearance(sample)
+        frame = tip_mm = None
+        if sample.instrument.name != NO_TOOL:
+            held = tool_frame(sample)
+            frame = held if np.all(np.isfinite(held)) else None
+            tip_mm = held[:3, 3] if np.all(np.isfinite(held[:3, 3])) else None
+        gaps = self._hazard_gaps(tip_mm, world_from_tip)
+        tool = self._tool_clearance(sample, frame)
         # what works is meant to touch
         is_idle = tool is not None and not sample.instrument.is_working
         return Placed(
@@ -293,7 +327,7 @@ class Session:
             gaps,
             None if tool is None else tool.gap_mm,
             self._touched(tool) if tool is not None and is_idle else "",
-            self._drags(sample, world_from_tip),
+            self._drags(sample, frame, world_from_tip),
         )
 
     def _touched(self, clearance: Clearance) -> str:
@@ -303,20 +337,22 @@ class Session:
         named = self._structures
         return TISSUE if named is None else named.touched(clearance)
 
-    def _tool_clearance(self, sample: Sample) -> Clearance | None:
+    def _tool_clearance(
+        self, sample: Sample, frame: NDArray[np.float64] | None
+    ) -> Clearance | None:
         """Measure the gap around the tool beside the scope; None without one."""
         state = sample.instrument
-        if state.name == NO_TOOL:
-            return None
-        frame = tool_frame(sample)
-        if not np.all(np.isfinite(frame)):
+        if frame is None:
             return None
         length_mm = CARRIED_MM if state.is_carried else CHECKED_MM
         table = contact_table(state.name, state.jaw, length_mm)
         return tool_clearance(self._distance, placed_table(table, frame))
 
     def _drags(
-        self, sample: Sample, world_from_tip: NDArray[np.float64]
+        self,
+        sample: Sample,
+        frame: NDArray[np.float64] | None,
+        world_from_tip: NDArray[np.float64],
     ) -> dict[str, float]:
         """Return how far the shafts are off their places in the nostril, mm."""
         found: dict[str, float] = {}
@@ -328,10 +364,7 @@ class Session:
         if scope is not None and math.isfinite(scope):
             found[SCOPE] = scope
         state = sample.instrument
-        if state.name == NO_TOOL or state.is_carried:
-            return found
-        frame = tool_frame(sample)
-        if not np.all(np.isfinite(frame)):
+        if frame is None or state.is_carried:
             return found
         at = frame[:3, :3] @ shaft_mm(state.name) + frame[:3, 3]
         tool = drag_mm(self._nostrils.tool_mm, at, frame[:3, 2])
@@ -340,17 +373,13 @@ class Session:
         return found
 
     def _hazard_gaps(
-        self, sample: Sample, world_from_tip: NDArray[np.float64]
+        self, tip_mm: NDArray[np.float64] | None, world_from_tip: NDArray[np.float64]
     ) -> HazardGaps | None:
         if self._hazards is None:
             return None
-        held = None
-        if sample.instrument.name != NO_TOOL:
-            tip_mm = tool_frame(sample)[:3, 3]
-            held = tip_mm if np.all(np.isfinite(tip_mm)) else None
         radius_mm = self.endoscope.diameter_mm / 2
         return hazard_gaps(
-            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, held
+            self._hazards, world_from_tip, radius_mm, SHAFT_CHECKED_MM, tip_mm
         )
 
     def score(self) -> Score:
@@ -358,6 +387,8 @@ class Session:
         score = self._scorer.score()
         if self.tasks is not None:
             score = replace(score, tasks=list(self.tasks.ended()))
+        if self.coverage is not None:
+            score = replace(score, coverage=self.coverage.figures())
         if self.operation is None:
             return score
         return replace(score, operation=self.operation.figures())

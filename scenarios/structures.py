@@ -53,12 +53,14 @@ class Structures:
 
     distance: signed air distance, mm, negative in air. labels: on any grid.
     names: of structures, by the labels' values. landmarks: ``(3,)`` LPS mm, by name.
+    airs: names of rooms of air, by the labels' values; they name no contact.
     """
 
     distance: Volume
     labels: Volume
     names: Mapping[int, str]
     landmarks: Mapping[str, NDArray[np.float64]]
+    airs: Mapping[int, str] = field(default_factory=dict)
     _keys: tuple[str, ...] = field(init=False, repr=False)
     _places: NDArray[np.float64] = field(init=False, repr=False)
 
@@ -79,15 +81,16 @@ class Structures:
         """Take a head; label_names: of labels as a case has them, such as ``septal
         bone``."""
         names = {v: NAMES[name] for v, name in label_names.items() if name in NAMES}
-        return cls(distance, labels, names, landmarks)
+        airs = {v: name for v, name in label_names.items() if name.endswith(" air")}
+        return cls(distance, labels, names, landmarks, airs)
 
     def touched(self, clearance: Clearance) -> str:
         """Name the structure at a tool's smallest gap, where that is a contact."""
         air_mm, inward = self._wall(clearance.at_mm)
         places = clearance.at_mm + (air_mm + _DEPTHS_MM)[:, None] * inward
-        distances = _nearest(self.distance, places, -1)
+        distances = nearest_values(self.distance, places, -1)
         for value, distance in zip(
-            _nearest(self.labels, places, 0), distances, strict=True
+            nearest_values(self.labels, places, 0), distances, strict=True
         ):
             name = self.names.get(int(value))
             if name is not None and distance > 0.0:
@@ -120,7 +123,7 @@ class Structures:
         return f"mucosa near {self._keys[nearest]}"
 
 
-def _nearest(
+def nearest_values(
     volume: Volume, places_mm: NDArray[np.float64], outside: float
 ) -> NDArray[Any]:
     """Return the values of the voxels nearest to ``(n, 3)`` LPS places."""

@@ -12,6 +12,7 @@ one that says nothing is taken for LPS, as Slicer takes it.
 import base64
 import io
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -55,23 +56,41 @@ class Surface:
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
 
+    def middles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return each triangle's middle and unit normal, ``(m, 3)``; NaN of a flat one.
+
+        The normal is right-handed about the triangle's corners.
+        """
+        corners = self.vertices[self.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        with np.errstate(invalid="ignore"):
+            normals /= np.linalg.norm(normals, axis=1)[:, None]
+        return corners.mean(axis=1), normals
+
     def moved(self, transform: NDArray[np.float64]) -> "Surface":
         """Return the surface under a 4x4 transform."""
         turned = self.vertices @ transform[:3, :3].T + transform[:3, 3]
         return Surface(turned, self.faces)
 
 
-def save_surface(surface: Surface, path: Path | str) -> None:
+def save_surface(
+    surface: Surface,
+    path: Path | str,
+    cells: Mapping[str, NDArray[np.float64]] | None = None,
+) -> None:
     """Write a surface, atomically, as PLY, VTP or STL.
 
+    cells: values of triangles, ``(m,)`` by name, which only a VTP holds.
     Every coordinate keeps its bits in PLY and VTP; STL has float32 and bare triangles.
     """
     target = Path(path)
+    if cells and target.suffix.lower() != ".vtp":
+        raise UserError(f"{target} must end in .vtp: only that holds values.")
     match target.suffix.lower():
         case ".ply":
             content = _ply_bytes(surface)
         case ".vtp":
-            content = _vtp_bytes(surface)
+            content = _vtp_bytes(surface, cells or {})
         case ".stl":
             content = _stl_bytes(surface)
         case other:
@@ -159,9 +178,15 @@ def _read_stl(content: bytes) -> Content:
     return vertices, faces.reshape(-1, 3).astype(np.int32), space
 
 
-def _vtp_bytes(surface: Surface) -> bytes:
+def _vtp_bytes(surface: Surface, cells: Mapping[str, NDArray[np.float64]]) -> bytes:
     count, triangles = len(surface.vertices), len(surface.faces)
     offsets = 3 * np.arange(1, triangles + 1, dtype="<i8")
+    arrays = "".join(
+        f'<DataArray type="Float64" Name="{name}" format="binary">\n'
+        f"{_encoded(np.ascontiguousarray(values, '<f8'))}\n</DataArray>"
+        for name, values in cells.items()
+    )
+    painted = f"<CellData>{arrays}</CellData>\n" if cells else ""
     letters = " ".join(str(ord(c)) for c in "LPS\0")
     text = f"""<?xml version="1.0"?>
 <VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
@@ -179,7 +204,7 @@ NumberOfStrips="0" NumberOfPolys="{triangles}">
 </DataArray><DataArray type="Int64" Name="offsets" format="binary">
 {_encoded(offsets)}
 </DataArray></Polys>
-</Piece>
+{painted}</Piece>
 </PolyData>
 </VTKFile>
 """

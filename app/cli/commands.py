@@ -13,6 +13,7 @@ from app.cli import (
     picture_commands,
     progress_commands,
     scenario_commands,
+    session_commands,
     teaching_commands,
 )
 from app.cli.emulator_options import NOTHING_TYPED, EmulatorOptions
@@ -48,6 +49,7 @@ __all__ = [
     "picture_commands",
     "progress_commands",
     "scenario_commands",
+    "session_commands",
     "teaching_commands",
 ]
 
@@ -221,6 +223,37 @@ def metrics(
         expert=expert,
     )
     return run_metrics(options, as_json=json)
+
+
+@app.command(group=SESSIONS)
+def coverage(
+    session: Path,
+    *,
+    out: Path | None = None,
+    picture: Path | None = None,
+    json_file: Path | None = None,
+    case: Path | None = None,
+    json: Json = False,
+) -> int:
+    """Tell which mucosa and landmarks a recorded session really saw, site by site.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    out
+        Write the mucosa as a surface (.vtp, LPS) with the seconds each part was seen.
+    picture
+        Write a picture (.png) of the opened nose, coloured likewise.
+    json_file
+        Write all values.
+    case
+        Where the case that was flown through lies now.
+    """
+    from app.cli.coverage_command import CoverageOptions, run_coverage
+
+    options = CoverageOptions(session, out, picture, json_file, case)
+    return run_coverage(options, as_json=json)
 
 
 @app.command(group=FLY)

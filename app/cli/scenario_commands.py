@@ -4,10 +4,54 @@ from pathlib import Path
 
 from cyclopts import App
 
-from app.cli.root import FLY, Json, app
+from app.cli.root import FLY, Json, ScenarioName, app
 
-scenario = App(name="scenario", help="Make exercises from recordings.", group=FLY)
+scenario = App(name="scenario", help="List, check, show and make exercises.", group=FLY)
 app.command(scenario)
+
+
+@scenario.command(name="list")
+def list_exercises(
+    *, results: Path | None = None, trainee: str | None = None, json: Json = False
+) -> int:
+    """List the bundled exercises with their levels, and what they need.
+
+    Parameters
+    ----------
+    results
+        JSON file of earlier results by exercise, oldest first, such as
+        {"hoops": [true, true]}: says which exercises they open.
+    trainee
+        Take the results from paravol progress, of this made-up name; "" is whoever
+        gave none.
+    """
+    from app.cli.scenario_command import ListOptions, run_list
+
+    return run_list(ListOptions(results, trainee), as_json=json)
+
+
+@scenario.command
+def check(file: Path, *, json: Json = False) -> int:
+    """Check an exercise of your own; 1 where it names what its head does not have.
+
+    The message names file, line and the nearest valid word.
+
+    Parameters
+    ----------
+    file
+        A scenario file, NAME.toml; docs/scenarios.md describes its keys.
+    """
+    from app.cli.scenario_command import run_check
+
+    return run_check(file, as_json=json)
+
+
+@scenario.command
+def show(name: ScenarioName, *, json: Json = False) -> int:
+    """Show what an exercise asks for, and when it is passed."""
+    from app.cli.scenario_command import run_show
+
+    return run_show(name, as_json=json)
 
 
 @scenario.command(name="from-path")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from paravol.flight import FlightEnd
+    from paravol.inputs.flight_input import FlightInput
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -118,7 +119,7 @@ def run_train(options: TrainOptions) -> int:
     thread.stop(CLOSE_PATIENCE_S)
     window.release()
     if thread.flight.result is not None:
-        _tell(exercise.title, thread.flight.result)
+        _tell(exercise.title, thread.flight.result, flown)
         if not options.no_store:
             keep_session(thread.flight.result.record, options.trainee)
     errors += [thread.error] if thread.error is not None else []
@@ -129,12 +130,12 @@ def run_train(options: TrainOptions) -> int:
     return 0
 
 
-def _tell(title: str, end: "FlightEnd") -> None:
+def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
     """Print a flight's result: a window takes it along when it closes."""
     from app.cli.terminal import print_table
 
     print_table(title, end.rows())
-    print("\n".join(end.lines()))
+    print("\n".join([*end.lines(), *flown.last_lines()]))
 
 
 def keep_session(

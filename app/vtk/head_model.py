@@ -14,6 +14,9 @@ from renderers.scene import AirSurface, Volume
 COARSENESS = 3
 """Every third voxel: 1.5 mm is a few pixels here, and a ninth of the triangles."""
 
+FINE = 1
+"""In an abstract scene, whose walls are flat and whose hoops would fall apart."""
+
 MUCOSA = (232, 118, 106, 0.34)
 FACE = (226, 206, 190, 0.22)
 """Red, green, blue, opacity. The face is only a hint of where one is."""
@@ -48,22 +51,24 @@ def head_model(
     targets: Mapping[str, NDArray[np.float64]],
     cut_open: Callable[[], Cutaway] | None = None,
     face: Volume | None = None,
+    coarseness: int = COARSENESS,
 ) -> HeadModel:
     """Contour the air surface coarsely; tint the cavity's wall and the face.
 
     The face is what borders on air that lies open to the front. The phantom carries
     dry skin as well, but only round the nostrils. face: the distance to the skin of
     the whole head, mm, negative in the room, on a coarse grid of its own; with it, the
-    whole head is shown in place of what the air surface has of the face.
+    whole head is shown in place of what the air surface has of the face. coarseness:
+    each so many-th voxel is looked at.
     """
     skin = None if face is None else _skin(face)
-    cavity = _cavity(surface, whole=face is None)
+    cavity = _cavity(surface, coarseness, whole=face is None)
     focus = np.array(cavity.bounds).reshape(3, 2).T
     if face is not None:
         focus = focus + np.array([[-AROUND_MM], [AROUND_MM]])
 
     def renew() -> pv.PolyData:
-        return _joined(_cavity(surface, whole=face is None), skin)
+        return _joined(_cavity(surface, coarseness, whole=face is None), skin)
 
     mesh = _joined(cavity, skin)
     return HeadModel(mesh, dict(targets), cut_open, focus, renew)
@@ -73,16 +78,16 @@ def _joined(cavity: pv.PolyData, skin: pv.PolyData | None) -> pv.PolyData:
     return cavity if skin is None else cavity.append_polydata(skin)
 
 
-def _cavity(surface: AirSurface, *, whole: bool) -> pv.PolyData:
+def _cavity(surface: AirSurface, coarseness: int, *, whole: bool) -> pv.PolyData:
     """Contour the air surface; point array ``rgba`` as of `HeadModel`.
 
     whole: with what it has of the face.
     """
     volume = surface.distance
-    values = volume.values[::COARSENESS, ::COARSENESS, ::COARSENESS]
+    values = volume.values[::coarseness, ::coarseness, ::coarseness]
     grid = pv.ImageData(
         dimensions=values.shape[::-1],
-        spacing=volume.spacing_mm * COARSENESS,
+        spacing=volume.spacing_mm * coarseness,
         origin=volume.origin_mm,
     )
     grid.point_data["distance"] = values.ravel()
@@ -92,7 +97,7 @@ def _cavity(surface: AirSurface, *, whole: bool) -> pv.PolyData:
     # y runs to the back: open air is air with nothing but air before it.
     open_air = np.logical_and.accumulate(values < 0.0, axis=1)
     outside = gaussian_filter(open_air.astype(np.float32), 1.2)
-    at = (mesh.points - volume.origin_mm) / (volume.spacing_mm * COARSENESS)
+    at = (mesh.points - volume.origin_mm) / (volume.spacing_mm * coarseness)
     share = np.clip(4.0 * map_coordinates(outside, at.T[::-1], order=1), 0.0, 1.0)
     tint = np.array(MUCOSA) + share[:, None] * (np.array(FACE) - np.array(MUCOSA))
     tint[:, 3] *= 255.0

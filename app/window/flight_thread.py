@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.vtk.head_model import head_model
+from app.vtk.head_model import COARSENESS, FINE, head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
@@ -27,6 +27,7 @@ from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
 from scenarios import InstrumentState, View
 from scenarios.instrument_state import EMPTY_HAND
+from scenarios.tasks import Status, TaskEvent, TaskState
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
@@ -38,6 +39,8 @@ class DisplayedFrame:
 
     cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
     nearest hazard lies.
+    cuts, tasks: see `FrameEvent`. tool: what the second hand does. is_frozen: the
+    trainer was.
     """
 
     pixels: NDArray[np.uint8]
@@ -49,6 +52,8 @@ class DisplayedFrame:
     tool: InstrumentState = EMPTY_HAND
     signs: TouchSigns = NO_SIGNS
     pointer: HazardPointer | None = None
+    tasks: tuple[TaskState, ...] = ()
+    is_frozen: bool = False
 
 
 class FlightThread(QObject, FlightObserver):
@@ -78,6 +83,8 @@ class FlightThread(QObject, FlightObserver):
     """The tool's device was lost, or is back: what to say of it."""
     unheard = Signal(str)
     """There is no sound, and why."""
+    task_ended = Signal(str, bool, str)
+    """A task was done (True) or failed: its name, and what to say of it."""
     away = Signal()
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
@@ -154,7 +161,9 @@ class FlightThread(QObject, FlightObserver):
         assert self.flight.path is not None
         cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
-        self.head_ready.emit(head_model(patient.surface, targets, cut_open, face))
+        coarseness = FINE if order.scenario.head.scene else COARSENESS
+        head = head_model(patient.surface, targets, cut_open, face, coarseness)
+        self.head_ready.emit(head)
 
     def on_touch(self, stage: str, share: float) -> None:
         """Report each fiducial once."""
@@ -201,6 +210,12 @@ class FlightThread(QObject, FlightObserver):
         """Tell the window."""
         self.injured.emit(text)
 
+    def on_task(self, event: TaskEvent) -> None:
+        """Tell the window of what is done or failed."""
+        if event.status in (Status.DONE, Status.FAILED):
+            is_done = event.status is Status.DONE
+            self.task_ended.emit(event.task, is_done, event.text)
+
     def on_tool_device(self, text: str) -> None:
         """Tell the window."""
         self.tool_device.emit(text)
@@ -231,6 +246,8 @@ class FlightThread(QObject, FlightObserver):
             tool=event.sample.instrument,
             signs=event.signs,
             pointer=self._pointer(event.view),
+            tasks=event.tasks,
+            is_frozen=event.sample.is_frozen,
         )
         if event.sample.is_frozen:
             self._feedback.quiet()

@@ -17,6 +17,9 @@ WINDOW_KEYS = {
     "Q": "end the flight",
 }
 
+TASK_KEYS = {"P": "freeze, go on", "I": "hint"}
+"""Of exercises with tasks."""
+
 _NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
 _NOTCH = 120.0
 """Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""

@@ -43,6 +43,7 @@ INJURY_S = 5.0
 
 ROLL_STEP_DEG = 5.0
 ASKED = "End this flight?"
+FROZEN = "Frozen"
 
 
 class TraineeWindow(QMainWindow):
@@ -113,6 +114,7 @@ class TraineeWindow(QMainWindow):
         thread.injured.connect(self._on_injury)
         thread.unheard.connect(self._sound.fail)
         thread.tool_device.connect(self._on_tool_device)
+        thread.task_ended.connect(self._on_task)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
         thread.landed.connect(self._on_landed)
@@ -179,6 +181,10 @@ class TraineeWindow(QMainWindow):
                 )
             case Qt.Key.Key_Space:
                 self._keep_moment()
+            case Qt.Key.Key_P if self._order.scenario.tasks:
+                self._freeze()
+            case Qt.Key.Key_I if self._order.scenario.tasks:
+                self._side.tasks.switch_hint()
             case Qt.Key.Key_V if self._frame is not None:
                 self._flight.keep_view()
             case _:
@@ -231,6 +237,20 @@ class TraineeWindow(QMainWindow):
             )
         else:
             self._flight.keep_moment()
+
+    def _freeze(self) -> None:
+        """Freeze the trainer, or let it go on: nothing counts meanwhile."""
+        hand = self._flight.hand
+        hand.freeze(not hand.is_frozen)
+        if hand.is_frozen:
+            self._notices.say(FROZEN, "The clock stands and nothing counts; P goes on.")
+        else:
+            self._notices.say("")
+
+    @Slot(str, bool, str)
+    def _on_task(self, name: str, is_done: bool, text: str) -> None:
+        title = "Done" if is_done else f"Failed: {name}"
+        self._notices.notify(title, text)
 
     @Slot()
     def _on_overview_changed(self) -> None:
@@ -334,15 +354,16 @@ class TraineeWindow(QMainWindow):
         self._is_away = True
         self._warn()
         self._notices.say(
-            "The arm is away",
-            "Check its plugs and its power; the session goes on by itself.",
+            "The device is away",
+            f"{self._order.input.name}: check plugs and power; "
+            "the session goes on by itself.",
         )
 
     @Slot(float)
     def _on_back(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
-        self._notices.notify("The arm is back", f"It was away for {away_s:.1f} s.")
+        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
 
     @Slot(object)
     def _on_landed(self, end: FlightEnd) -> None:
@@ -371,6 +392,8 @@ class TraineeWindow(QMainWindow):
             pressed = f"pressing: {touched}"
         if time.monotonic() < self._injured_until_s:
             pressed = self._injury
+        if frame is not None and frame.is_frozen:
+            pressed = "frozen"
         self.picture.warn("not live" if self._is_away else pressed, touched)
 
     def _readings(self) -> Readings:
@@ -395,6 +418,7 @@ class TraineeWindow(QMainWindow):
         self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
+            self._side.tasks.show_states(self._frame.tasks)
         self._notices.refresh()
         if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()

@@ -2,11 +2,12 @@
 
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from app.window.keys import KeyHelp
+from app.window.keys import TASK_KEYS, KeyHelp
 from app.window.moments import MomentView
 from app.window.overview_panel import OverviewView
 from app.window.slices_panel import SlicesView
 from app.window.sound_keys import SOUND_KEYS
+from app.window.task_panel import TaskPanel
 from app.window.tool_keys import TOOL_KEYS
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
@@ -25,10 +26,13 @@ class SideColumn(QWidget):
         self.overview = OverviewView(scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.moments = MomentView()
+        self.tasks = TaskPanel(order.scenario)
         own = order.has_own_tool
         second = order.instrument
         keys = order.input.keys if second is None else order.input.keys | second.keys
         hand_keys = SOUND_KEYS if own else TOOL_KEYS | SOUND_KEYS
+        if order.scenario.tasks:
+            hand_keys = TASK_KEYS | hand_keys
         self._keys = KeyHelp(keys, hand_keys)
         self._tool = QLabel(tool_text(EMPTY_HAND))
         title = QLabel(order.scenario.title)
@@ -43,6 +47,7 @@ class SideColumn(QWidget):
         self._column.addWidget(title)
         self._column.addWidget(about)
         self._column.addWidget(self._tool)
+        self._column.addWidget(self.tasks)
         self._column.addWidget(self.overview, 1)
         self._column.addWidget(self.slices)
         self._column.addWidget(self.moments)
@@ -58,5 +63,11 @@ class SideColumn(QWidget):
         """Scale the layout; 1 is the designed size."""
         self._column.setContentsMargins(*(round(n * scale) for n in (18, 10, 18, 8)))
         self._column.setSpacing(round(5 * scale))
-        for part in (self.overview, self.slices, self.moments, self._keys):
+        for part in (
+            self.tasks,
+            self.overview,
+            self.slices,
+            self.moments,
+            self._keys,
+        ):
             part.set_scale(scale)

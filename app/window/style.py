@@ -27,6 +27,9 @@ QWidget#gauges {{ background: {PANEL}; border-top: 1px solid {EDGE}; }}
 QLabel {{ color: {QUIET}; background: transparent; font-size: {points(9.5)}; }}
 QLabel#title {{ color: {INK}; font-size: {points(13)}; font-weight: 600; }}
 QLabel#caption {{ color: {QUIET}; font-size: {points(9)}; }}
+QLabel#task {{ color: {INK}; font-size: {points(11)}; }}
+QProgressBar {{ background: {EDGE}; border: none; }}
+QProgressBar::chunk {{ background: {READY}; }}
 QLabel#figure {{ color: {INK}; font-size: {points(16)}; font-weight: 600; }}
 QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
 QLabel#key {{ color: {INK}; padding-right: {round(6 * scale)}px; }}

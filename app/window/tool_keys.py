@@ -29,6 +29,7 @@ _USES = {
     Action.POWERED: "N turns its suction on; hold B: it cuts.",
     Action.SCRAPE: "Hold B and drag: it scrapes.",
     Action.CUT: "Hold B and drag: it cuts.",
+    Action.INJECT: "Put its tip into the mucosa; hold B: it injects.",
     Action.FEEL: "It takes nothing.",
     Action.SUCK: "N turns its suction on and off.",
 }

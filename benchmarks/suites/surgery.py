@@ -20,6 +20,7 @@ from paravol.session_setup import (
     LIVE_TIER,
     SEED,
     build_view,
+    coverage_watch,
     first_views,
     operate_on,
     path_view,
@@ -32,6 +33,7 @@ from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier
 from scenarios import View, tip_frame
+from scenarios.coverage.watch import RATE_HZ
 from surgery import solids
 from surgery.edit import Taker
 from surgery.film import STEPS_PER_S, BloodFilm
@@ -49,6 +51,7 @@ FIRST_COPY, LATER_COPY = "copy of one cut", "copy of all cuts"
 NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
 WATCH = "injury watch"
 DEEP_WATCH = "injury watch deep inside"
+MUCOSA_WATCH = "mucosa watch"
 PICTURE = "cut to picture"
 FILM = "blood film"
 READ, TICK, COLD_TICK = "distance at 200 balls", "tick of force", "cold tick of force"
@@ -170,6 +173,13 @@ class SurgeryPlan(Plan, suite="surgery"):
                 WATCH,
                 self._watch,
                 watched | {"seconds": self._watched_s},
+                cost_s=20.0,
+            ),
+            self.task(
+                "first_flight/look/mucosa",
+                MUCOSA_WATCH,
+                self._watch_mucosa,
+                {"look_hz": RATE_HZ, "threads": 1, "seconds": self._watched_s},
                 cost_s=20.0,
             ),
             self.task(
@@ -586,6 +596,22 @@ class SurgeryPlan(Plan, suite="surgery"):
             scope = solids.capsule(end, end + SHAFT_MM * pose[:3, 2], SCOPE_MM)
             clock.time(partial(watch.move, "endoscope", time_s, scope))
         return Measured(clock.timing(), counters=clock.counters("sample"))
+
+    def _watch_mucosa(self) -> Measured:
+        """Time the watch of what is seen a look at a time on the bundled flight."""
+        scenario, path = bundled_flight()
+        patient = load_patient(scenario, _quietly)
+        watch, clock = coverage_watch(patient), _Clock()
+        scope, distance = scenario.scope.endoscope(), patient.surface.distance
+        for n in range(round(self._watched_s * RATE_HZ)):
+            time_s = (n + 0.5) / RATE_HZ
+            state = path.sample(time_s)
+            pose = tip_frame(state.tip_mm, state.axis)
+            camera = scope.camera(pose, state.roll_deg, (SIZE, SIZE))
+            clock.time(partial(watch.step, time_s, camera, distance))
+        timing = clock.timing()
+        share = {"share_of_a_core": timing.median_s * RATE_HZ}
+        return Measured(timing, counters=clock.counters("look") | share)
 
     def _watch_deep(self) -> Measured:
         """Time the watch while a tool jumps about deep inside the skull base."""

@@ -28,7 +28,13 @@ from renderers.scene import Mesh
 from renderers.scene.mesh import PlacedMesh
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments.forceps import Backbiter, Forceps
-from scenarios.instruments.hand_tools import BallProbe, Curette, Elevator, SickleKnife
+from scenarios.instruments.hand_tools import (
+    BallProbe,
+    Curette,
+    Elevator,
+    InjectionNeedle,
+    SickleKnife,
+)
 from scenarios.instruments.lofting import joined
 from scenarios.instruments.parts import (
     Capsules,
@@ -55,6 +61,8 @@ class Action(Enum):
     """While its edge moves."""
     FEEL = "feel"
     """Never: it tells hard from soft."""
+    INJECT = "inject"
+    """Never: it gives, while its pedal is down."""
     SUCK = "suck"
     """Never: it takes blood and loose pieces."""
 
@@ -209,6 +217,7 @@ _CATALOGUE = (
         "sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3), rough_mm=CLEAN_MM
     ),
     Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0)),
+    Instrument("injection needle", Action.INJECT, InjectionNeedle(), Taker(1.0)),
     Instrument(
         "elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3), rough_mm=SHAVED_MM
     ),

@@ -201,6 +201,52 @@ class SickleKnife(Shape):
 
 
 @dataclass(frozen=True, slots=True)
+class InjectionNeedle(Shape):
+    """Describe a long injection needle, mm: a pointed tube, stepped to its shaft.
+
+    needle_mm, point_mm: thickness of the needle, length of its point.
+    """
+
+    needle_mm: float = 0.9
+    point_mm: float = 1.6
+    reach_mm: float = 22.0
+    shaft_mm: float = 2.2
+    length_mm: float = 130.0
+
+    def _profile(self) -> tuple[Doubles, Doubles]:
+        """Return lengths from the tip and the radii there."""
+        thin, thick = self.needle_mm / 2, self.shaft_mm / 2
+        point = np.array([0.0, 0.15, 0.4, 0.7, 1.0])
+        cone = self.reach_mm + np.linspace(0.0, 6.0, 5)
+        lengths = np.concatenate(
+            [self.point_mm * point, cone, [self.length_mm - 0.5, self.length_mm]]
+        )
+        radius = np.concatenate(
+            [
+                0.08 + (thin - 0.08) * point,
+                eased(thin, thick, np.linspace(0.0, 1.0, 5)),
+                [thick, 0.6 * thick],
+            ]
+        )
+        return lengths, radius
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return point, needle and shaft in one."""
+        line, (lengths, radius) = BentLine(), self._profile()
+        mesh = skin(rings(line, lengths, np.stack([radius, radius], 1), section(24)))
+        stem = lengths[1:-1]
+        thick = radius[1:-1]
+        capsules = Capsules.along(
+            line.at(stem), np.minimum(thick[:-1], thick[1:]) + 0.05
+        )
+        return (Part(mesh, capsules),)
+
+    def tip(self) -> tuple[Doubles, float]:
+        """Return the ball in its point."""
+        return np.array([0.0, 0.0, 0.3]), 0.15
+
+
+@dataclass(frozen=True, slots=True)
 class BallProbe(Shape):
     """Describe an ostium seeker, mm: a ball on a thin bent rod."""
 

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.coverage.watch import CoverageFigures
 from scenarios.endoscope import Endoscope
 from scenarios.metrics.metric import SCOPE, Interval
 from scenarios.metrics.settings import Settings
@@ -78,8 +79,8 @@ class Measured:
     None where the head was not measured. edits, breaches: None where nobody operated.
     targets: places ``(3,)`` by name. reference: the shortest way through the air, by
     the targets; None where it is unknown. expert: the scope's track in a session to
-    compare with, None without one. picture_px: width
-    of the picture.
+    compare with, None without one. coverage: what mucosa was seen, None where nobody
+    watched. picture_px: width of the picture.
     """
 
     scope: Track
@@ -93,6 +94,7 @@ class Measured:
     breaches: tuple[Breach, ...] | None = None
     reference: Reference | None = None
     expert: Track | None = None
+    coverage: CoverageFigures | None = None
     picture_px: int = 512
     settings: Settings = field(default_factory=Settings)
 

@@ -15,11 +15,15 @@ Interval = tuple[float, float]
 
 
 class Found(NamedTuple):
-    """Hold a value, or why there is none, and the moments that it came from."""
+    """Hold a value, or why there is none, and the moments that it came from.
+
+    sigma: what the metric itself may err by; None for nothing but the device's noise.
+    """
 
     value: float | None
     intervals: tuple[Interval, ...] = ()
     reason: str = ""
+    sigma: float | None = None
 
 
 def too_little(needed: str) -> Found:
@@ -59,8 +63,9 @@ class Metric:
     """Hold one result.
 
     value: None where there is none; reason says why. sigma: 1 sigma of the device's
-    noise, in the same unit; None where it is unknown. floor: value of a tool held
-    still. intervals: the seconds of the session that the value came from.
+    noise, or of the metric itself where it tells that, in the same unit; None where it
+    is unknown. floor: value of a tool held still. intervals: the seconds of the session
+    that the value came from.
     """
 
     name: str

@@ -16,6 +16,7 @@ from scenarios.metrics.motion import MOTION
 from scenarios.metrics.removal import REMOVAL
 from scenarios.metrics.scope_view import SCOPE_VIEW
 from scenarios.metrics.smoothness import SMOOTHNESS
+from scenarios.metrics.surface_seen import SURFACE_SEEN
 from scenarios.metrics.uncertainty import (
     SEED,
     SessionNoise,
@@ -34,6 +35,7 @@ DEFINITIONS: tuple[Definition, ...] = (
     *CONTACT,
     *HAZARD,
     *REMOVAL,
+    *SURFACE_SEEN,
 )
 """All metrics, in the order in which they are told. A new noun adds its own here."""
 
@@ -75,12 +77,19 @@ def measure(
             answer.value,
             answer.reason,
             definition.filter,
-            None if answer.value is None else sigma.get(_key(definition, name)),
+            _sigma(answer, sigma.get(_key(definition, name))),
             None if answer.value is None else floor.get(_key(definition, name)),
             answer.intervals,
         )
         for definition, name, answer in found
     ]
+
+
+def _sigma(answer: Found, drawn: float | None) -> float | None:
+    """Return what a value may err by; what a metric tells of itself comes first."""
+    if answer.value is None:
+        return None
+    return drawn if answer.sigma is None else answer.sigma
 
 
 def _key(definition: Definition, name: str) -> str:

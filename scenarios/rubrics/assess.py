@@ -105,18 +105,16 @@ def assess(
     there = math.fsum(part.weight * part.most_points for part in counting)
     spread = math.hypot(*(part.weight * part.points_sigma for part in counting))
     percent, sigma = None, 0.0
-    if (
-        there > 0.0
-        and there >= rubric.total_points * rubric.least_counted_percent / 100
-    ):
+    needed = rubric.total_points * rubric.least_counted_percent / 100.0
+    if there > 0.0 and there >= needed:
         most = min((fail.most_percent for fail in fails), default=100.0)
         percent = min(100.0 * points / there, most)
         # what a hard fail has cut off, noise does not bring back
         sigma = 100.0 * spread / there if percent < most or not fails else 0.0
     else:
         remarks.append(
-            f"Only {there:g} of {rubric.total_points:g} points could be scored; a total "
-            f"needs {rubric.least_counted_percent:g} %."
+            f"Only {there:g} of {rubric.total_points:g} points could be scored; a "
+            f"total needs {needed:g}."
         )
     return Assessment(
         evidence.session,
@@ -190,6 +188,7 @@ def _part(item: Item, evidence: Evidence, population: Population | None) -> Part
         found.reason,
         bands,
         is_removal,
+        why=item.why,
     )
 
 

@@ -45,7 +45,8 @@ class Part(msgspec.Struct, frozen=True):
     that the value came from, merged where they overlap. bands: of the reference
     population, for the same value; empty where it was not measured there. is_removal:
     it rewards what was taken. weight: share of its points that counts, below 1 where
-    points for removal are held back.
+    points for removal are held back. why: where the thresholds are from, if the rubric
+    says so.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Part(msgspec.Struct, frozen=True):
     bands: tuple[Band, ...] = ()
     is_removal: bool = False
     weight: float = 1.0
+    why: str = ""
 
     @property
     def counts(self) -> bool:
@@ -98,10 +100,11 @@ class Assessment(msgspec.Struct, frozen=True):
     """Hold a session scored by one version of a rubric.
 
     session: name of the bundle's folder. rubric, rubric_version, rubric_sha256: which
-    rubric. points: of all parts that count, of counted_points; most_points: of the whole
-    rubric. percent: 100 points / counted_points, after hard fails; None where too few
-    parts could be scored. percent_sigma: 1 sigma of it, by the device's noise. remarks:
-    what limits the score, in sentences. is_complete: the recording has its end.
+    rubric. points: of all parts that count, of counted_points; most_points: of the
+    whole rubric. percent: 100 points / counted_points, after hard fails; None where too
+    few parts could be scored. percent_sigma: 1 sigma of it, by the device's noise.
+    remarks: what limits the score, in sentences. is_complete: the recording has its
+    end.
     """
 
     session: str

@@ -1,6 +1,7 @@
 """Points of a value: straight between knots, level beyond them."""
 
 import math
+from itertools import pairwise
 from statistics import NormalDist
 
 from scenarios.rubrics.assessment import Knots
@@ -15,7 +16,7 @@ def percent_of(knots: Knots, value: float) -> float:
     """
     if value <= knots[0][0]:
         return knots[0][1]
-    for (low, first), (high, second) in zip(knots, knots[1:], strict=False):
+    for (low, first), (high, second) in pairwise(knots):
         if value <= high:
             share = (value - low) / (high - low)
             return first + share * (second - first)
@@ -34,7 +35,7 @@ def percent_sigma(knots: Knots, value: float, sigma: float) -> float:
     middle = percent_of(knots, value)
     ends = [-math.inf, *(at for at, _ in knots), math.inf]
     first = second = 0.0
-    for n, (low, high) in enumerate(zip(ends, ends[1:], strict=False)):
+    for n, (low, high) in enumerate(pairwise(ends)):
         if n == 0 or n == len(knots):
             slope, level = 0.0, knots[min(n, len(knots) - 1)][1] - middle
         else:

@@ -7,8 +7,9 @@ and the nearest valid word.
 import difflib
 import hashlib
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -54,11 +55,13 @@ class Combine(StrEnum):
 class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Name a value: of a metric, a task or an operation's figure, exactly one.
 
-    role: whose metric, where several have one of this name. of: the hazard, tissue,
-    target or structure; without it all are combined. task: its name, or "*" for the
-    share of all tasks that was done.
+    name: once in a table; title: what is read. role: whose metric, where several have
+    one of this name. of: the hazard, tissue, target or structure; without it all are
+    combined. task: its name, or "*" for the share of all tasks that was done.
     """
 
+    name: str
+    title: str
     metric: str = ""
     role: str = ""
     of: str = ""
@@ -84,13 +87,11 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 class Item(Source, frozen=True):
     """Give points for a value.
 
-    name: once in a rubric. points: at most. bands: values that ascend, each with the
+    points: at most. bands: values that ascend, each with the
     percent of the points that it gives; straight in between, level beyond. why: where
     the thresholds are from.
     """
 
-    name: str
-    title: str
     points: float
     bands: Knots
     why: str = ""
@@ -99,8 +100,6 @@ class Item(Source, frozen=True):
 class FailRule(Source, frozen=True):
     """Bound the total where a value is above, or below, a limit."""
 
-    name: str
-    title: str
     most_percent: float
     above: float | None = None
     below: float | None = None
@@ -177,7 +176,9 @@ def _faults(rubric: Rubric) -> Iterator[Fault]:
         value = getattr(rubric, name)
         if not 0.0 <= value <= 100.0:
             yield [name], f"{name} must lie between 0 and 100, got {value:g}"
-    for table, rows in (("items", rubric.items), ("fails", rubric.fails)):
+    tables: tuple[tuple[str, Sequence[Source]], ...]
+    tables = ("items", rubric.items), ("fails", rubric.fails)
+    for table, rows in tables:
         names: set[str] = set()
         for n, row in enumerate(rows):
             if row.name in names:
@@ -242,7 +243,7 @@ def _item_faults(item: Item) -> Iterator[tuple[str, str]]:
         return
     if not all(map(math.isfinite, values)):
         yield "bands", "the values of bands must be finite"
-    if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+    if any(b <= a for a, b in pairwise(values)):
         yield "bands", f"the values of bands must ascend, got {values}"
     if not all(0.0 <= percent <= 100.0 for percent in percents):
         yield "bands", f"the percents of bands must lie in 0 to 100, got {percents}"

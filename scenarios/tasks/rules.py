@@ -25,6 +25,10 @@ SIGHT_STEP_MM = 0.25
 NEAR_TARGET_MM = 1.5
 """So near to its end a line of sight may be in tissue: landmarks lie on the mucosa."""
 
+WITHIN = 1.5
+"""A landmark that lies within what it names, such as the head of a turbinate, is seen
+where its surface is: so many times its depth before it, for lines that are oblique."""
+
 Places = Mapping[str, NDArray[np.float64]]
 
 
@@ -282,11 +286,12 @@ def is_in_sight(
 
     distance: signed air distance, mm, negative in air. eye, place: ``(3,)`` LPS mm.
     """
-    length = _apart(eye, place) - NEAR_TARGET_MM
+    near_mm = max(NEAR_TARGET_MM, WITHIN * float(distance.sample(place)))
+    length = _apart(eye, place) - near_mm
     if length <= 0.0:
         return True
     count = math.ceil(length / SIGHT_STEP_MM) + 1
-    along = np.linspace(0.0, length / (length + NEAR_TARGET_MM), count)
+    along = np.linspace(0.0, length / (length + near_mm), count)
     return bool(distance.sample(eye + along[:, None] * (place - eye)).max() < 0.0)
 
 

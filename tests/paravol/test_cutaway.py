@@ -205,6 +205,7 @@ def test_a_tool_taken_while_the_head_opens_is_not_drawn_before_it(
     overview.show_head(head_model(scene.surface, {}))
     overview.picture()
     drawn: list[str] = []
+    assert plotter.render_window is not None
     plotter.render_window.AddObserver(
         "StartEvent", lambda _, event: drawn.append(event)
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from disk import UserError
+from paravol.coverage_map import session_coverage
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
 from paravol.session_metrics import session_metrics
@@ -156,3 +157,17 @@ def test_a_recording_without_samples_is_refused(tmp_path: Path, flight: Flight) 
         recorder.close({})
     with pytest.raises(UserError, match="holds no sample"):
         session_metrics(empty, patient=flight.patient)
+
+
+def test_what_was_seen_is_what_the_session_watched(
+    flight: Flight, found: dict[tuple[str, str], Metric]
+) -> None:
+    coverage = flight.score.coverage
+    assert coverage is not None
+    assert coverage.sites
+    for name, site in coverage.sites.items():
+        told = found["scope", f"surface seen: {name}"]
+        assert told.value == site.seen_percent
+        assert told.sigma == site.uncertain_percent
+    again = session_coverage(flight.folder, patient=flight.patient)
+    assert again.watch.figures() == coverage

@@ -83,7 +83,7 @@ def test_only_what_cuts_cuts(name: str) -> None:
     hand = Hand(tip_mm=(12.0, 11.0, 6.0))
     hand.step(name=name, jaw=0.0, is_working=True, is_sucking=True)
     hand.step(jaw=1.0)
-    never = instrument_named(name).action in (Action.FEEL, Action.SUCK)
+    never = instrument_named(name).action in (Action.FEEL, Action.SUCK, Action.INJECT)
     assert (hand.edits == 0) == never
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from anatomy.files.surfaces import Surface, load_surface, save_surface
+from disk import UserError
 
 ENDINGS = ["ply", "vtp"]
 
@@ -148,3 +149,18 @@ def test_strange_files_are_refused_by_name(tmp_path: Path) -> None:
         save_surface(lettered_head(), tmp_path / "e.obj")
     with pytest.raises(ValueError, match="from 0 to 9"):
         Surface(np.zeros((3, 3)), np.array([[0, 1, 9]]))
+
+
+def test_values_of_triangles_are_read_by_others(tmp_path: Path) -> None:
+    head = lettered_head()
+    seconds = np.linspace(0.0, 1.0, len(head.faces))
+    save_surface(head, tmp_path / "head.vtp", {"seconds_seen": seconds})
+    mesh = pv.read(tmp_path / "head.vtp")
+    assert np.array_equal(mesh.cell_data["seconds_seen"], seconds)
+    again = load_surface(tmp_path / "head.vtp")
+    assert np.array_equal(again.faces, head.faces)
+    with pytest.raises(UserError, match="vtp"):
+        save_surface(head, tmp_path / "head.ply", {"seconds_seen": seconds})
+    middle, normals = head.middles()
+    assert np.abs(normals[:, 1]).min() > 0.99
+    assert np.allclose(middle[0], head.vertices[head.faces[0]].mean(axis=0))

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import main
+from tests.app.window.opened_window import run_script
 
 
 def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -57,3 +58,21 @@ def test_without_a_display_no_window_opens_and_nothing_crashes(
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
     assert "there is no display" in refused([], capsys)
+
+
+FELT = """
+import sys
+from app.__main__ import main
+words = "--haptics emulated --size 64 --threads 1 --seconds 1 --sound off".split()
+assert main(["train", "--scenario", *sys.argv[1:], *words]) == 0
+"""
+
+
+@pytest.mark.display
+@pytest.mark.slow
+def test_a_felt_flight_tells_at_its_end_how_the_force_loop_ran(
+    screen: str, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    told = run_script(FELT, coarse_scenario, "--record", tmp_path / "felt.paravol")
+    assert "Fly it again" in told
+    assert "Force loop: " in told

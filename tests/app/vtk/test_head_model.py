@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from app.vtk.head_model import COARSENESS, FACE, MUCOSA, head_model
+from anatomy.abstract import build_scene
+from app.vtk.head_model import COARSENESS, FACE, FINE, MUCOSA, head_model
 from renderers.scene import AirSurface, Volume
 
 SPACING_MM = 0.5
@@ -96,3 +97,11 @@ def test_a_renewed_mesh_is_that_of_a_new_model(
     assert np.array_equal(renewed.point_data["rgba"], fresh.point_data["rgba"])
     assert renewed.n_points != len(before)
     assert np.array_equal(model.mesh.points, before)
+
+
+def test_a_fine_model_keeps_a_thin_ring_whole() -> None:
+    space = build_scene("hoops", 2)
+    surface = AirSurface(space.distance, space.blood, space.skin)
+    mesh = head_model(surface, {}, coarseness=FINE).mesh
+    # the room with its mouth, and six rings
+    assert mesh.connectivity()["RegionId"].max() + 1 == 7

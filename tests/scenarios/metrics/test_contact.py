@@ -46,7 +46,9 @@ def test_times_depths_and_moments() -> None:
     assert contact_count(measured).intervals == ((1.0, 2.0),)
     assert contact_s(measured, is_share=False).value == pytest.approx(1.0)
     assert contact_s(measured, is_share=True).value == pytest.approx(1 / 3)
-    assert deepest_mm(measured) == (0.8, ((1.5, 1.5),), "")
+    deepest = deepest_mm(measured)
+    assert (deepest.value, deepest.intervals) == (0.8, ((1.5, 1.5),))
+    assert deepest.reason == ""
     assert touched_way_mm(measured).value == pytest.approx(10.0, abs=0.05)
 
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from disk import UserError
+from scenarios.coverage import CoverageFigures, SiteSeen
 from scenarios.metrics import (
     DEFINITIONS,
     Contacts,
@@ -48,6 +49,7 @@ def whole(scope: Track, tool: Track = NO_TRACK) -> Measured:
         tool_hazards=hazards,
         edits=(),
         breaches=(),
+        coverage=CoverageFigures({"choana": SiteSeen(9.0, 50.0, 2.0)}, {}),
     )
 
 

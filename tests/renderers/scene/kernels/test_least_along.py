@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from renderers.scene import Volume
-from renderers.scene.kernels.least_along import least_along
+from renderers.scene.kernels.least_along import least_along, least_along_each
 
 
 @given(seed=st.integers(0, 2**32 - 1))
@@ -35,3 +35,24 @@ def test_the_last_layer_of_the_grid_still_counts() -> None:
         field.values, -1.0, np.array([0.0, 2.0, 2.0]), np.array([1.0, 0.0, 0.0]), 4, 9.0
     )
     assert (where, least) == (2, -7.0)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_many_lines_are_each_line_to_the_bit(seed: int) -> None:
+    """Also where points are left out that cannot be the least at a slope of 1."""
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(2, 12, 3))
+    places = rng.uniform(-3, 12, (3, 3))
+    voxels = np.indices(shape)[::-1].reshape(3, -1).T[:, None]
+    away = np.linalg.norm(voxels - places, axis=2).min(axis=1) - 1.0
+    values = away.reshape(shape).astype(np.float32)
+    starts = rng.uniform(-4, 12, (5, 3))
+    steps = rng.normal(size=(5, 3)) * 10 ** rng.uniform(-2, 0.0)
+    fall = 3**0.5 * float(np.linalg.norm(steps, axis=1).max()) + 1e-5
+    each = [
+        least_along(values, 1.0, a, b, 60, 50.0)
+        for a, b in zip(starts, steps, strict=True)
+    ]
+    for falling in (fall, np.inf):
+        where, least = least_along_each(values, 1.0, starts, steps, 60, 50.0, falling)
+        assert [(int(a), float(b)) for a, b in zip(where, least, strict=True)] == each

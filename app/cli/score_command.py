@@ -1,0 +1,266 @@
+"""`paravol score` and `paravol pass-mark`: score, print, write tables."""
+
+import csv
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+from app.cli.terminal import Stages, print_json, print_table
+from disk import UserError, demand_place, whole_file
+from paravol.scoring_executors import scoring_executor
+from paravol.session_metrics import session_metrics
+from paravol.session_scoring import (
+    BatchOrder,
+    Scored,
+    score_all,
+    sessions_in,
+)
+from scenarios.bundle import write_json
+from scenarios.metrics import definitions_named
+from scenarios.rubrics import Assessment, Part, PassMark, load_rubric, pass_mark
+from scenarios.rubrics.rubric import Rubric
+
+OUT = "assessments"
+"""Folder beside the sessions in which scores are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreOptions:
+    """Hold what was asked for; see `paravol score --help`."""
+
+    sessions: Path
+    rubric: str
+    out: Path | None = None
+    jobs: int = 1
+    mpi: bool = False
+    csv: Path | None = None
+    table: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    exact: bool = False
+
+
+def run_score(options: ScoreOptions, *, as_json: bool) -> int:
+    """Score; status 1 where a session could not be scored."""
+    for file in (options.csv, options.table):
+        if file is not None:
+            demand_place(file)
+    order = BatchOrder(
+        load_rubric(options.rubric),
+        _out(options.sessions, options.out),
+        options.arm,
+        "" if options.case is None else str(options.case),
+        options.exact,
+    )
+    lines = _lines(options.sessions, order, options.jobs, mpi=options.mpi)
+    if options.csv is not None:
+        with whole_file(options.csv) as beside:
+            beside.write_text(as_csv(lines, order.rubric), "utf-8")
+    if options.table is not None:
+        write_json(options.table, lines)
+    if as_json:
+        print_json(lines)
+    elif len(lines) == 1 and lines[0].assessment is not None:
+        print_assessment(lines[0].assessment, lines[0].source)
+    else:
+        title = f"{order.rubric.title} ({order.rubric.name} {order.rubric.version})"
+        print_table(title, [(line.session, line_text(line)) for line in lines])
+    return 1 if any(line.assessment is None for line in lines) else 0
+
+
+def _out(sessions: Path, out: Path | None) -> Path:
+    if out is not None:
+        return out
+    is_one = sessions.suffix == ".paravol" or (sessions / "session.json").exists()
+    return (sessions.parent if is_one else sessions) / OUT
+
+
+def _lines(sessions: Path, order: BatchOrder, jobs: int, *, mpi: bool) -> list[Scored]:
+    count = len(sessions_in(sessions))
+    found: list[Scored] = []
+    with Stages() as stages, scoring_executor(min(jobs, count), mpi=mpi) as executor:
+        stages("Scoring", 0.0)
+        for line in score_all(sessions, order, executor):
+            found.append(line)
+            stages("Scoring", len(found) / count)
+            if line.problem:
+                stages.say(f"{line.session}: {line.problem}")
+    return sorted(found, key=lambda line: line.session)
+
+
+def line_text(line: Scored) -> str:
+    """Return a session's total, or why it has none."""
+    if line.assessment is None:
+        return line.problem
+    return total_text(line.assessment)
+
+
+def total_text(assessment: Assessment) -> str:
+    """Return the total with its noise and the verdict."""
+    if assessment.percent is None:
+        return f"{assessment.verdict}: {assessment.remarks[-1]}"
+    sigma = f" ± {assessment.percent_sigma:.1f}" if assessment.percent_sigma else ""
+    text = f"{assessment.percent:.1f}{sigma} %, {assessment.verdict}"
+    if assessment.fails:
+        text += f" ({'; '.join(fail.name for fail in assessment.fails)})"
+    return text
+
+
+def print_assessment(assessment: Assessment, source: str) -> None:
+    """Print each part with its points, value, thresholds and moments."""
+    rows = [("total", total_text(assessment))]
+    rows += [
+        (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
+    ]
+    rows += [(part.title, part_text(part)) for part in assessment.parts]
+    rows += [("remark", remark) for remark in assessment.remarks]
+    rows.append(("measured", source))
+    title = f"{assessment.session} by {assessment.rubric} {assessment.rubric_version}"
+    print_table(title, rows)
+
+
+def part_text(part: Part) -> str:
+    """Return a part's points and all that they came from."""
+    if not part.counts:
+        why = part.reason.removeprefix("not enough data: ")
+        text = f"[dim]- of {part.most_points:g}: {part.standing}"
+        return text + (f": {why}[/dim]" if why else "[/dim]")
+    value = part.reason
+    if part.value is not None:
+        unit = "" if part.unit == "1" else f" {part.unit}"
+        sigma = f" ± {part.sigma:.2g}" if part.sigma else ""
+        value = f"{part.value:.4g}{sigma}{unit}"
+    spread = f" ± {part.points_sigma:.1f}" if part.points_sigma >= 0.05 else ""
+    knots = ", ".join(f"{at:g}: {percent:g} %" for at, percent in part.thresholds)
+    text = f"{part.points:.1f}{spread} of {part.most_points:g}: {part.source} {value}"
+    text += f" ({knots})" + _when(part.intervals)
+    for band in part.bands:
+        text += f"; {band.group} {band.low:.3g} to {band.high:.3g}"
+    text += f"; {part.bands[0].source}" if part.bands else ""
+    return text + (f"; {part.why}" if part.why else "")
+
+
+def _when(intervals: tuple[tuple[float, float], ...]) -> str:
+    if not intervals:
+        return ""
+    told = [
+        f"{begin:.1f}" if begin == end else f"{begin:.1f}-{end:.1f}"
+        for begin, end in intervals[:3]
+    ]
+    more = f" and {len(intervals) - 3} more" if len(intervals) > 3 else ""
+    return f" at {', '.join(told)} s{more}"
+
+
+def as_csv(lines: list[Scored], rubric: Rubric) -> str:
+    """Return a row a session: total, verdict, points of each item, problem."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    items = [item.name for item in rubric.items]
+    head = ["Session", "Percent", "Sigma", "Verdict", "HardFails", "Problem"]
+    writer.writerow([*head, *items])
+    for line in lines:
+        found = line.assessment
+        if found is None:
+            writer.writerow([line.session, "", "", "", "", line.problem])
+            continue
+        percent = "" if found.percent is None else repr(found.percent)
+        fails = ";".join(fail.name for fail in found.fails)
+        row = [line.session, percent, repr(found.percent_sigma), str(found.verdict)]
+        points = [repr(p.points) if p.counts else "" for p in found.parts]
+        writer.writerow([*row, fails, "", *points])
+    return text.getvalue()
+
+
+@dataclass(frozen=True, slots=True)
+class PassMarkOptions:
+    """Hold what was asked for; see `paravol pass-mark --help`."""
+
+    novices: Path
+    experts: Path
+    metric: str = ""
+    role: str = ""
+    rubric: str = ""
+    jobs: int = 1
+
+
+def run_pass_mark(options: PassMarkOptions, *, as_json: bool) -> int:
+    """Find where two groups part; tell it and how sure it is."""
+    if bool(options.metric) == bool(options.rubric):
+        raise UserError("Name either a metric with --metric or a rubric with --rubric.")
+    groups = []
+    for folder in (options.novices, options.experts):
+        if options.rubric:
+            order = BatchOrder(load_rubric(options.rubric), _out(folder, None))
+            lines = _lines(folder, order, options.jobs, mpi=False)
+            values = [
+                line.assessment.percent
+                for line in lines
+                if line.assessment is not None and line.assessment.percent is not None
+            ]
+            groups.append((values, len(lines) - len(values)))
+        else:
+            groups.append(_metric_values(folder, options.metric, options.role))
+    (novices, left), (experts, right) = groups
+    mark = pass_mark(novices, experts)
+    if as_json:
+        print_json(mark)
+    else:
+        what = options.metric or f"percent by {options.rubric}"
+        print_table(f"Pass mark: {what}", _mark_rows(mark, left, right))
+    return 0
+
+
+def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int]:
+    """Return a metric's values over sessions, and how many had none."""
+    family = name.partition(": ")[0]
+    chosen = definitions_named((family,))
+    values: list[float] = []
+    sessions = sessions_in(folder)
+    with Stages() as stages:
+        for place, session in enumerate(sessions):
+            try:
+                found = session_metrics(session, chosen=chosen, trusts=True)
+            except UserError as error:
+                stages.say(f"{session.name}: {error}")
+                continue
+            named = [
+                m
+                for m in found.metrics
+                if m.name == name and (not role or m.role == role)
+            ]
+            if len(named) > 1:
+                roles = " or ".join(repr(m.role) for m in named)
+                raise UserError(f"Say with --role whose {name!r} is meant: {roles}.")
+            if named and named[0].value is not None:
+                values.append(named[0].value)
+            stages(f"Measuring {folder.name}", (place + 1) / len(sessions))
+    return values, len(sessions) - len(values)
+
+
+def _mark_rows(mark: PassMark, left: int, right: int) -> list[tuple[str, str]]:
+    side = "at least" if mark.passes_above else "at most"
+    novices, experts = mark.novices, mark.experts
+    rows = [
+        ("pass", f"{side} {mark.mark:.4g}"),
+        ("95 % of draws", f"{mark.low:.4g} to {mark.high:.4g}, of {mark.draws} draws"),
+        (
+            "novices",
+            f"{novices.mean:.4g} ± {novices.deviation:.3g}, {novices.count} sessions",
+        ),
+        (
+            "experts",
+            f"{experts.mean:.4g} ± {experts.deviation:.3g}, {experts.count} sessions",
+        ),
+        (
+            "novices that pass",
+            f"{mark.false_pass:.1%} expected, {mark.observed_false_pass:.1%} counted",
+        ),
+        (
+            "experts that fail",
+            f"{mark.false_fail:.1%} expected, {mark.observed_false_fail:.1%} counted",
+        ),
+    ]
+    if left or right:
+        rows.append(("without a value", f"{left} novices, {right} experts"))
+    rows += [("remark", remark) for remark in mark.remarks]
+    return rows

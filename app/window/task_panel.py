@@ -1,0 +1,106 @@
+"""What is to be done now: the open tasks, how far they are, a hint when asked for."""
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
+
+from scenarios import Scenario
+from scenarios.tasks import Status, TaskState
+from scenarios.tasks.task import KeepAway
+
+ALL_DONE = "All tasks are done. Q ends the flight."
+SHOWN = 2
+"""Tasks at once; what must only be kept comes last."""
+
+
+class TaskPanel(QWidget):
+    """Show the tasks of an exercise; hidden where there are none."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__()
+        self._scenario = scenario
+        self._tasks = {task.name: task for task in scenario.tasks}
+        self._states: tuple[TaskState, ...] = ()
+        self._has_hint = False
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._count = QLabel()
+        self._count.setObjectName("caption")
+        self._lines: list[tuple[QLabel, QProgressBar]] = []
+        self._column.addWidget(self._count)
+        for _ in range(SHOWN):
+            line, bar = QLabel(), QProgressBar()
+            line.setObjectName("task")
+            line.setWordWrap(True)
+            bar.setTextVisible(False)
+            bar.setRange(0, 100)
+            self._column.addWidget(line)
+            self._column.addWidget(bar)
+            self._lines.append((line, bar))
+        self._hint = QLabel()
+        self._hint.setWordWrap(True)
+        self._column.addWidget(self._hint)
+        self.setVisible(bool(scenario.tasks))
+        self.show_states(tuple(TaskState(task.name) for task in scenario.tasks))
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._column.setSpacing(round(3 * scale))
+        for _, bar in self._lines:
+            bar.setFixedHeight(max(round(5 * scale), 3))
+
+    def show_states(self, states: Sequence[TaskState]) -> None:
+        """Show how the tasks stand; only what has changed is laid out anew."""
+        states = tuple(states)
+        if states == self._states or not self._tasks:
+            return
+        self._states = states
+        done = sum(state.status is Status.DONE for state in states)
+        failed = [state for state in states if state.status is Status.FAILED]
+        text = f"{done} of {len(states)} tasks done"
+        if failed:
+            text += f" · {len(failed)} failed: {failed[-1].why}"
+        _set_text(self._count, text)
+        shown = self._open()[:SHOWN]
+        for (line, bar), state in zip(
+            self._lines, [*shown, *[None] * SHOWN], strict=False
+        ):
+            bar.setVisible(state is not None)
+            line.setVisible(state is not None)
+            if state is not None:
+                _set_text(line, self._tasks[state.name].title)
+                bar.setValue(round(100 * state.progress))
+        if not shown and done + len(failed) == len(states):
+            self._lines[0][0].setVisible(True)
+            _set_text(self._lines[0][0], ALL_DONE)
+        self._tell_hint()
+
+    def switch_hint(self) -> None:
+        """Show the hint to what is to be done now, or take it away."""
+        self._has_hint = not self._has_hint
+        self._tell_hint()
+
+    @property
+    def hint(self) -> str:
+        """Return what helps now."""
+        for state in self._open():
+            if self._tasks[state.name].hint:
+                return self._tasks[state.name].hint
+        return " ".join(self._scenario.hints) or "There is no hint for this."
+
+    def _open(self) -> list[TaskState]:
+        """Return the open tasks, those that must only be kept at the end."""
+        found = [state for state in self._states if state.status is Status.OPEN]
+        return sorted(found, key=lambda state: self._is_kept(state.name))
+
+    def _is_kept(self, name: str) -> bool:
+        return isinstance(self._tasks[name], KeepAway)
+
+    def _tell_hint(self) -> None:
+        self._hint.setVisible(self._has_hint)
+        _set_text(self._hint, f"Hint: {self.hint}" if self._has_hint else "")
+
+
+def _set_text(label: QLabel, text: str) -> None:
+    if label.text() != text:
+        label.setText(text)

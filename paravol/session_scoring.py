@@ -1,0 +1,270 @@
+"""Score recorded sessions by a rubric: one, or a folder of hundreds."""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+from xxhash import xxh3_128
+
+from disk import UserError
+from paravol.patient import PatientScene, Progress, load_patient, no_progress
+from paravol.recorded_gaps import ChangedStreamError
+from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
+from paravol.versions import versions
+from scenarios import Scenario
+from scenarios.bundle import write_json
+from scenarios.metrics import DEFINITIONS, Definition
+from scenarios.rubrics import (
+    Assessment,
+    Evidence,
+    Population,
+    Rubric,
+    assess,
+    load_population,
+)
+from scenarios.tasks import TaskState
+from scenarios.tasks.task import Open, Remove
+
+SCORING_VERSION = 1
+"""Grows when the same session and rubric may get other points."""
+
+SUFFIX = ".paravol"
+_PARTS = "session.json", "stream.mcap", "result.json"
+
+
+class Scored(msgspec.Struct, frozen=True):
+    """Hold one session's line: its assessment, or why there is none.
+
+    session: its place below the folder. key: of the bundle, the rubric and the program;
+    the same key needs no scoring again. source: see `SessionMetrics`.
+    """
+
+    session: str
+    key: str
+    assessment: Assessment | None = None
+    problem: str = ""
+    source: str = ""
+
+
+class BatchOrder(msgspec.Struct, frozen=True):
+    """Say how sessions are scored. Travels to other processes.
+
+    case: where the case that was flown through lies now, "" as recorded. exact: step
+    every session again instead of trusting its recording.
+    """
+
+    rubric: Rubric
+    out: Path
+    arm: str = ""
+    case: str = ""
+    exact: bool = False
+
+
+def wanted_metrics(rubric: Rubric) -> tuple[Definition, ...]:
+    """Return the definitions of the metrics that a rubric reads."""
+    names = {source.metric for source in (*rubric.items, *rubric.fails)}
+    return tuple(d for d in DEFINITIONS if d.name in names)
+
+
+def score_session(
+    folder: Path,
+    rubric: Rubric,
+    *,
+    arm: str = "",
+    case: Path | None = None,
+    exact: bool = False,
+    progress: Progress = no_progress,
+    patient: PatientScene | PatientSource | None = None,
+    population: Population | None = None,
+) -> tuple[Assessment, SessionMetrics]:
+    """Score one recorded session; return also the metrics behind it.
+
+    exact: step it again; else its recording is trusted where it can be checked.
+    population: for the bands; None for the bundled one, which is generated. The other
+    arguments and errors are those of `session_metrics`.
+    """
+    found = session_metrics(
+        folder,
+        settings=rubric.settings,
+        chosen=wanted_metrics(rubric),
+        arm=arm,
+        case=case,
+        progress=progress,
+        patient=patient,
+        trusts=not exact,
+    )
+    score, scenario = found.score, found.scenario
+    assert score is not None
+    assert scenario is not None
+    evidence = Evidence(
+        Path(folder).resolve().name,
+        scenario.name,
+        found.metrics,
+        found.span,
+        _in_session_time(score.tasks, found),
+        frozenset(t.name for t in scenario.tasks if isinstance(t, Remove | Open)),
+        score.operation,
+        found.is_complete,
+    )
+    population = load_population() if population is None else population
+    return assess(rubric, evidence, population), found
+
+
+def _in_session_time(
+    tasks: Sequence[TaskState], found: SessionMetrics
+) -> list[TaskState]:
+    """Return tasks whose times are the session's, not those of the score's clock."""
+
+    def session_s(clock_s: float | None) -> float | None:
+        if clock_s is None:
+            return None
+        for begin, end in found.frozen:
+            if clock_s > begin:
+                clock_s += end - begin
+        return clock_s
+
+    return [
+        replace(
+            task, opened_s=session_s(task.opened_s), ended_s=session_s(task.ended_s)
+        )
+        for task in tasks
+    ]
+
+
+def sessions_in(folder: Path) -> list[Path]:
+    """Return the session itself, or all sessions below a folder, in order.
+
+    UserError where there are none. A half-written one is among them.
+    """
+    if not folder.is_dir():
+        raise UserError(f"{folder} is no folder.")
+    if folder.suffix == SUFFIX or (folder / _PARTS[0]).exists():
+        return [folder]
+    found = sorted(path for path in folder.rglob(f"*{SUFFIX}") if path.is_dir())
+    if not found:
+        raise UserError(
+            f"There is no session in {folder}; sessions are folders NAME{SUFFIX}."
+        )
+    return found
+
+
+def scoring_key(session: Path, order: BatchOrder) -> str:
+    """Return a hash of all that a score depends on: bundle, rubric, program."""
+    digest = xxh3_128(f"{SCORING_VERSION} {versions()}".encode())
+    digest.update(order.rubric.sha256().encode())
+    digest.update(f"{order.arm} {order.case} {order.exact}".encode())
+    digest.update(hashlib.sha256(msgspec.json.encode(load_population())).digest())
+    for name in _PARTS:
+        digest.update(f"/{name}/".encode())
+        try:
+            with open(session / name, "rb") as file:
+                while block := file.read(1 << 20):
+                    digest.update(block)
+        except OSError as error:
+            digest.update(f"absent {error.errno}".encode())
+    return digest.hexdigest()
+
+
+def kept_file(session: str, order: BatchOrder) -> Path:
+    """Return where a session's line is kept."""
+    name = session.removesuffix(SUFFIX).replace("/", "__") or "session"
+    rubric = f"{order.rubric.name}-{order.rubric.version}"
+    return order.out / f"{name}.{rubric}.assessment.json"
+
+
+def kept_line(session: str, key: str, order: BatchOrder) -> Scored | None:
+    """Return what an earlier run found for the same key; None where there is nothing.
+
+    A file that cannot be read counts as none: it is written anew.
+    """
+    try:
+        line = msgspec.json.decode(kept_file(session, order).read_bytes(), type=Scored)
+    except (OSError, msgspec.DecodeError):
+        return None
+    return line if line.key == key and line.session == session else None
+
+
+_patients: dict[bytes, PatientScene] = {}
+"""The newest head that this process has loaded: sessions of one exercise share it."""
+
+
+def _patient_of(scenario: Scenario) -> PatientScene:
+    key = msgspec.json.encode(scenario.head)
+    if key not in _patients:
+        _patients.clear()
+        _patients[key] = load_patient(scenario, no_progress)
+    return _patients[key]
+
+
+def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
+    """Score one session of a batch and keep its line; never raises for its content.
+
+    folder: of the session. session: its name in the table.
+    """
+    key = ""
+    try:
+        key = scoring_key(folder, order)
+        case = Path(order.case) if order.case else None
+        assessment, found = score_session(
+            folder,
+            order.rubric,
+            arm=order.arm,
+            case=case,
+            exact=order.exact,
+            patient=_patient_of,
+        )
+        line = Scored(session, key, assessment, source=found.source)
+    except ChangedStreamError as error:
+        line = Scored(session, key, problem=f"changed: {error}")
+    except UserError as error:
+        line = Scored(session, key, problem=str(error))
+    except Exception as error:
+        # one session must not end a night of scoring; its line says what broke
+        line = Scored(session, key, problem=f"{type(error).__name__}: {error}")
+    if key:
+        write_json(kept_file(session, order), line)
+    return line
+
+
+def score_all(
+    folder: Path, order: BatchOrder, executor: Executor | None
+) -> Iterator[Scored]:
+    """Yield the lines of all sessions as they are done.
+
+    executor: of processes or MPI ranks; None scores here, one after the other. Where a
+    process dies, the sessions it had not finished say so.
+    """
+    sessions = sessions_in(folder)
+    order.out.mkdir(parents=True, exist_ok=True)
+    names = [
+        path.relative_to(folder).as_posix() if path != folder else path.name
+        for path in sessions
+    ]
+    left = []
+    for path, name in zip(sessions, names, strict=True):
+        kept = kept_line(name, scoring_key(path, order), order)
+        if kept is None:
+            left.append((path, name))
+        else:
+            yield kept
+    if executor is None:
+        for path, name in left:
+            yield score_line(path, name, order)
+        return
+    waiting: dict[Future[Scored], str] = {
+        executor.submit(score_line, path, name, order): name for path, name in left
+    }
+    for done in as_completed(waiting):
+        try:
+            yield done.result()
+        except (BrokenProcessPool, OSError) as error:
+            yield Scored(
+                waiting[done],
+                "",
+                problem=f"the process that scored it ended: {error} Start again; what "
+                "is done is kept.",
+            )

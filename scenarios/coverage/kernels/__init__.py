@@ -1,0 +1,1 @@
+"""Compiled parts of what mucosa was seen."""
