@@ -52,7 +52,7 @@ def overview() -> str:
                 assert isinstance(node, ast.FunctionDef)
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
                 words = _decorator_words(node)
-                name = words.get("name", node.name)
+                name = words.get("name", node.name.replace("_", "-"))
                 rows[words["group"]].append(f"  {name:<10} {first}")
     parts = ["\n".join([f"{group.title()}:", *sorted(rows[group])]) for group in GROUPS]
     return _HEAD + "\n\n".join(parts) + "\n" + _FOOT

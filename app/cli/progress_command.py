@@ -26,10 +26,11 @@ from paravol.progress.curve_plot import demand_format, draw_curve
 from paravol.progress.session_entry import NOBODY, PERCENT, bundle_sha256
 from paravol.progress.xapi import HOME_PAGE
 from paravol.session_metrics import session_metrics
+from paravol.session_scoring import score_session
 from paravol.session_store import SUFFIX, SessionStore
 from scenarios.bundle import write_json
 from scenarios.metrics import Metric
-from scenarios.rubrics import Assessment
+from scenarios.rubrics import Assessment, load_rubric
 
 DURATION = "duration"
 """The figure of whoever has no rubric's percent."""
@@ -209,14 +210,16 @@ def run_add(
     trainee: str,
     assessment: Path | None,
     *,
+    rubric: str,
     motion_only: bool,
     as_json: bool,
 ) -> int:
     """Add recordings to the store."""
     if not sessions:
         raise UserError("Name at least one session, a folder NAME.paravol.")
-    if assessment is not None and len(sessions) != 1:
-        raise UserError("--assessment goes with one session.")
+    if assessment is not None and (len(sessions) != 1 or rubric):
+        raise UserError("--assessment goes with one session, without --rubric.")
+    read_by = load_rubric(rubric) if rubric else None
     demand_name(trainee)
     scored = None
     if assessment is not None:
@@ -228,6 +231,8 @@ def run_add(
             metrics: list[Metric] = session_metrics(
                 folder, has_head=not motion_only, progress=stages
             ).metrics
+            if read_by is not None:
+                scored, _ = score_session(folder, read_by, progress=stages)
         entry = entry_of_session(
             folder, trainee=trainee, metrics=metrics, assessment=scored
         )

@@ -136,6 +136,7 @@ def export(
 def add(
     *sessions: Path,
     trainee: str = "",
+    rubric: str = "",
     assessment: Path | None = None,
     motion_only: Flag = False,
     store: Store = None,
@@ -149,6 +150,8 @@ def add(
         Folders NAME.paravol.
     trainee
         A name that the trainee made up. None is needed.
+    rubric
+        Score them by this bundled rubric, such as endoscopy, or a .toml file.
     assessment
         JSON file of the session's assessment by a rubric; for one session only.
     motion_only
@@ -157,7 +160,13 @@ def add(
     from app.cli.progress_command import run_add
 
     return run_add(
-        store, sessions, trainee, assessment, motion_only=motion_only, as_json=json
+        store,
+        sessions,
+        trainee,
+        assessment,
+        rubric=rubric,
+        motion_only=motion_only,
+        as_json=json,
     )
 
 

@@ -26,6 +26,7 @@ class ListOptions:
     """Hold what was asked for; see `paravol scenario list --help`."""
 
     results: Path | None = None
+    trainee: str | None = None
 
 
 def run_list(options: ListOptions, *, as_json: bool) -> int:
@@ -39,6 +40,10 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
                 f"The results {options.results} cannot be read: {error.strerror}."
             ) from error
         results = decode_json(content, Results, options.results, "results of exercises")
+    if options.trainee is not None:
+        from paravol.progress import ProgressStore
+
+        results |= ProgressStore().results(options.trainee)
     exercises = [load_scenario(name)[0] for name in bundled_scenarios()]
     exercises.sort(key=lambda exercise: list(Level).index(exercise.level))
     found = rungs(exercises, results)

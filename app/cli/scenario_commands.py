@@ -11,7 +11,9 @@ app.command(scenario)
 
 
 @scenario.command(name="list")
-def list_exercises(*, results: Path | None = None, json: Json = False) -> int:
+def list_exercises(
+    *, results: Path | None = None, trainee: str | None = None, json: Json = False
+) -> int:
     """List the bundled exercises with their levels, and what they need.
 
     Parameters
@@ -19,10 +21,13 @@ def list_exercises(*, results: Path | None = None, json: Json = False) -> int:
     results
         JSON file of earlier results by exercise, oldest first, such as
         {"hoops": [true, true]}: says which exercises they open.
+    trainee
+        Take the results from paravol progress, of this made-up name; "" is whoever
+        gave none.
     """
     from app.cli.scenario_command import ListOptions, run_list
 
-    return run_list(ListOptions(results), as_json=json)
+    return run_list(ListOptions(results, trainee), as_json=json)
 
 
 @scenario.command

@@ -191,11 +191,14 @@ def has_passed(
 ) -> bool | None:
     """Return whether a session was good enough; None where nothing says.
 
-    Every task that is not optional must be done, and the rubric's pass mark reached
+    Every task that the exercise's pass mark names must be done, or every one that is
+    not optional, and the rubric's pass mark reached
     where there is a rubric. A percent too near to its mark to tell is none reached.
     """
     states = {task.name: task.status for task in tasks}
-    needed = [task.name for task in scenario.tasks if not task.is_optional]
+    needed = scenario.marks.tasks or [
+        task.name for task in scenario.tasks if not task.is_optional
+    ]
     answers: list[bool] = []
     if needed and states:
         answers.append(all(states.get(name) is Status.DONE for name in needed))

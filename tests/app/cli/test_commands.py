@@ -35,7 +35,7 @@ def told(capsys: pytest.CaptureFixture[str]) -> str:
 
 def test_overview_lists_every_command_with_its_first_line() -> None:
     names = {name for name in app if not name.startswith("-")}
-    listed = dict(re.findall(r"^  (\w+) +(\S.*)$", overview(), re.MULTILINE))
+    listed = dict(re.findall(r"^  ([\w-]+) +(\S.*)$", overview(), re.MULTILINE))
     assert set(listed) == names
     assert len(names) >= 9
     for name, line in listed.items():
@@ -47,7 +47,7 @@ def test_every_command_stands_in_its_group() -> None:
     listed = {
         name: group
         for group, text in zip(parts[::2], parts[1::2], strict=True)
-        for name in re.findall(r"^  (\w+) ", text, re.MULTILINE)
+        for name in re.findall(r"^  ([\w-]+) ", text, re.MULTILINE)
     }
     for name in (name for name in app if not name.startswith("-")):
         assert app[name].group == tuple(g for g in GROUPS if g.name == listed[name])
