@@ -121,7 +121,9 @@ def _views_at(
     if options.view is not None:
         view = load_view(options.view)
         if options.case is not None:
-            view = msgspec.structs.replace(view, head=CaseHead(str(options.case)))
+            shrunk = isinstance(view.head, CaseHead) and view.head.decongested
+            case = CaseHead(str(options.case), shrunk)
+            view = msgspec.structs.replace(view, head=case)
         if options.size is not None:
             view = msgspec.structs.replace(view, size_px=(options.size, options.size))
         return HeadScene.of(view.head, stages), [view]

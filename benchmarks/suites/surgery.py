@@ -106,8 +106,6 @@ class SurgeryPlan(Plan, suite="surgery"):
         name = self._source.name
         size: dict[str, Setting] = {"size": WOUND_SIZE, "threads": 1}
         places: dict[str, Setting] = {"places": self._count, "threads": 1}
-        shown: dict[str, Setting] = {"size": self._pixels, "places": self._pictures}
-        watched: dict[str, Setting] = {"sample_hz": WATCHED_HZ, "threads": 1}
         return [
             *self._pair(
                 f"{name}/bite/surfels",
@@ -168,6 +166,14 @@ class SurgeryPlan(Plan, suite="surgery"):
                 5.0,
             ),
             *self._force_tasks(),
+            *self._watching_tasks(),
+        ]
+
+    def _watching_tasks(self) -> list[Task]:
+        """List the tasks that follow a flight."""
+        shown: dict[str, Setting] = {"size": self._pixels, "places": self._pictures}
+        watched: dict[str, Setting] = {"sample_hz": WATCHED_HZ, "threads": 1}
+        return [
             self.task(
                 "first_flight/sample/injuries",
                 WATCH,

@@ -7,7 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from disk import UserError
-from paravol.patient import Progress, load_case, load_phantom, load_scene
+from paravol.patient import (
+    Progress,
+    decongested,
+    load_case,
+    load_phantom,
+    load_scene,
+)
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (
     CaseHead,
@@ -76,7 +82,15 @@ class HeadScene:
             patient = load_scene(head.name, head.seed, head.spacing_mm, progress)
         else:
             assert isinstance(head, PhantomHead)
-            patient = load_phantom(head.seed, head.spacing_mm, progress)
+            patient = load_phantom(
+                head.seed,
+                head.spacing_mm,
+                progress,
+                variants=head.variants,
+                polyps=(head.polyps_right, head.polyps_left),
+            )
+        if isinstance(head, CaseHead | PhantomHead) and head.decongested:
+            patient = decongested(patient)
         return cls(patient.scene, patient.surface_sha256)
 
     def demand(self, view: ViewFile) -> None:

@@ -43,10 +43,17 @@ class _Strict(Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=Tru
 
 
 class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
-    """Look at a virtual patient, built when it is needed."""
+    """Look at a virtual patient, built when it is needed.
+
+    variants, polyps_right, polyps_left, decongested: see `scenarios.scenario.Head`.
+    """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 1
     spacing_mm: Positive = 0.5
+    variants: tuple[str, ...] = ()
+    polyps_right: Annotated[int, Meta(ge=0, le=4)] = 0
+    polyps_left: Annotated[int, Meta(ge=0, le=4)] = 0
+    decongested: bool = False
 
 
 class SceneHead(_Strict, frozen=True, tag="scene", tag_field="kind"):
@@ -61,6 +68,7 @@ class CaseHead(_Strict, frozen=True, tag="case", tag_field="kind"):
     """Look at a case. folder: a full path, or beside the view file."""
 
     folder: Annotated[str, Meta(min_length=1)]
+    decongested: bool = False
 
 
 class ScanHead(_Strict, frozen=True, tag="scan", tag_field="kind"):
@@ -224,7 +232,7 @@ def load_view(path: Path) -> ViewFile:
         raise UserError(f"The view file {path} is not valid: {error}") from error
     head = view.head
     if isinstance(head, CaseHead):
-        head = CaseHead(str(path.parent / head.folder))
+        head = CaseHead(str(path.parent / head.folder), head.decongested)
     elif isinstance(head, ScanHead):
         head = ScanHead(str(path.parent / head.file))
     return msgspec.structs.replace(view, head=head)

@@ -182,9 +182,16 @@ def view_of(
 ) -> ViewFile:
     """Describe a view of a session, so that it can be saved and drawn later."""
     flown = scenario.head
-    head: Head = PhantomHead(flown.seed, flown.spacing_mm)
+    head: Head = PhantomHead(
+        flown.seed,
+        flown.spacing_mm,
+        flown.variants,
+        flown.polyps_right,
+        flown.polyps_left,
+        flown.decongested,
+    )
     if flown.case:
-        head = CaseHead(str(Path(flown.case).resolve()))
+        head = CaseHead(str(Path(flown.case).resolve()), flown.decongested)
     elif flown.scene:
         head = SceneHead(flown.scene, flown.seed, flown.spacing_mm)
     tools: tuple[PlacedInstrument, ...] = ()
