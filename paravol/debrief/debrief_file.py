@@ -7,11 +7,12 @@ from pathlib import Path
 from markupsafe import Markup
 
 from disk import UserError, whole_file
+from paravol.coverage_map import coverage_picture
 from paravol.debrief.events import events_of, worth_a_picture
 from paravol.debrief.findings import Findings, gather
 from paravol.debrief.head_picture import head_picture
 from paravol.debrief.page import Material, page, tip_pieces
-from paravol.debrief.pictures import NO_PICTURES, Quality, draw_pictures
+from paravol.debrief.pictures import NO_PICTURES, Picture, Quality, draw_pictures
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_scoring import assessment_of
 from paravol.session_setup import flown_scenario
@@ -90,7 +91,7 @@ def write_debrief(
         progress=progress,
     )
     events = events_of(findings)
-    pictures, head = NO_PICTURES, Markup("")
+    pictures, head, seen = NO_PICTURES, Markup(""), None
     if order.quality is not None:
         pictures = draw_pictures(
             order.folder,
@@ -104,8 +105,9 @@ def write_debrief(
             say=say,
         )
         head = _head(findings, order.threads)
+        seen = _seen(findings)
     assessment = assessment_of(order.folder, rubric, findings.metrics)
-    text = page(Material(findings, events, pictures, head, assessment))
+    text = page(Material(findings, events, pictures, head, assessment, seen))
     with whole_file(order.out) as beside:
         beside.write_text(text, "utf-8")
     told = sum(event.is_told for event in events)
@@ -125,6 +127,16 @@ def write_debrief(
 def _usual_rubric(recording: Recording) -> str:
     has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
     return "operation" if has_cuts else "endoscopy"
+
+
+def _seen(findings: Findings) -> Picture | None:
+    watch, patient = findings.followed.coverage, findings.patient
+    if watch is None or patient.scene.surface is None:
+        return None
+    pixels = coverage_picture(
+        watch, patient.scene.surface.distance, dict(patient.landmarks)
+    )
+    return Picture.of(pixels)
 
 
 def _head(findings: Findings, threads: int) -> Markup:

@@ -12,6 +12,7 @@ from paravol.patient import PatientScene, Progress
 from paravol.session_metrics import SessionMetrics, session_metrics
 from scenarios import Sample, Scenario, Score, Session, load_scenario, tip_frame
 from scenarios.bundle import Recording
+from scenarios.coverage import CoverageWatch
 from scenarios.metrics import Measured, Metric, Settings, Track, measure
 from scenarios.tasks import TaskEvent
 
@@ -29,6 +30,7 @@ class Followed:
 
     time_s, clock_s: of each sample, and what the score's clock showed. blood: times and
     millilitres bled so far. task_events: with the session's time. frozen: spans.
+    coverage: of the mucosa, as at the last sample.
     """
 
     time_s: list[float] = field(default_factory=list)
@@ -36,12 +38,14 @@ class Followed:
     blood: list[tuple[float, float]] = field(default_factory=list)
     task_events: list[tuple[float, TaskEvent]] = field(default_factory=list)
     frozen: list[Interval] = field(default_factory=list)
+    coverage: CoverageWatch | None = None
     _frozen_s: float | None = None
 
     def watch(self, session: Session, sample: Sample) -> None:
         """Take in one sample that the session has stepped."""
         self.time_s.append(sample.time_s)
         self.clock_s.append(session.clock_s)
+        self.coverage = session.coverage
         told = session.take_task_events()
         self.task_events += [(sample.time_s, event) for event in told]
         if sample.is_frozen and self._frozen_s is None:

@@ -15,7 +15,7 @@ from paravol.debrief.advice import advice, amount
 from paravol.debrief.colours import Colour
 from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
-from paravol.debrief.pictures import Pictures, Quality
+from paravol.debrief.pictures import Picture, Pictures, Quality
 from paravol.score_table import score_rows
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Metric, Track
@@ -40,7 +40,8 @@ LEAST_MM3 = 0.05
 class Material:
     """Hold what the page is made of.
 
-    head: the opened head with the way, "" without. assessment: by a rubric.
+    head: the opened head with the way, "" without. assessment: by a rubric. seen: the
+    mucosa, coloured by for how long it was in sight; None without a picture.
     """
 
     findings: Findings
@@ -48,6 +49,7 @@ class Material:
     pictures: Pictures
     head: Markup
     assessment: Assessment
+    seen: Picture | None = None
 
 
 def page(material: Material) -> str:
@@ -107,6 +109,8 @@ def _told(material: Material) -> dict[str, Any]:
         "has_other": bool(other),
         "head": material.head,
         "removed": _removed(findings),
+        "coverage": score.coverage,
+        "seen": material.seen,
         "metrics": findings.metrics.metrics,
         "noise": findings.metrics.noise,
         "bands": _bands(material.assessment),

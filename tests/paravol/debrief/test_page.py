@@ -106,7 +106,7 @@ def test_what_scrolls_can_be_reached_by_keys(page: Page) -> None:
 
 def test_parts_without_data_say_so(recorded: Recorded, page: Page) -> None:
     said = " ".join(page.words)
-    assert "Coverage was not measured." in said
+    assert "No site was seen." in said
     assert "No pictures were drawn." in said
     assert "its pictures were not drawn" in said
     assert "NaN" not in said
