@@ -301,7 +301,7 @@ def test_a_disk_that_refuses_is_told_and_ends_nothing(
     [
         (["--view-at", "1"], "--view-at and --out go together"),
         (["--out", "a.view.json"], "--view-at and --out go together"),
-        (["--case", "somewhere"], "--case goes with --at or --view-at"),
+        (["--case", "somewhere"], "--case goes with --at, --view-at or a film"),
         (["--view-at", "-1", "--out", "a.view.json"], "seconds from 0 on, got -1"),
     ],
 )

@@ -105,6 +105,7 @@ class Still:
     """A session in which nothing happens."""
 
     operation: Any = None
+    tasks: Any = None
 
     def step(self, sample: Sample) -> None:
         pass

@@ -1,4 +1,4 @@
-"""Record in processes that are killed: python killed_recorders.py FOLDER COUNT.
+"""Record in processes that are killed: python -m ... FOLDER COUNT, from the root.
 
 Prints a line of JSON for each: `added_s`, the time of the last sample that it was told
 is added, and `killed_s`, how long it lived. A sample's time is the host's.
@@ -14,8 +14,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from scenarios import Sample
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder

@@ -230,13 +230,13 @@ def test_a_disk_that_refuses_is_told_by_the_next_record(
 
 def killed(folder: Path, kills: int) -> list[dict[str, float]]:
     """Kill processes that record, at random moments; see `killed_recorders.py`."""
-    script = Path(__file__).with_name("killed_recorders.py")
+    words = "-m", "tests.scenarios.killed_recorders", str(folder), str(kills)
     ended = subprocess.run(
-        [sys.executable, str(script), str(folder), str(kills)],
+        [sys.executable, *words],
         capture_output=True,
         text=True,
         timeout=500,
-        cwd=script.parents[2],
+        cwd=Path(__file__).parents[2],
         check=True,
     )
     return [json.loads(line) for line in ended.stdout.splitlines()]

@@ -1,7 +1,5 @@
 """The slices in the window, painted without a screen."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -20,13 +18,6 @@ from renderers.scene import Volume
 
 EDGE = HEIGHT_PX
 WIDTH = 3 * EDGE + 2 * GAP_PX
-
-
-@pytest.fixture(scope="module")
-def application() -> Iterator[QApplication]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("QT_QPA_PLATFORM", "offscreen")
-        yield QApplication(["test"])
 
 
 def head(*, mr: bool) -> SliceViews:

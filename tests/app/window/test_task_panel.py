@@ -1,7 +1,5 @@
 """What the window says of tasks."""
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
@@ -20,13 +18,6 @@ TASKS = (
     ),
     Reach(name="go", title="Go there", place=(0, 0, 0), radius_mm=1.0, hint="Ahead."),
 )
-
-
-@pytest.fixture(scope="module")
-def application() -> Iterator[QApplication]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("QT_QPA_PLATFORM", "offscreen")
-        yield QApplication(["test"])
 
 
 @pytest.fixture
