@@ -47,6 +47,7 @@ from paravol.session_setup import (
     SEED,
     build_session,
     build_view,
+    coverage_watch,
     describe_session,
     first_views,
     operate_on,
@@ -277,6 +278,8 @@ class Flight:
         )
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
         rehearse(scenario, before, self._progress)
+        # divides the head's mucosa, which is kept: no device waits for it
+        coverage_watch(patient, operation)
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))

@@ -129,6 +129,7 @@ class SurfelRasterizer:
         self._rays = np.empty((0, 0), np.float32)
         self._local = threading.local()
         self.counters: dict[str, int] = {}
+        self._has_filled = False
 
     @property
     def splat_count(self) -> int:
@@ -250,8 +251,13 @@ class SurfelRasterizer:
         fragments, hidden, _ = found.sum(axis=0).tolist()
         self.counters["fragments"], self.counters["hidden"] = fragments, hidden
         self.counters["holes filled"] = 0
-        if torn := [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]:
-            self.counters["holes filled"] = fill_holes(table, result, torn, team)
+        torn = [divmod(int(n), across) for n in np.flatnonzero(found[:, 2])]
+        if torn or not self._has_filled:
+            # the first picture loads the code in any case: no later one waits for it
+            self._has_filled = True
+            self.counters["holes filled"] = fill_holes(
+                table, result, torn or [(0, 0)], team
+            )
         if self._cut_rims is not None:
             # before rims: the grid that those are looked for in is too coarse for what
             # a cut leaves standing
