@@ -11,6 +11,7 @@ from xxhash import xxh3_128_hexdigest
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Change, GBuffer
+from renderers.scene.change import merged
 from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
@@ -126,7 +127,8 @@ class EndoscopeView:
 
         changes: edits that were made in the scene's arrays since the last call.
         """
-        for change in changes:
+        # a slow frame brings many, most of them round the tool
+        for change in merged(changes):
             self.renderer.update(change)
             self._shader.update(change)
             self.generation = change.generation

@@ -1,6 +1,7 @@
 """What became different in a scene that changes while it is drawn."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -29,6 +30,31 @@ class Change:
     low: NDArray[np.int64]
     high: NDArray[np.int64]
     kind: ChangeKind = ChangeKind.CUT
+
+
+def merged(changes: Iterable[Change]) -> list[Change]:
+    """Return fewer changes that say the same, by rising generation.
+
+    Boxes of one kind become one where that has no more voxels than both. Whoever brings
+    something up to date reads the arrays as they are by then, so that the order of
+    changes that are told together does not matter.
+    """
+    found: list[Change] = []
+    for change in changes:
+        for place, other in enumerate(found):
+            low = np.minimum(other.low, change.low)
+            high = np.maximum(other.high, change.high)
+            both = _voxels(other.low, other.high) + _voxels(change.low, change.high)
+            if other.kind is change.kind and _voxels(low, high) <= both:
+                del found[place]
+                change = replace(change, low=low, high=high)
+                break
+        found.append(change)
+    return found
+
+
+def _voxels(low: NDArray[np.int64], high: NDArray[np.int64]) -> int:
+    return int(np.prod(high - low + 1))
 
 
 def changed_box(
