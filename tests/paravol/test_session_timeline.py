@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from PIL import Image
 from xxhash import xxh3_128
 
-from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from app.cli.commands import replay
 from app.cli.replay_command import run_at
 from app.cli.replay_options import ReplayOptions
@@ -30,7 +29,7 @@ from paravol.session_timeline import GRACE_S, KEYFRAME_S, SessionTimeline
 from scenarios import Sample, Session, load_scenario, tip_frame
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
-from tests.scenes import make_scene
+from tests.paravol.operated_head import head_round_an_orbit
 
 EVERY_S = 0.1
 COUNT = 160
@@ -92,18 +91,9 @@ def sample_at(number: int, centre: NDArray[np.float64]) -> Sample:
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
     folder = tmp_path_factory.mktemp("recorded") / "flight.paravol"
-    scene = make_scene()
     scenario, _ = load_scenario("first_flight")
-    centre = scene.volume.center_mm
-    matrix = scene.volume.world_from_voxel
-    voxels = np.indices(scene.volume.shape)[::-1].reshape(3, -1).T
-    away = np.linalg.norm(voxels @ matrix[:3, :3].T + matrix[:3, 3] - centre, axis=1)
-    orbit = np.rint((away - 2.0) / UNIT_MM).reshape(scene.volume.shape)
-    hazards = HazardVolumes(
-        {"orbit": scene.volume.with_values(orbit.astype(np.int16), 1000.0)}
-    )
-    landmarks = dict.fromkeys(scenario.targets, centre)
-    patient = PatientScene(scene, landmarks, "a" * 64, hazards=hazards)
+    patient = head_round_an_orbit(scenario)
+    centre = patient.scene.volume.center_mm
     info = describe_session(
         scenario, patient, in_the_patient(), size=SIZE, has_instrument=True
     )

@@ -8,7 +8,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from paravol.debrief import DebriefOrder, write_debrief
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
@@ -17,7 +16,7 @@ from scenarios import Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
 from scenarios.tasks.task import Remove
-from tests.scenes import make_scene
+from tests.paravol.operated_head import head_round_an_orbit
 
 HOSTILE = "<script>alert(1)</script> & \"quotes' {{ 7 * 7 }}"
 EVERY_S, COUNT, FROZEN = 0.05, 80, range(60, 70)
@@ -42,20 +41,11 @@ class Recorded:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
     """Record a microdebrider that goes to and fro in front of an orbit."""
     folder = tmp_path_factory.mktemp("recorded") / "flight.paravol"
-    scene = make_scene()
     scenario, _ = load_scenario("first_flight")
     task = Remove(name="take", title=HOSTILE, hint=HOSTILE)
     scenario = msgspec.structs.replace(scenario, title=HOSTILE, tasks=(task,))
-    centre = scene.volume.center_mm
-    matrix = scene.volume.world_from_voxel
-    voxels = np.indices(scene.volume.shape)[::-1].reshape(3, -1).T
-    away = np.linalg.norm(voxels @ matrix[:3, :3].T + matrix[:3, 3] - centre, axis=1)
-    orbit = np.rint((away - 2.0) / UNIT_MM).reshape(scene.volume.shape)
-    hazards = HazardVolumes(
-        {"orbit": scene.volume.with_values(orbit.astype(np.int16), 1000.0)}
-    )
-    landmarks = dict.fromkeys(scenario.targets, centre)
-    patient = PatientScene(scene, landmarks, "a" * 64, hazards=hazards)
+    patient = head_round_an_orbit(scenario)
+    centre = patient.scene.volume.center_mm
     info = describe_session(
         scenario, patient, in_the_patient(), size=32, has_instrument=True
     )
