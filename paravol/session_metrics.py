@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,7 +31,6 @@ from scenarios.bundle import (
     read_recording,
 )
 from scenarios.hazard_watch import ALWAYS_NEAR
-from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics import (
     DEFINITIONS,
     Breach,
@@ -53,6 +51,7 @@ from scenarios.metrics import (
     tool_track,
 )
 from scenarios.metrics.metric import Interval
+from scenarios.sample_columns import SampleColumns
 from surgery.edit import Edit
 
 _RECORD = "the record itself"
@@ -122,8 +121,8 @@ def session_metrics(
     """
     folder = Path(folder)
     recording = read_recording(folder)
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
-    if not samples:
+    samples = SampleColumns.of(_sample_records(recording))
+    if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
@@ -149,19 +148,16 @@ def session_metrics(
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
     progress("Metrics", 1.0)
-    span = samples[0].time_s, samples[-1].time_s
-    frozen = tuple(
-        (before.time_s, after.time_s)
-        for before, after in pairwise(samples)
-        if before.is_frozen or after.is_frozen
-    )
+    times = samples.time_s
+    stands = np.flatnonzero(samples.is_frozen[:-1] | samples.is_frozen[1:])
+    frozen = tuple((float(times[n]), float(times[n + 1])) for n in stands)
     return SessionMetrics(
         metrics,
         recording.complete,
         noise,
         settings,
         measured,
-        span,
+        (float(times[0]), float(times[-1])),
         scenario,
         score,
         source,
@@ -171,7 +167,7 @@ def session_metrics(
 
 def session_noise(
     measured: Measured,
-    samples: Sequence[Sample],
+    samples: SampleColumns,
     info: SessionInfo,
     scenario: Scenario,
     arm: str,
@@ -201,7 +197,7 @@ def session_noise(
         return SessionNoise(scope, tool)
     profile = profile_named(arm)
     chosen = places[:: max(len(places) // _MOST_POSES, 1)]
-    frames = np.array([samples[place].device_from_tip for place in chosen])
+    frames = samples.device_from_tip[chosen]
     world_from_device = np.array(info.world_from_device).reshape(4, 4)
     nothing = np.zeros((3, 3))
     errors = ArmErrors(profile.geometry, profile.encoders, EXACT, np.zeros(3), nothing)
@@ -217,12 +213,16 @@ def session_noise(
     return SessionNoise(scope, tool)
 
 
+def _sample_records(recording: Recording) -> list[SampleRecord]:
+    return [r for r in recording.records if isinstance(r, SampleRecord)]
+
+
 def _scenario(info: SessionInfo) -> Scenario:
     return msgspec.json.decode(info.scenario, type=Scenario)
 
 
 def _measured(
-    samples: Sequence[Sample],
+    samples: SampleColumns,
     recording: Recording,
     settings: Settings,
     world_from_device: NDArray[np.float64],
@@ -288,7 +288,7 @@ class _Flown(NamedTuple):
 
     folder: Path
     recording: Recording
-    samples: list[Sample]
+    samples: SampleColumns
     patient: PatientScene
     chosen: tuple[Definition, ...]
     trusts: bool
@@ -316,8 +316,8 @@ def _through_head(
         why = why_untrusted(
             flown.recording,
             score,
-            has_frozen=any(sample.is_frozen for sample in flown.samples),
-            undone=max(sample.instrument.undone for sample in flown.samples),
+            has_frozen=bool(flown.samples.is_frozen.any()),
+            undone=flown.samples.undone,
         )
         if score is not None and not why:
             return _as_recorded(flown, measured, score), score, "recorded"
@@ -332,23 +332,17 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         reopen_session(flown.folder, info, flown.patient)  # says what is wrong
     matrix = np.array(info.world_from_device).reshape(4, 4)
     samples = flown.samples
-    times = np.array([sample.time_s for sample in samples])
+    times = samples.time_s
     back = np.flatnonzero(np.diff(times) < 0.0)
     if len(back):
         raise UserError(
             f"samples must be in order of time: {times[back[0] + 1]} after "
             f"{times[back[0]]}"
         )
-    nowhere = np.full(3, np.nan)
     poses = Poses(
         times,
-        matrix @ np.array([sample.device_from_tip for sample in samples]),
-        np.array(
-            [
-                nowhere if s.instrument.name == NO_TOOL else s.instrument_tip_mm
-                for s in samples
-            ]
-        ),
+        matrix @ samples.device_from_tip,
+        np.where(samples.is_held[:, None], samples.tool_mm, np.nan),
     )
     radius_mm = measured.endoscope.diameter_mm / 2
     gaps = recorded_gaps(
@@ -364,7 +358,7 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         contacts=gaps.contacts,
         hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
         tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
-        if any(sample.instrument.name != NO_TOOL for sample in samples)
+        if samples.is_held.any()
         else None,
         coverage=score.coverage,
     )
@@ -382,15 +376,15 @@ def _stepped(
     flown: _Flown, measured: Measured, progress: Progress
 ) -> tuple[Measured, Score]:
     """Step the session through its head; add what that shows."""
-    samples = flown.samples
+    times = flown.samples.time_s
     _, session = reopen_session(flown.folder, flown.recording.info, flown.patient)
     steps = _Steps(session)
-    for place, sample in enumerate(samples):
+    for place, record in enumerate(_sample_records(flown.recording)):
+        sample = record.sample()
         steps.add(sample)
         if flown.watch is not None:
             flown.watch(session, sample)
-        progress("Stepping the session", (place + 1) / len(samples))
-    times = np.array([sample.time_s for sample in samples])
+        progress("Stepping the session", (place + 1) / len(times))
     names = tuple(dict.fromkeys(name for name in steps.touched if name))
     codes = {"": -1} | {name: code for code, name in enumerate(names)}
     contacts = Contacts(
@@ -404,7 +398,7 @@ def _stepped(
     if session.operation is not None:
         edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
     radius_mm = measured.endoscope.diameter_mm / 2
-    is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
+    is_held = flown.samples.is_held.any()
     measured = replace(
         measured,
         contacts=contacts,
@@ -433,7 +427,7 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
         raise UserError(
             f"{folder} was flown through another head: its path cannot be compared."
         )
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = SampleColumns.of(_sample_records(recording))
     return scope_track(
         samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )

@@ -29,7 +29,7 @@ from scenarios.rubrics import (
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Open, Remove
 
-SCORING_VERSION = 1
+SCORING_VERSION = 2
 """Grows when the same session and rubric may get other points."""
 
 SUFFIX = ".paravol"

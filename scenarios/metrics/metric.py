@@ -40,7 +40,8 @@ class Definition:
     """Define a metric. docs/metrics.md has its formula and source.
 
     compute: a pure function of what was measured. filter: "raw" or "low-passed".
-    moves: a still tool has a value too, by noise alone: the noise floor.
+    moves: a still tool has a value too, by noise alone: the noise floor. sees_tool: it
+    is about the scope, and reads where the tool was.
     """
 
     name: str
@@ -49,6 +50,12 @@ class Definition:
     compute: "Callable[[Measured], Answer]"
     filter: str = "raw"
     moves: bool = False
+    sees_tool: bool = False
+
+    @property
+    def needs_tool(self) -> bool:
+        """Return whether the poses of the tool matter to it."""
+        return self.sees_tool or self.role in (TOOL, HANDS)
 
     def answers(self, measured: "Measured") -> dict[str, Found]:
         """Return the values by full names: ``time in margin: orbit``."""

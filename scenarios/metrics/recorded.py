@@ -1,49 +1,41 @@
 """Tracks of recorded samples."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
-from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics.track import Track, lengths
-from scenarios.sample import Sample
+from scenarios.sample_columns import SampleColumns
 
 Doubles = NDArray[np.float64]
 
 
-def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
+def scope_track(samples: SampleColumns, world_from_device: Doubles) -> Track:
     """Return the scope's track; y of its frame is the light post.
 
     The arm does not measure its turn: that comes from `Sample.roll_deg`.
     """
-    if not samples:
+    if not len(samples):
         return _no_track()
-    frames = world_from_device @ np.array([s.device_from_tip for s in samples])
-    roll_deg = np.array([s.roll_deg for s in samples])
-    times = np.array([s.time_s for s in samples])
-    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], roll_deg)
-    return Track.of_frames(times, posed)
+    frames = world_from_device @ samples.device_from_tip
+    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], samples.roll_deg)
+    return Track.of_frames(samples.time_s, posed)
 
 
-def tool_track(samples: Sequence[Sample]) -> Track:
+def tool_track(samples: SampleColumns) -> Track:
     """Return the track of what the second hand holds, as `tool_frame` poses it.
 
     Another tool begins another part; an empty hand has no samples.
     """
-    held = [s for s in samples if s.instrument.name != NO_TOOL]
-    if not held:
+    held = np.flatnonzero(samples.is_held)
+    if len(held) == 0:
         return _no_track()
-    names = [s.instrument.name for s in held]
-    part = np.cumsum([a != b for a, b in zip([names[0], *names], names, strict=False)])
+    tool = samples.tool[held]
+    part = np.cumsum(np.diff(tool, prepend=tool[:1]) != 0)
     posed = rolled_frames(
-        np.array([s.instrument_tip_mm for s in held]),
-        np.array([s.instrument_pointing for s in held]),
-        np.array([s.instrument.roll_deg for s in held]),
+        samples.tool_mm[held], samples.tool_pointing[held], samples.tool_roll_deg[held]
     )
-    times = np.array([s.time_s for s in held])
-    return Track.of_frames(times, posed, part.astype(np.int64))
+    return Track.of_frames(samples.time_s[held], posed, part.astype(np.int64))
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:

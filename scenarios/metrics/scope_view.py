@@ -233,5 +233,5 @@ SCOPE_VIEW = (
             ("pixel motion", "px", _pixel_motion),
         )
     ),
-    Definition("tool in view", SCOPE, "1", tool_in_view, "low-passed"),
+    Definition("tool in view", SCOPE, "1", tool_in_view, "low-passed", sees_tool=True),
 )

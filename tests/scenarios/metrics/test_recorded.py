@@ -10,6 +10,7 @@ from scenarios.metrics.scope_view import views_of
 from scenarios.metrics.settings import Settings
 from scenarios.metrics.track import Piece, second_column
 from scenarios.sample import Sample, tool_frame
+from scenarios.sample_columns import SampleColumns
 from tests.scenarios.recorded_hand import ABOVE
 
 UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
@@ -33,7 +34,7 @@ def test_views_are_those_of_the_scopes_camera(
     scope = Endoscope(angle_deg=angle_deg)
     pose = tip_frame(np.array([5.0, 6.0, 7.0]), np.array(pointing))
     held = [sample(t, device_from_tip=pose, roll_deg=roll_deg) for t in (0.0, 1.0)]
-    quaternion = scope_track(held, np.eye(4)).quaternion
+    quaternion = scope_track(SampleColumns.of(held), np.eye(4)).quaternion
     piece = Piece(0.0, 1.0, np.tile(pose[:3, 3], (2, 1)), quaternion)
     camera = scope.camera(pose, roll_deg, (64, 64))
     views = views_of(scope, piece)
@@ -51,7 +52,7 @@ def test_tools_are_posed_as_they_are_drawn(
     state = InstrumentState(roll_deg=roll_deg)
     held = sample(0.0, instrument_pointing=np.array(pointing), instrument=state)
     frame = tool_frame(held)
-    track = tool_track([held])
+    track = tool_track(SampleColumns.of([held]))
     assert second_column(track.quaternion)[0] == pytest.approx(frame[:3, 1], abs=1e-9)
     assert track.tip_mm[0] == pytest.approx(frame[:3, 3])
 
@@ -60,19 +61,20 @@ def test_an_empty_hand_has_no_samples_and_another_tool_is_another_part() -> None
     curette = InstrumentState("curette")
     names = [InstrumentState(), EMPTY_HAND, curette, curette]
     held = [sample(t, instrument=state) for t, state in enumerate(names)]
-    track = tool_track(held)
+    track = tool_track(SampleColumns.of(held))
     assert track.time_s.tolist() == [0.0, 2.0, 3.0]
     assert [len(p) for p in track.spans(5.0)] == [1, 2]
 
 
 def test_without_samples_there_is_an_empty_track() -> None:
-    for track in (scope_track([], np.eye(4)), tool_track([])):
+    none = SampleColumns.of([])
+    for track in (scope_track(none, np.eye(4)), tool_track(none)):
         assert track.pieces(Settings()) == []
 
 
 def test_a_pose_that_is_none_is_dropped() -> None:
     lost = sample(1.0, device_from_tip=np.full((4, 4), np.nan))
-    track = scope_track([sample(0.0), lost, sample(2.0)], np.eye(4))
+    track = scope_track(SampleColumns.of([sample(0.0), lost, sample(2.0)]), np.eye(4))
     assert track.valid.tolist() == [0, 2]
 
 
