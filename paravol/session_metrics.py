@@ -88,6 +88,9 @@ class SessionMetrics:
     frozen: tuple[Interval, ...] = ()
 
 
+Chosen = tuple[Definition, ...] | Callable[[Scenario], tuple[Definition, ...]]
+"""Which metrics are wanted: the same always, or what an exercise needs."""
+
 Watch = Callable[[Session, Sample], None]
 """Told of every sample after the session has taken it in."""
 
@@ -96,7 +99,7 @@ def session_metrics(
     folder: StrPath,
     *,
     settings: Settings | None = None,
-    chosen: tuple[Definition, ...] = DEFINITIONS,
+    chosen: Chosen = DEFINITIONS,
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
@@ -124,6 +127,9 @@ def session_metrics(
     samples = SampleColumns.of(_sample_records(recording))
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
+    scenario = _scenario(recording.info)
+    if callable(chosen):
+        chosen = chosen(scenario)
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
@@ -143,7 +149,6 @@ def session_metrics(
             measured,
             progress,
         )
-    scenario = _scenario(recording.info)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -24,6 +25,7 @@ from scenarios.rubrics import (
     Population,
     Rubric,
     assess,
+    limited_metrics,
     load_population,
 )
 from scenarios.tasks import TaskState
@@ -64,9 +66,10 @@ class BatchOrder(msgspec.Struct, frozen=True):
     exact: bool = False
 
 
-def wanted_metrics(rubric: Rubric) -> tuple[Definition, ...]:
-    """Return the definitions of the metrics that a rubric reads."""
+def wanted_metrics(rubric: Rubric, scenario: Scenario) -> tuple[Definition, ...]:
+    """Return what a rubric and an exercise's own pass mark read."""
     names = {source.metric for source in (*rubric.items, *rubric.fails)}
+    names |= {definition.name for definition in limited_metrics(scenario)}
     return tuple(d for d in DEFINITIONS if d.name in names)
 
 
@@ -90,7 +93,7 @@ def score_session(
     found = session_metrics(
         folder,
         settings=rubric.settings,
-        chosen=wanted_metrics(rubric),
+        chosen=partial(wanted_metrics, rubric),
         arm=arm,
         case=case,
         progress=progress,
@@ -119,6 +122,7 @@ def assessment_of(
         frozenset(t.name for t in scenario.tasks if isinstance(t, Remove | Open)),
         score.operation,
         found.is_complete,
+        exercise=scenario,
     )
     population = load_population() if population is None else population
     return assess(rubric, evidence, population)

@@ -12,9 +12,8 @@ from disk import UserError
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric
-from scenarios.rubrics import Assessment, Verdict
+from scenarios.rubrics import Assessment, Verdict, exercise_mark
 from scenarios.tasks import TaskState
-from scenarios.tasks.engine import Status
 
 NOBODY = ""
 """Name of whoever gave none."""
@@ -179,7 +178,7 @@ def entry_of_session(
         _utc(recording.info.created),
         _duration_s(recording) if score is None else score.duration_s,
         recording.complete,
-        has_passed(scenario, tasks, assessment),
+        has_passed(scenario, tasks, metrics, assessment),
         tuple(values),
         {task.name: str(task.status) for task in tasks},
         None if assessment is None else _scored(assessment),
@@ -187,24 +186,31 @@ def entry_of_session(
 
 
 def has_passed(
-    scenario: Scenario, tasks: Sequence[TaskState], assessment: Assessment | None
+    scenario: Scenario,
+    tasks: Sequence[TaskState],
+    metrics: Sequence[Metric],
+    assessment: Assessment | None,
 ) -> bool | None:
     """Return whether a session was good enough; None where nothing says.
 
-    Every task that the exercise's pass mark names must be done, or every one that is
-    not optional, and the rubric's pass mark reached
-    where there is a rubric. A percent too near to its mark to tell is none reached.
+    The exercise's own pass mark must be met (its tasks, and its limits on metrics), and
+    the rubric's where there is a rubric, but for an exercise that names a percent of
+    its own. A percent too near to its mark to tell is none reached. What is not met
+    decides; where all else is met, what nobody knows leaves the answer open.
     """
-    states = {task.name: task.status for task in tasks}
-    needed = scenario.marks.tasks or [
-        task.name for task in scenario.tasks if not task.is_optional
-    ]
-    answers: list[bool] = []
-    if needed and states:
-        answers.append(all(states.get(name) is Status.DONE for name in needed))
-    if assessment is not None and assessment.verdict is not Verdict.NO_DATA:
-        answers.append(assessment.verdict is Verdict.PASSED)
-    return all(answers) if answers else None
+    percent = None if assessment is None else assessment.percent
+    mark = exercise_mark(scenario, tasks, metrics, percent)
+    if assessment is not None and assessment.exercise is not None:
+        # of the same session, and of all metrics that it needs
+        mark = assessment.exercise
+    verdicts = [] if mark is None else [mark.verdict]
+    if assessment is not None and not scenario.marks.least_percent:
+        verdicts.append(assessment.verdict)
+    if any(v in (Verdict.NOT_PASSED, Verdict.UNDECIDED) for v in verdicts):
+        return False
+    if mark is not None and mark.verdict is Verdict.NO_DATA:
+        return None
+    return True if Verdict.PASSED in verdicts else None
 
 
 def _score(folder: Path) -> Score | None:

@@ -4,12 +4,14 @@ from scenarios.rubrics.assess import Evidence, assess
 from scenarios.rubrics.assessment import (
     Assessment,
     Band,
+    ExerciseMark,
     HardFail,
     Part,
     Standing,
     Verdict,
 )
 from scenarios.rubrics.contrasting_groups import PassMark, pass_mark
+from scenarios.rubrics.exercise_mark import exercise_mark, limited_metrics
 from scenarios.rubrics.population import Population, load_population
 from scenarios.rubrics.rubric import Rubric, load_rubric, shipped_rubrics
 
@@ -17,6 +19,7 @@ __all__ = [
     "Assessment",
     "Band",
     "Evidence",
+    "ExerciseMark",
     "HardFail",
     "Part",
     "PassMark",
@@ -25,6 +28,8 @@ __all__ = [
     "Standing",
     "Verdict",
     "assess",
+    "exercise_mark",
+    "limited_metrics",
     "load_population",
     "load_rubric",
     "pass_mark",
