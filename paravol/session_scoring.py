@@ -17,7 +17,7 @@ from paravol.recorded_gaps import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
 from paravol.versions import versions
 from scenarios import Scenario
-from scenarios.bundle import write_json
+from scenarios.bundle import EditRecord, Recording, write_json
 from scenarios.metrics import DEFINITIONS, Definition
 from scenarios.rubrics import (
     Assessment,
@@ -64,6 +64,12 @@ class BatchOrder(msgspec.Struct, frozen=True):
     arm: str = ""
     case: str = ""
     exact: bool = False
+
+
+def usual_rubric(recording: Recording) -> str:
+    """Return the name of the bundled rubric for what was done: cut, or looked."""
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    return "operation" if has_cuts else "endoscopy"
 
 
 def wanted_metrics(rubric: Rubric, scenario: Scenario) -> tuple[Definition, ...]:

@@ -146,22 +146,13 @@ def keep_session(
     record: None where it was not recorded. store: None for the user's. What goes wrong
     is said, and costs nothing of the flight.
     """
-    from paravol.progress import ProgressStore, entry_of_session
-    from paravol.session_metrics import session_metrics
+    from paravol.progress import keep_flight
 
     if record is None:
         return
-    try:
-        metrics = session_metrics(record, has_head=False).metrics
-        entry = entry_of_session(record, trainee=trainee, metrics=metrics)
-        kept = ProgressStore(store)
-        kept.add(entry)
-    except (UserError, OSError) as error:
-        print(f"Not kept in paravol progress: {error}", file=sys.stderr)
-        return
-    if kept.told:
-        print(kept.told, file=sys.stderr)
-    print("Kept in paravol progress; --no-store leaves a session out.")
+    kept = keep_flight(record, trainee, store)
+    place = sys.stderr if kept.entry is None else sys.stdout
+    print("\n".join(kept.said), file=place)
 
 
 def _check(options: TrainOptions) -> None:
