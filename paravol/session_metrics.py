@@ -1,6 +1,6 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +20,7 @@ from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_pr
 from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
 from paravol.session_replay import recorded_score
 from paravol.session_setup import flown_scenario, reopen_session
+from paravol.session_timeline import SessionTimeline
 from paravol.shortest_way import inside_of, shortest_way_mm
 from renderers.scene import Volume
 from scenarios import Sample, Scenario, Score, Session
@@ -108,6 +109,7 @@ def session_metrics(
     patient: PatientScene | PatientSource | None = None,
     trusts: bool = False,
     watch: Watch | None = None,
+    timeline: SessionTimeline | None = None,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
@@ -119,8 +121,9 @@ def session_metrics(
     that was flown through, where it is loaded already, or who loads it. trusts: do not
     step a session whose recording can be checked otherwise, see
     `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
-    watch: looks on while the session is stepped. UserError when the session cannot be
-    read, holds no sample, or was flown through another head.
+    watch: looks on while the session is stepped. timeline: of this session, before its
+    first sample, that is stepped to its end instead of another one. UserError when the
+    session cannot be read, holds no sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
@@ -145,7 +148,9 @@ def session_metrics(
         elif not isinstance(patient, PatientScene):
             patient = patient(flown)
         measured, score, source = _through_head(
-            _Flown(folder, recording, samples, patient, chosen, trusts, watch),
+            _Flown(
+                folder, recording, samples, patient, chosen, trusts, watch, timeline
+            ),
             measured,
             progress,
         )
@@ -255,8 +260,7 @@ class _Steps:
         self._undone = 0
 
     def add(self, sample: Sample) -> None:
-        """Step the session and read it."""
-        self._session.step(sample)
+        """Read the session after it has taken in a sample."""
         placed = self._session.placed
         assert placed is not None
         self.gaps.append(placed.gap_mm)
@@ -288,7 +292,7 @@ class _Steps:
 class _Flown(NamedTuple):
     """Hold a recording and the head it was flown through.
 
-    chosen: the metrics that are wanted. trusts: see `session_metrics`.
+    chosen: the metrics that are wanted. trusts, watch, timeline: see `session_metrics`.
     """
 
     folder: Path
@@ -298,6 +302,21 @@ class _Flown(NamedTuple):
     chosen: tuple[Definition, ...]
     trusts: bool
     watch: Watch | None
+    timeline: SessionTimeline | None
+
+    def session(self) -> tuple[Session, Iterator[Sample]]:
+        """Return a session at its begin, and the samples as it takes them in."""
+        if self.timeline is not None:
+            return self.timeline.session, self.timeline.walk()
+        _, session = reopen_session(self.folder, self.recording.info, self.patient)
+
+        def steps() -> Iterator[Sample]:
+            for record in _sample_records(self.recording):
+                sample = record.sample()
+                session.step(sample)
+                yield sample
+
+        return session, steps()
 
     def wants(self, name: str) -> bool:
         """Return whether a metric of this name is wanted."""
@@ -382,10 +401,9 @@ def _stepped(
 ) -> tuple[Measured, Score]:
     """Step the session through its head; add what that shows."""
     times = flown.samples.time_s
-    _, session = reopen_session(flown.folder, flown.recording.info, flown.patient)
+    session, samples = flown.session()
     steps = _Steps(session)
-    for place, record in enumerate(_sample_records(flown.recording)):
-        sample = record.sample()
+    for place, sample in enumerate(samples):
         steps.add(sample)
         if flown.watch is not None:
             flown.watch(session, sample)

@@ -1,6 +1,5 @@
 """Score recorded sessions by a rubric: one, or a folder of hundreds."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -25,8 +24,9 @@ from scenarios.rubrics import (
     Population,
     Rubric,
     assess,
+    bundled_populations,
     limited_metrics,
-    load_population,
+    population_of,
 )
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Open, Remove
@@ -93,7 +93,8 @@ def score_session(
     """Score one recorded session; return also the metrics behind it.
 
     exact: step it again; else its recording is trusted where it can be checked.
-    population: for the bands; None for the bundled one, which is generated. The other
+    population: for the bands; None for the bundled one, which is generated and there
+    for some exercises. The other
     arguments and errors are those of `session_metrics`.
     """
     found = session_metrics(
@@ -130,7 +131,8 @@ def assessment_of(
         found.is_complete,
         exercise=scenario,
     )
-    population = load_population() if population is None else population
+    if population is None:
+        population = population_of(scenario.name)
     return assess(rubric, evidence, population)
 
 
@@ -177,7 +179,8 @@ def scoring_key(session: Path, order: BatchOrder) -> str:
     digest = xxh3_128(f"{SCORING_VERSION} {versions()}".encode())
     digest.update(order.rubric.sha256().encode())
     digest.update(f"{order.arm} {order.case} {order.exact}".encode())
-    digest.update(hashlib.sha256(msgspec.json.encode(load_population())).digest())
+    for population in bundled_populations().values():
+        digest.update(population.read_bytes())
     for name in _PARTS:
         digest.update(f"/{name}/".encode())
         try:

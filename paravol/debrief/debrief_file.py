@@ -93,6 +93,9 @@ def write_debrief(
     events = events_of(findings)
     pictures, head, seen = NO_PICTURES, Markup(""), None
     if order.quality is not None:
+        head = _head(findings, order.threads)
+        # before the pictures, for which the session goes back
+        seen = _seen(findings)
         pictures = draw_pictures(
             order.folder,
             findings,
@@ -104,8 +107,6 @@ def write_debrief(
             progress=progress,
             say=say,
         )
-        head = _head(findings, order.threads)
-        seen = _seen(findings)
     assessment = assessment_of(order.folder, rubric, findings.metrics)
     text = page(Material(findings, events, pictures, head, assessment, seen))
     with whole_file(order.out) as beside:

@@ -12,7 +12,11 @@ from scenarios.rubrics.assessment import (
 )
 from scenarios.rubrics.contrasting_groups import PassMark, pass_mark
 from scenarios.rubrics.exercise_mark import exercise_mark, limited_metrics
-from scenarios.rubrics.population import Population, load_population
+from scenarios.rubrics.population import (
+    Population,
+    bundled_populations,
+    population_of,
+)
 from scenarios.rubrics.rubric import Rubric, load_rubric, shipped_rubrics
 
 __all__ = [
@@ -28,10 +32,11 @@ __all__ = [
     "Standing",
     "Verdict",
     "assess",
+    "bundled_populations",
     "exercise_mark",
     "limited_metrics",
-    "load_population",
     "load_rubric",
     "pass_mark",
+    "population_of",
     "shipped_rubrics",
 ]
