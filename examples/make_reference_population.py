@@ -15,10 +15,13 @@ measurement of anybody. --keep leaves the recorded sessions in folders by group.
 
 import argparse
 import json
+import multiprocessing
 import re
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -98,25 +101,48 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="leave the sessions here, by group")
     parser.add_argument("--runs", type=int, default=RUNS, help="of each group")
     parser.add_argument("--out", type=Path, default=OUT, help="folder to write to")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
     options = parser.parse_args()
-    for exercise in options.exercises:
-        scenario, folder = load_scenario(exercise)
-        patient = load_patient(scenario, no_progress)
-        path = plan(scenario, folder, patient)
-        groups = []
-        with tempfile.TemporaryDirectory() as scratch:
-            for skill in SKILLS:
-                place = (options.keep or Path(scratch)) / exercise / skill.name
+    scratch = tempfile.TemporaryDirectory()
+    spawned = multiprocessing.get_context("spawn")
+    with scratch, ProcessPoolExecutor(options.jobs, mp_context=spawned) as executor:
+        for exercise in options.exercises:
+            place = (options.keep or Path(scratch.name)) / exercise
+            runs = {
+                skill: [
+                    executor.submit(measured_run, exercise, place, skill, number)
+                    for number in range(options.runs)
+                ]
+                for skill in SKILLS
+            }
+            groups = []
+            for skill, waiting in runs.items():
                 values: dict[str, list[float]] = {}
-                for number in range(options.runs):
-                    bundle = place / f"{skill.name}_{number:03d}.paravol"
-                    record(bundle, scenario, patient, path, skill, number)
-                    found = session_metrics(bundle, patient=patient, trusts=True)
-                    for name, value in summary(found.metrics):
+                for done in waiting:
+                    for name, value in done.result():
                         values.setdefault(name, []).append(value)
-                    print(exercise, bundle.name, flush=True)
                 groups.append((skill.name, options.runs, values))
-        write(exercise, groups, options.out / f"{exercise}.json")
+                print(exercise, skill.name, flush=True)
+            write(exercise, groups, options.out / f"{exercise}.json")
+
+
+@cache
+def flown(exercise: str) -> tuple[Scenario, PatientScene, ProbePath]:
+    """Return an exercise, its head and the plan in it, made once in each process."""
+    scenario, folder = load_scenario(exercise)
+    patient = load_patient(scenario, no_progress)
+    return scenario, patient, plan(scenario, folder, patient)
+
+
+def measured_run(
+    exercise: str, place: Path, skill: Skill, number: int
+) -> list[tuple[str, float]]:
+    """Record one run and return its values by name."""
+    scenario, patient, path = flown(exercise)
+    bundle = place / skill.name / f"{skill.name}_{number:03d}.paravol"
+    record(bundle, scenario, patient, path, skill, number)
+    found = session_metrics(bundle, patient=patient, trusts=True)
+    return list(summary(found.metrics))
 
 
 def plan(scenario: Scenario, folder: Path, patient: PatientScene) -> ProbePath:

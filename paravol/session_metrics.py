@@ -361,7 +361,8 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
     if len(back):
         raise UserError(
             f"samples must be in order of time: {times[back[0] + 1]} after "
-            f"{times[back[0]]}"
+            f"{times[back[0]]}. Its clock ran backwards, or the stream was changed; "
+            "--exact steps it all the same."
         )
     poses = Poses(
         times,

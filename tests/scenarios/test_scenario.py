@@ -126,6 +126,7 @@ def test_an_exercise_needs_no_path(tmp_path: Path) -> None:
         ('"concha-bullosa:right"', '"concha-bulosa"', 9, "concha-bullosa"),
         ('"hazard dose: orbit"', '"hazard doze: orbit"', 29, "'hazard dose'"),
         (", most = 1.0", "", 29, "least, most"),
+        ('"hazard dose: orbit"', '"unsteadiness"', 29, "measured for targets"),
         ('tasks = ["meatus"]', 'tasks = ["meatos"]', 28, "'meatus'"),
         ('name = "uncinate"', 'name = "meatus"', 22, "Two tasks"),
         ('nostril = "left"', "tip_mm = [0, 0, 0]", 11, "neither"),
