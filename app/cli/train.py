@@ -17,15 +17,13 @@ if TYPE_CHECKING:
 
     from paravol.flight import FlightEnd
     from paravol.inputs.flight_input import FlightInput
+    from paravol.training_setup import TrainingSetup
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
 
 EDGE_SAMPLES = 8
 """For smooth edges, where a graphics card draws them."""
-
-CLOSE_PATIENCE_S = 5.0
-"""The flight looks ten times a second whether the window is closed."""
 
 
 def run_train(options: TrainOptions) -> int:
@@ -34,77 +32,38 @@ def run_train(options: TrainOptions) -> int:
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
-    from paravol.exercise_path import recorded_path, recorded_path_file
-    from paravol.inputs import choose_input
     from paravol.inputs.open_arm import demand_port
-    from paravol.pose_streaming import listening_address
-    from scenarios import load_scenario
 
     _check(options)
-    scenario, device = options.scenario, options.device
+    setup = training_setup(options)
     if options.case is not None:
-        from paravol.case_scenario import scenario_of_case
-
-        scenario = str(scenario_of_case(options.case))
-    exercise, folder = load_scenario(scenario)
-    path_file = recorded_path_file(exercise, folder)
-    path = None if path_file is None else recorded_path(exercise, folder)
-    stream = None
-    if options.stream_igtl is not None:
-        stream = listening_address(options.stream_igtl)
-    second = options.devices.second_input(options.input, device, exercise, path)
-    flown = choose_input(
-        options.input,
-        device,
-        exercise,
-        path,
-        path_file,
-        options.devices.registration,
-        options.devices.roll,
-    )
-    if options.haptics != "none" or options.haptics_fault is not None:
-        from paravol.inputs.haptic import felt_input
-
-        if options.haptics == "force-dimension" and (options.input or device):
-            raise UserError(
-                "--haptics force-dimension steers by itself; leave out --input and "
-                "--device."
-            )
-        flown = felt_input(options.haptics, options.haptics_fault, flown, exercise)
-    demand_port(device)
+        order = setup.order_for_case(options.case)
+    else:
+        order = setup.order(options.scenario)
+    demand_port(options.device)
     graphics = probe_window()
     if not graphics.works:
         raise UserError(graphics.problem)
 
     # Only here: where libraries are missing, loading Qt fails.
+    from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QApplication
 
-    from app.window.flight_thread import FlightThread
-    from app.window.main_window import TraineeWindow
-    from paravol.flight import FlightOrder
-    from paravol.session_store import SessionStore
+    from app.window.flight.flight_page import FlightPage
+    from app.window.flight.flight_thread import FlightThread
+    from app.window.main_window import MainWindow
 
     application = QApplication(["paravol"])
-    kept = SessionStore.of_the_user()
-    size, record = options.size, options.record
-    order = FlightOrder(
-        exercise,
-        path,
-        flown,
-        size,
-        options.threads,
-        record,
-        stream,
-        kept,
-        instrument=second,
-    )
     thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
-    window = TraineeWindow(
-        thread,
-        edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
-        seconds=options.seconds,
-        screenshot=options.screenshot,
-    )
+    window = MainWindow(options.screenshot)
+    page = FlightPage(thread, edge_samples=0 if graphics.is_software else EDGE_SAMPLES)
+    page.left.connect(window.shut)
+    page.full_screen_wanted.connect(window.full_screen.switch)
+    seconds = options.seconds
+    if seconds is not None:
+        page.first_shown.connect(
+            lambda: QTimer.singleShot(round(seconds * 1e3), window.shut)
+        )
     interrupted = False
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -113,13 +72,13 @@ def run_train(options: TrainOptions) -> int:
         window.shut()
 
     with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
+        window.show_page(page)
         window.show()
         thread.start()
         application.exec()
-    thread.stop(CLOSE_PATIENCE_S)
     window.release()
     if thread.flight.result is not None:
-        _tell(exercise.title, thread.flight.result, flown)
+        _tell(order.scenario.title, thread.flight.result, order.input)
         if not options.no_store:
             keep_session(thread.flight.result.record, options.trainee)
     errors += [thread.error] if thread.error is not None else []
@@ -128,6 +87,31 @@ def run_train(options: TrainOptions) -> int:
     if interrupted:
         raise KeyboardInterrupt
     return 0
+
+
+def training_setup(options: TrainOptions) -> "TrainingSetup":
+    """Return what the options say of devices, picture and recording."""
+    from paravol.training_setup import DeviceSetup, TrainingSetup
+
+    placed = options.devices
+    devices = DeviceSetup(
+        scope=options.input,
+        port=options.device,
+        registration=placed.registration,
+        roll=placed.roll,
+        instrument=placed.instrument,
+        instrument_registration=placed.instrument_registration,
+        instrument_side=placed.instrument_side,
+        haptics=options.haptics,
+        haptics_fault=options.haptics_fault,
+    )
+    return TrainingSetup(
+        devices=devices,
+        size=options.size,
+        threads=options.threads,
+        record=options.record,
+        stream_igtl=options.stream_igtl,
+    )
 
 
 def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:

@@ -20,7 +20,7 @@ import json
 import numpy as np
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
-from app.window.touch_bars import TouchBars
+from app.window.panels.touch_bars import TouchBars
 from paravol.feedback import TouchSigns
 
 application = QApplication([])
@@ -63,7 +63,7 @@ import json
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
-from app.window.sound_keys import SoundKeys
+from app.window.flight.sound_keys import SoundKeys
 from paravol.feedback import SoundPlayer
 
 application = QApplication([])

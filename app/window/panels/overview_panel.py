@@ -22,8 +22,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.vtk.head_model import HeadModel
 from app.vtk.overview_scene import BACKGROUND, OverviewScene
-from app.window.qt_image import image_of
-from app.window.refresher import Refresher
+from app.window.panels.qt_image import image_of
+from app.window.panels.refresher import Refresher
 from paravol.cutaway import Cutaway
 from scenarios import Endoscope
 

@@ -2,13 +2,13 @@
 
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from app.window.keys import TASK_KEYS, KeyHelp
-from app.window.moments import MomentView
-from app.window.overview_panel import OverviewView
-from app.window.slices_panel import SlicesView
-from app.window.sound_keys import SOUND_KEYS
-from app.window.task_panel import TaskPanel
-from app.window.tool_keys import TOOL_KEYS
+from app.window.flight.keys import TASK_KEYS, KeyHelp
+from app.window.flight.sound_keys import SOUND_KEYS
+from app.window.flight.tool_keys import TOOL_KEYS
+from app.window.panels.moments import MomentView
+from app.window.panels.overview_panel import OverviewView
+from app.window.panels.slices_panel import SlicesView
+from app.window.panels.task_panel import TaskPanel
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
 from scenarios import InstrumentState

@@ -6,7 +6,7 @@ from PySide6.QtCore import QRectF, Qt, Slot
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
-from app.window.qt_image import image_of
+from app.window.panels.qt_image import image_of
 from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from paravol.snapshots.snapshot_queue import MomentPicture
 

@@ -2,7 +2,7 @@
 
 import time
 
-from app.window.endoscope_panel import PictureView
+from app.window.panels.endoscope_panel import PictureView
 
 NOTICE_S = 4.0
 

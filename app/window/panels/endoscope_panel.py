@@ -6,8 +6,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.window.qt_image import image_of
-from app.window.result_card import paint_result, panel_colour
+from app.window.panels.qt_image import image_of
+from app.window.panels.result_card import paint_result, panel_colour
 from app.window.style import ALARM, INK, QUIET, READY, font_of
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd

@@ -32,10 +32,10 @@ from anatomy.scan.histogram import Peaks, transfer_of
 from paravol.flight import FlightEnd
 from paravol.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture
-from app.window.moments import MomentView
-from app.window.endoscope_panel import PictureView
-from app.window.slices_panel import SlicesView
-from app.window.touch_bars import TouchBars
+from app.window.panels.moments import MomentView
+from app.window.panels.endoscope_panel import PictureView
+from app.window.panels.slices_panel import SlicesView
+from app.window.panels.touch_bars import TouchBars
 from paravol.feedback import TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer
 from renderers.scene import Volume

@@ -120,9 +120,10 @@ class FlightThread(QObject, FlightObserver):
         self._thread.start()
 
     def stop(self, patience_s: float) -> bool:
-        """End the flight; return whether its thread ended in time."""
+        """End the flight, if it began; return whether its thread ended in time."""
         self.flight.cancel()
-        self._thread.join(patience_s)
+        if self._thread.ident is not None:
+            self._thread.join(patience_s)
         self._feedback.close()
         if self._queue is not None:
             self._queue.close()

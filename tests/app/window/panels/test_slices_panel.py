@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QApplication
 
 from anatomy.scan.histogram import Peaks, transfer_of
-from app.window.slices_panel import GAP_PX, HEIGHT_PX, MARK, SlicesView
+from app.window.panels.slices_panel import GAP_PX, HEIGHT_PX, MARK, SlicesView
 from paravol.slice_views import SliceViews
 from renderers.scene import Volume
 

@@ -22,19 +22,20 @@ from tests.app.window.opened_window import OpenedWindow
 size, record = int(sys.argv[2]), Path(sys.argv[3])
 opened = OpenedWindow(sys.argv[1], size=size, record=record)
 flight, window, until = opened.flight, opened.window, opened.until
+page = opened.page
 frames, told = [], []
 flight.arrived.connect(lambda: frames.append(0))
 flight.pictured.connect(told.append)
 opened.start()
-assert not window._moments.isVisible()
-QTest.keyClick(window, Qt.Key.Key_Space)
+assert not page._moments.isVisible()
+QTest.keyClick(page, Qt.Key.Key_Space)
 until("something to see", lambda: any(t.pixels is not None for t in told))
 window.grab().save(sys.argv[4])
 before = len(frames)
 until("the end", lambda: told[-1].done is None)
 window.grab().save(sys.argv[5])
 until("live frames", lambda: len(frames) > before)
-print(window._moments.caption)
+print(page._moments.caption)
 opened.close()
 """
 

@@ -24,11 +24,12 @@ from tests.app.window.opened_window import OpenedWindow
 
 opened = OpenedWindow(sys.argv[1], None, 64, Path(sys.argv[2]))
 flight, window, wait = opened.flight, opened.window, opened.wait
+page = opened.page
 frames = []
 flight.arrived.connect(lambda: frames.append(time.monotonic()))
 opened.start()
 chance = random.Random(1)
-view, middle = window.picture, QPoint(200, 200)
+view, middle = page.picture, QPoint(200, 200)
 begun, references, counted = time.monotonic(), None, 0
 while time.monotonic() < begun + SECONDS:
     assert flight.error is None, flight.error
@@ -53,13 +54,13 @@ while time.monotonic() < begun + SECONDS:
 lost = references - sys.getrefcount(None)
 # To the last: the flight neither stopped nor froze.
 assert max(b - a for a, b in zip(frames, frames[1:])) < 20.0
-QTest.keyClick(window, Qt.Key.Key_Q)
-QTest.keyClick(window, Qt.Key.Key_Return)
+QTest.keyClick(page, Qt.Key.Key_Q)
+QTest.keyClick(page, Qt.Key.Key_Return)
 ending = time.monotonic()
-while window.picture._result is None and time.monotonic() < ending + 60.0:
+while page.picture._result is None and time.monotonic() < ending + 60.0:
     wait(20)
 score = flight.flight.result.score
-QTest.keyClick(window, Qt.Key.Key_Q)
+QTest.keyClick(page, Qt.Key.Key_Q)
 assert not window.isVisible()
 assert flight.stop(60.0)
 window.release()

@@ -3,7 +3,7 @@
 import threading
 import time
 
-from app.window.refresher import Refresher
+from app.window.panels.refresher import Refresher
 
 PATIENCE_S = 10.0
 

@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.window.task_panel import ALL_DONE, TaskPanel
+from app.window.panels.task_panel import ALL_DONE, TaskPanel
 from scenarios import Scenario
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import KeepAway, Reach

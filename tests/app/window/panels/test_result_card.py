@@ -7,7 +7,7 @@ from tests.app.window.opened_window import run_script
 CARDS = """
 from PySide6.QtCore import QRect, QRectF
 from PySide6.QtGui import QGuiApplication
-from app.window.result_card import SMALLEST, ResultCard
+from app.window.panels.result_card import SMALLEST, ResultCard
 from paravol.flight import FlightEnd
 
 class Told(FlightEnd):

@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from app.window.qt_image import image_of
+from app.window.panels.qt_image import image_of
 from app.window.style import INK, font_of
 from paravol.slice_views import Plane, Show, SliceViews
 
