@@ -85,6 +85,7 @@ class MainWindow(QMainWindow):
         self._page.release()
 
     def _save(self, path: Path) -> None:
+        self._page.catch_up()
         partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
         if not self.grab().save(str(partial)):
             raise UserError(f"The screenshot {path} cannot be written.")

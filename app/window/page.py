@@ -24,6 +24,9 @@ class Page(QWidget):
         """Return whether the page may be left now; else it asks by itself."""
         return True
 
+    def catch_up(self) -> None:
+        """Draw what waits for its turn: a picture of the window is about to be taken."""
+
     def release(self) -> None:
         """End what the page has going on, and free graphics memory.
 

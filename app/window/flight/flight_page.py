@@ -186,6 +186,11 @@ class FlightPage(Page):
             self._leave()
         self._flight.end()
 
+    def catch_up(self) -> None:
+        """Draw the overview now, if it is stale."""
+        if self._is_overview_stale:
+            self._draw_overview()
+
     def release(self) -> None:
         """End the flight and free the overview's graphics memory."""
         self._timer.stop()
