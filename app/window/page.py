@@ -25,7 +25,7 @@ class Page(QWidget):
         return True
 
     def catch_up(self) -> None:
-        """Draw what waits for its turn: a picture of the window is about to be taken."""
+        """Draw what waits: a picture of the window is about to be taken."""
 
     def release(self) -> None:
         """End what the page has going on, and free graphics memory.
