@@ -14,6 +14,7 @@ from devices.serial_adapters import (
     permission_remedy,
     serial_adapters,
 )
+from machine import memory_bytes, usable_cores
 from paravol.finding import Finding
 from paravol.versions import versions
 from renderers.art.ranks.transport import TransportError
@@ -59,7 +60,7 @@ def _processor() -> Finding:
     model = told.get("model name") or platform.processor() or platform.machine()
     words = (told.get("flags") or told.get("Features") or "").split()
     flags = " ".join(flag for flag in VECTOR_FLAGS if flag in words)
-    usable = len(os.sched_getaffinity(0))
+    usable = usable_cores()
     return Finding(
         "processor",
         f"{model}, {usable} of {os.cpu_count()} cores usable; {flags or 'no flags'}",
@@ -67,16 +68,15 @@ def _processor() -> Finding:
 
 
 def _memory() -> Finding:
-    page = os.sysconf("SC_PAGE_SIZE")
-    total = page * os.sysconf("SC_PHYS_PAGES") / 1e9
-    free = page * os.sysconf("SC_AVPHYS_PAGES") / 1e9
+    total = memory_bytes() / 1e9
     told = _table_of(Path("/proc/meminfo")).get("MemAvailable", "")
+    free = ""
     if told.endswith(" kB"):
-        free = float(told.removesuffix(" kB")) * 1024 / 1e9
+        free = f", {float(told.removesuffix(' kB')) * 1024 / 1e9:.1f} GB available"
     is_small = total < LEAST_MEMORY_GB
     return Finding(
         "memory",
-        f"{total:.1f} GB, {free:.1f} GB available",
+        f"{total:.1f} GB{free}",
         is_small,
         f"At least {LEAST_MEMORY_GB:g} GB are needed." if is_small else "",
     )

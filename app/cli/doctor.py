@@ -1,10 +1,10 @@
 """`paravol doctor`: print what this machine, or an arm, can do and what is missing."""
 
-import os
 from dataclasses import asdict
 
 from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
+from machine import usable_cores
 from paravol.arm_check import LOOK_S, adapter_findings, check_arm
 from paravol.finding import Finding
 from paravol.known_constants import constants_findings
@@ -76,7 +76,7 @@ def _opengl(name: str, opengl: OpenGL) -> Finding:
 
 
 def _choices(offscreen: OpenGL, window: OpenGL) -> list[Finding]:
-    threads = len(os.sched_getaffinity(0))
+    threads = usable_cores()
     if window.works:
         how = "in software" if window.is_software else "on the graphics card"
         overview = f"Qt window, its overview by OpenGL {how}"

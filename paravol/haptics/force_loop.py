@@ -230,7 +230,7 @@ class ForceLoop(Closing):
 
     def _run(self) -> None:
         # not everybody may ask for that; the loop is later then, not wrong
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, AttributeError):
             order: Any = os.sched_param(REALTIME_PRIORITY)
             os.sched_setscheduler(0, os.SCHED_FIFO, order)
         run_loop(*self._arguments)
