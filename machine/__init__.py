@@ -2,6 +2,7 @@
 
 from machine.file_lock import NoLocksError, lock_file, locked
 from machine.processes import (
+    be_punctual,
     end_group,
     group_options,
     is_alive,
@@ -13,6 +14,7 @@ from machine.typed_text import typed_text
 
 __all__ = [
     "NoLocksError",
+    "be_punctual",
     "end_group",
     "group_options",
     "is_alive",

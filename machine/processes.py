@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from typing import Any
 
 
@@ -61,6 +62,16 @@ def lower_priority(child: "subprocess.Popen[bytes]", niceness: int) -> None:
         psutil.Process(child.pid).nice(psutil.IDLE_PRIORITY_CLASS)
         return
     os.setpriority(os.PRIO_PGRP, child.pid, niceness)
+
+
+def be_punctual(priority: int) -> None:
+    """Let this thread go before all that is not real-time, where that is granted.
+
+    Not everybody may ask for that, and elsewhere than on Linux nobody can.
+    """
+    if sys.platform == "linux":
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
 
 
 def is_alive(process: int) -> bool:
