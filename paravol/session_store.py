@@ -55,18 +55,13 @@ class SessionStore:
         stem = f"{now:%Y-%m-%d_%H-%M-%S}_{word[:60]}"
         self.folder.mkdir(parents=True, exist_ok=True)
         place = self._made(stem)
-        with _held(place):
+        with hold_session(place):
             self.make_room()
             yield place
 
     def make_room(self) -> list[Path]:
         """Remove the oldest until the rest is within the limit; give those removed."""
-        found = []
-        for folder in self.folder.glob(f"*{SUFFIX}"):
-            created = _removable(folder)
-            if created is not None:
-                found.append((created, folder, _size(folder)))
-        found.sort()
+        found = sorted((_removable(f) or "", f, _size(f)) for f in self.sessions())
         total = sum(size for _, _, size in found)
         removed = []
         for _, folder, size in found:
@@ -76,6 +71,11 @@ class SessionStore:
                 removed.append(folder)
                 total -= size
         return removed
+
+    def sessions(self) -> list[Path]:
+        """Return the sessions that were recorded automatically, those of now too."""
+        found = sorted(self.folder.glob(f"*{SUFFIX}"))
+        return [folder for folder in found if _removable(folder) is not None]
 
     def _made(self, stem: str) -> Path:
         number = 1
@@ -91,8 +91,8 @@ class SessionStore:
 
 
 @contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """Hold a session for as long as this process fills it."""
+def hold_session(folder: Path) -> Iterator[None]:
+    """Hold a session for as long as this process fills it; wait for another."""
     lock = _lock_of(folder)
     handle = os.open(lock, os.O_CREAT | os.O_RDWR, 0o600)
     try:
