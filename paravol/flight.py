@@ -37,6 +37,7 @@ from paravol.inputs.pose_sources import (
     OrderedPoses,
     ReconnectingSource,
 )
+from paravol.inputs.scope_rack import ScopeRack
 from paravol.operation_rehearsal import rehearse
 from paravol.patient import PatientScene, check_for_head, load_patient
 from paravol.pose_streaming import StreamingCompleter, streaming
@@ -208,7 +209,7 @@ class DeviceLostError(UserError):
 class Flight:
     """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
 
-    roll: turns the light post by hand. hand: holds the instruments. recording: where
+    roll: turns the light post by hand. scopes: those that may be put in. hand: holds the instruments. recording: where
     the flight is recorded.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
@@ -217,7 +218,9 @@ class Flight:
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
         self.order = order
         self.roll = KeyboardRoll(order.input.completer)
-        self.hand = OperatingHand(self.roll, order.scenario.scope.endoscope())
+        scope = order.scenario.scope
+        self.scopes = ScopeRack(self.roll, scope.angle_deg, scope.choices_deg)
+        self.hand = OperatingHand(self.scopes, scope.endoscope())
         self.recording = Recording(order)
         self.path = order.path
         self.result: FlightEnd | None = None

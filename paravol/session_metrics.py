@@ -49,6 +49,7 @@ from scenarios.metrics import (
     Track,
     measure,
     recorded_noise,
+    scope_changes,
     scope_track,
     tool_track,
 )
@@ -228,10 +229,12 @@ def _measured(
     world_from_device: NDArray[np.float64],
 ) -> Measured:
     """Return what is known without a head."""
+    scope = _scenario(recording.info).scope.endoscope()
     return Measured(
         scope_track(samples, world_from_device),
         tool_track(samples),
-        _scenario(recording.info).scope.endoscope(),
+        scope,
+        scope_changes=scope_changes(samples, scope.angle_deg),
         picture_px=recording.info.picture_size[0],
         settings=settings,
     )

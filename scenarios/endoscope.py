@@ -5,7 +5,7 @@ camera).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,15 @@ class Endoscope:
                 raise UserError(
                     f"scope {name} must lie between {low:g} and {high:g}, got {value:g}"
                 )
+
+    def at(self, angle_deg: float | None) -> "Endoscope":
+        """Return this scope with another angle; itself for None.
+
+        UserError for one out of range.
+        """
+        if angle_deg is None or angle_deg == self.angle_deg:
+            return self
+        return replace(self, angle_deg=angle_deg)
 
     def camera(
         self,

@@ -297,7 +297,8 @@ class OperatingHand:
     def _carried(self, sample: Sample, ahead_mm: float) -> Sample:
         """Place the tool before the lens, on the axis of the picture."""
         world_from_tip = self.world_from_device @ sample.device_from_tip
-        camera = self._endoscope.camera(world_from_tip, sample.roll_deg, (8, 8))
+        scope = self._endoscope.at(sample.scope_deg)
+        camera = scope.camera(world_from_tip, sample.roll_deg, (8, 8))
         eye, _, up, forward = camera.frame
         self._reach_mm = self._reach(eye, forward)
         pushed_mm = BITES_MM * sample.instrument.jaw

@@ -1,5 +1,6 @@
 """What metrics are computed from: tracks, gaps, edits, injuries, targets."""
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -80,7 +81,8 @@ class Measured:
     targets: places ``(3,)`` by name. reference: the shortest way through the air, by
     the targets; None where it is unknown. expert: the scope's track in a session to
     compare with, None without one. coverage: what mucosa was seen, None where nobody
-    watched. picture_px: width of the picture.
+    watched. picture_px: width of the picture. scope_changes: when a scope of another
+    angle was put in, s, and that angle, in order.
     """
 
     scope: Track
@@ -96,6 +98,7 @@ class Measured:
     expert: Track | None = None
     coverage: CoverageFigures | None = None
     picture_px: int = 512
+    scope_changes: tuple[tuple[float, float], ...] = ()
     settings: Settings = field(default_factory=Settings)
 
     @cached_property
@@ -107,6 +110,12 @@ class Measured:
     def tool_pieces(self) -> list[Piece]:
         """Return the tool's evenly sampled, low-passed pieces."""
         return self.tool.pieces(self.settings)
+
+    def endoscope_of(self, piece: Piece) -> Endoscope:
+        """Return the scope that was in hand over a piece of its track."""
+        changes = self.scope_changes
+        place = bisect_right(changes, piece.begin_s, key=lambda change: change[0])
+        return self.endoscope.at(changes[place - 1][1] if place else None)
 
     def track(self, role: str) -> Track:
         """Return the track of a role."""

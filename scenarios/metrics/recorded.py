@@ -16,7 +16,8 @@ Doubles = NDArray[np.float64]
 def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
     """Return the scope's track; y of its frame is the light post.
 
-    The arm does not measure its turn: that comes from `Sample.roll_deg`.
+    The arm does not measure its turn: that comes from `Sample.roll_deg`. Another scope
+    begins another part.
     """
     if not samples:
         return _no_track()
@@ -24,7 +25,8 @@ def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
     roll_deg = np.array([s.roll_deg for s in samples])
     times = np.array([s.time_s for s in samples])
     posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], roll_deg)
-    return Track.of_frames(times, posed)
+    part = _parts([s.scope_deg for s in samples])
+    return Track.of_frames(times, posed, part)
 
 
 def tool_track(samples: Sequence[Sample]) -> Track:
@@ -36,14 +38,36 @@ def tool_track(samples: Sequence[Sample]) -> Track:
     if not held:
         return _no_track()
     names = [s.instrument.name for s in held]
-    part = np.cumsum([a != b for a, b in zip([names[0], *names], names, strict=False)])
+    part = _parts(names)
     posed = rolled_frames(
         np.array([s.instrument_tip_mm for s in held]),
         np.array([s.instrument_pointing for s in held]),
         np.array([s.instrument.roll_deg for s in held]),
     )
     times = np.array([s.time_s for s in held])
-    return Track.of_frames(times, posed, part.astype(np.int64))
+    return Track.of_frames(times, posed, part)
+
+
+def scope_changes(
+    samples: Sequence[Sample], angle_deg: float
+) -> tuple[tuple[float, float], ...]:
+    """Return when a scope of another angle was put in, s, and that angle, in order.
+
+    angle_deg: of the exercise's own.
+    """
+    angles = [angle_deg if s.scope_deg is None else s.scope_deg for s in samples]
+    before = [angle_deg, *angles]
+    return tuple(
+        (sample.time_s, now)
+        for sample, now, last in zip(samples, angles, before, strict=False)
+        if now != last
+    )
+
+
+def _parts(held: Sequence[object]) -> NDArray[np.int64]:
+    """Return ``(n,)`` numbers that rise where another thing is held."""
+    changed = [a != b for a, b in zip([held[0], *held], held, strict=False)]
+    return np.cumsum(changed).astype(np.int64)
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:

@@ -66,7 +66,7 @@ def horizon(measured: Measured) -> Found:
     """Return the mean horizon error, weighted by how well it is defined."""
     weighted = total = 0.0
     for piece in measured.scope_pieces:
-        error, share = horizon_error_deg(views_of(measured.endoscope, piece))
+        error, share = horizon_error_deg(views_of(measured.endoscope_of(piece), piece))
         known = np.isfinite(error)
         weighted += float((error[known] * share[known]).sum())
         total += float(share[known].sum())
@@ -90,7 +90,7 @@ def _targets(
     measured: Measured, score: Callable[[Measured, list[_Held], Doubles], Found]
 ) -> Answer:
     seen = [
-        (piece, views_of(measured.endoscope, piece)) for piece in measured.scope_pieces
+        (piece, views_of(measured.endoscope_of(piece), piece)) for piece in measured.scope_pieces
     ]
     settings = measured.settings
     half_deg = measured.endoscope.field_of_view_deg / 2
@@ -199,7 +199,7 @@ def tool_in_view(measured: Measured) -> Found:
     spans: list[Interval] = []
     half_deg = measured.endoscope.field_of_view_deg / 2
     for scope in measured.scope_pieces:
-        forward = views_of(measured.endoscope, scope).forward
+        forward = views_of(measured.endoscope_of(scope), scope).forward
         for tool in measured.tool_pieces:
             both = (scope.time_s >= tool.time_s[0]) & (scope.time_s <= tool.time_s[-1])
             if not both.any():

@@ -420,6 +420,15 @@ class Kept(FlightObserver):
         self.view = where
 
 
+class Exchanging(Kept):
+    """Puts in an angled scope as soon as something was seen by the straight one."""
+
+    def on_frame(self, event: FrameEvent) -> None:
+        super().on_frame(event)
+        assert self.flight is not None
+        self.flight.scopes.choose(30.0)
+
+
 def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     short_scenario: Path, tmp_path: Path
 ) -> None:
@@ -428,7 +437,7 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     path = load_probe_path(path_file)
     played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
     record = tmp_path / "flight.paravol"
-    observer = Kept()
+    observer = Exchanging()
     flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
     observer.flight = flight
     flown = flight.run()
@@ -441,6 +450,8 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     assert load_view(Path(observer.view)).to_camera().key == (
         observer.frames[0].view.camera.key
     )
+    # the replay knows which scope was in hand when
+    assert {f.view.scope_deg for f in observer.frames} == {0.0, 30.0}
     report = replay_session(record, threads=1, progress=lambda stage, share: None)
     assert report.is_exact
     assert report.score == flown.score

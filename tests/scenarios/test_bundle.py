@@ -37,6 +37,7 @@ def sample(index: int) -> Sample:
         random.normal(size=3),
         random.normal(size=3),
         index % 4,
+        scope_deg=(None, 0.0, 30.0, 70.0)[index % 4],
     )
 
 

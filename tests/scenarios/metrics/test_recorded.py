@@ -5,7 +5,13 @@ from hypothesis import strategies as st
 
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, InstrumentState
-from scenarios.metrics.recorded import rolled_frames, scope_track, tool_track
+from scenarios.metrics import Measured, Track
+from scenarios.metrics.recorded import (
+    rolled_frames,
+    scope_changes,
+    scope_track,
+    tool_track,
+)
 from scenarios.metrics.scope_view import views_of
 from scenarios.metrics.settings import Settings
 from scenarios.metrics.track import Piece, second_column
@@ -54,6 +60,29 @@ def test_tools_are_posed_as_they_are_drawn(
     track = tool_track([held])
     assert second_column(track.quaternion)[0] == pytest.approx(frame[:3, 1], abs=1e-9)
     assert track.tip_mm[0] == pytest.approx(frame[:3, 3])
+
+
+def test_each_piece_of_a_scopes_track_knows_which_scope_it_was() -> None:
+    """A target 30 degrees above the shaft is in the middle of the 30-degree scope."""
+    held = [sample(0.01 * n, scope_deg=30.0 if n >= 50 else None) for n in range(100)]
+    assert scope_changes(held, 0.0) == ((held[50].time_s, 30.0),)
+    assert scope_changes(held, 30.0) == ()
+    measured = Measured(
+        scope_track(held, np.eye(4)),
+        Track.none(),
+        Endoscope(angle_deg=0.0),
+        scope_changes=scope_changes(held, 0.0),
+    )
+    first, second = measured.scope_pieces
+    angles = [measured.endoscope_of(piece).angle_deg for piece in (first, second)]
+    assert angles == [0.0, 30.0]
+    ways = [
+        views_of(measured.endoscope_of(piece), piece).forward[0]
+        for piece in (first, second)
+    ]
+    assert np.degrees(np.arccos(ways[0] @ ways[1])) == pytest.approx(30.0)
+    # nothing of the session's time is lost but the change itself
+    assert sum(e - b for b, e in measured.spans("scope")) == pytest.approx(0.98)
 
 
 def test_an_empty_hand_has_no_samples_and_another_tool_is_another_part() -> None:
