@@ -1,0 +1,61 @@
+"""What the window remembers of whoever sits there: a small JSON file of theirs."""
+
+from pathlib import Path
+
+import msgspec
+import platformdirs
+
+from disk import UserError
+from disk.typed_record import decode_json
+from scenarios.bundle import write_json
+
+NAME = "window.json"
+
+
+class Preferences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold what was chosen the last time.
+
+    trainee: made-up name, "" for none. device: words of a `FoundDevice`. exercise: name
+    of what was flown last. cases: folders, the newest first. tours: names of the tours
+    that were shown.
+    """
+
+    trainee: str = ""
+    device: str = ""
+    exercise: str = ""
+    cases: tuple[str, ...] = ()
+    tours: tuple[str, ...] = ()
+
+
+class PreferenceFile:
+    """Read and write the preferences; what goes wrong is told and ends nothing.
+
+    told: what the user must know, "" for nothing.
+    """
+
+    def __init__(self, file: Path | None = None) -> None:
+        """Take a file; None for the user's own, below the configuration directory."""
+        if file is None:
+            folder = platformdirs.user_config_path("paravol", appauthor=False)
+            file = folder / NAME
+        self.file = file
+        self.told = ""
+
+    def load(self) -> Preferences:
+        """Return what is remembered; the usual where there is nothing to be read."""
+        try:
+            return decode_json(
+                self.file.read_bytes(), Preferences, self.file, "a window's memory"
+            )
+        except FileNotFoundError:
+            return Preferences()
+        except (UserError, OSError) as error:
+            self.told = f"Your earlier choices are forgotten: {error}"
+            return Preferences()
+
+    def save(self, preferences: Preferences) -> None:
+        """Write them, whole or not at all."""
+        try:
+            write_json(self.file, preferences)
+        except OSError as error:
+            self.told = f"Your choices cannot be remembered: {error}"

@@ -1,0 +1,118 @@
+"""What a session that was just flown was worth: passed, points, what to practise.
+
+Here the session enters the progress store.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from disk import UserError
+from paravol.debrief.advice import Advice, advice_on
+from paravol.patient import PatientScene, Progress, no_progress
+from paravol.progress import ProgressStore, SessionEntry, entry_of_session
+from paravol.session_scoring import score_session
+from scenarios import Scenario, Score
+from scenarios.bundle import EditRecord, read_recording
+from scenarios.metrics import Metric
+from scenarios.rubrics import Assessment, load_rubric
+
+KEPT = "Kept in your progress."
+
+
+@dataclass(frozen=True, slots=True)
+class ResultOrder:
+    """Say which session's result is wanted.
+
+    record: its folder. trainee: made-up name of who flew. has_store: it goes into the
+    progress store. store: its file, None for the user's. patient: that was flown
+    through, None to load it.
+    """
+
+    record: Path
+    trainee: str = ""
+    has_store: bool = True
+    store: Path | None = None
+    patient: PatientScene | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionResult:
+    """Hold what a session was worth.
+
+    has_passed: None where nothing says. assessment: every point with its reason.
+    advice: what to practise, the most urgent first. kept: a sentence about the progress
+    store; is_kept: the session is in it.
+    """
+
+    scenario: Scenario
+    score: Score
+    has_passed: bool | None
+    assessment: Assessment
+    advice: tuple[Advice, ...]
+    kept: str = ""
+    is_kept: bool = False
+
+
+def result_of_session(
+    order: ResultOrder, progress: Progress = no_progress
+) -> SessionResult:
+    """Score a session and put it into the progress store.
+
+    Its recording is trusted where it can be checked, else it is stepped again. A store
+    that cannot be used is told and costs nothing else. UserError where the session
+    cannot be read or scored.
+    """
+    progress("Reading the recording", 0.0)
+    recording = read_recording(order.record)
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    rubric = load_rubric("operation" if has_cuts else "endoscopy")
+    progress("Scoring", 0.2)
+    assessment, found = score_session(
+        order.record, rubric, progress=progress, patient=order.patient
+    )
+    scenario, score = found.scenario, found.score
+    assert scenario is not None
+    assert score is not None
+    entry = rated_entry(order, found.metrics, assessment)
+    kept, is_kept = "This session is left out of your progress.", False
+    if order.has_store:
+        kept, is_kept = _kept(entry, order.store)
+    return SessionResult(
+        scenario,
+        score,
+        entry.has_passed,
+        assessment,
+        tuple(advice_on(score, scenario, assessment)),
+        kept,
+        is_kept,
+    )
+
+
+def rated_entry(
+    order: ResultOrder, metrics: Sequence[Metric], assessment: Assessment
+) -> SessionEntry:
+    """Return a session's entry with its points, passed by the exercise's own marks.
+
+    An exercise that says how it is passed is not failed by a general rubric, whose
+    thresholds are those of another exercise; one that does not say is passed by it.
+    """
+    record, trainee = order.record, order.trainee
+    own = entry_of_session(record, trainee=trainee, metrics=metrics)
+    rated = entry_of_session(
+        record, trainee=trainee, metrics=metrics, assessment=assessment
+    )
+    if own.has_passed is None:
+        return rated
+    return msgspec.structs.replace(own, scored=rated.scored)
+
+
+def _kept(entry: SessionEntry, file: Path | None) -> tuple[str, bool]:
+    try:
+        store = ProgressStore(file)
+        store.add(entry)
+    except (UserError, OSError) as error:
+        return f"Not kept in your progress: {error}", False
+    return f"{store.told} {KEPT}".strip(), True
