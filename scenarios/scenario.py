@@ -63,13 +63,26 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scene: str = ""
 
 
+class CameraHold(StrEnum):
+    """Say who keeps the camera head upright: nothing turns it, or the light post."""
+
+    UPRIGHT = "upright"
+    WITH_POST = "with the light post"
+
+
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the endoscope."""
+    """Choose the endoscope.
+
+    camera: what turns the camera head beside the hand. camera_roll_deg: how far from
+    upright it is at first.
+    """
 
     diameter_mm: float = 2.7
     angle_deg: float = 0.0
     field_of_view_deg: float = 80.0
     ring_radius_mm: float = 0.95
+    camera: CameraHold = CameraHold.UPRIGHT
+    camera_roll_deg: float = 0.0
 
     def endoscope(self) -> Endoscope:
         """Build the scope; ValueError names a figure out of range."""

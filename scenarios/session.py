@@ -240,7 +240,7 @@ class Session:
         """Return the view of a sample without scoring it."""
         placed = self._placed(sample)
         return View(
-            self.endoscope.camera(placed.world_from_tip, sample.roll_deg, self.size),
+            self._camera(sample, placed),
             placed.world_from_tip,
             tool_frame(sample),
             placed.gap_mm,
@@ -253,6 +253,12 @@ class Session:
             placed.drags_mm,
         )
 
+    def _camera(self, sample: Sample, placed: Placed) -> Camera:
+        """Return what the scope of a sample sees."""
+        return self.endoscope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size, sample.camera_roll_deg
+        )
+
     def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
         watch = self.coverage
         if watch is None or not watch.is_due(self.clock_s):
@@ -260,16 +266,12 @@ class Session:
         lens = CLEAN
         if self.operation is not None and self.operation.lens is not None:
             lens = self.operation.lens.state
-        camera = self.endoscope.camera(
-            placed.world_from_tip, sample.roll_deg, self.size
-        )
+        camera = self._camera(sample, placed)
         watch.step(self.clock_s, camera, self._distance, lens)
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
-        camera = self.endoscope.camera(
-            placed.world_from_tip, sample.roll_deg, self.size
-        )
+        camera = self._camera(sample, placed)
         hand = sample.instrument
         tool_tip = None
         if hand.name != NO_TOOL and np.all(np.isfinite(sample.instrument_tip_mm)):

@@ -26,6 +26,7 @@ COLUMNS = (
     "washed",
     "buttons",
     *(f"device_from_tip_{row}{column}" for row in range(4) for column in range(4)),
+    "camera_roll_deg",
 )
 """Places are patient LPS mm; device_from_tip is in the arm's own frame."""
 
@@ -64,6 +65,7 @@ def write_samples(file: Path, recording: Recording) -> int:
                     held.washed,
                     record.buttons,
                     *record.device_from_tip,
+                    record.camera_roll_deg,
                 )
             )
     return len(records)

@@ -15,7 +15,7 @@ class SampleRecord(
     """One measured sample; see `scenarios.sample.Sample`.
 
     instrument: absent in recordings from before tools did anything. is_frozen: likewise
-    from before the trainer could be frozen.
+    from before the trainer could be frozen. camera_roll_deg: absent where it is 0.
     """
 
     time_s: float
@@ -26,6 +26,7 @@ class SampleRecord(
     buttons: int
     instrument: InstrumentState = AS_BEFORE
     is_frozen: bool = False
+    camera_roll_deg: float = 0.0
 
     @classmethod
     def of(cls, sample: Sample) -> "SampleRecord":
@@ -39,6 +40,7 @@ class SampleRecord(
             sample.buttons,
             sample.instrument,
             sample.is_frozen,
+            sample.camera_roll_deg,
         )
 
     def sample(self) -> Sample:
@@ -56,6 +58,7 @@ class SampleRecord(
             self.buttons,
             self.instrument,
             self.is_frozen,
+            self.camera_roll_deg,
         )
 
 

@@ -1,12 +1,14 @@
 """Tracks of recorded samples."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
 from scenarios.instrument_state import NO_TOOL
+from scenarios.metrics.measured import ToolUse
 from scenarios.metrics.track import Track, lengths
 from scenarios.sample import Sample
 
@@ -24,7 +26,9 @@ def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
     roll_deg = np.array([s.roll_deg for s in samples])
     times = np.array([s.time_s for s in samples])
     posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], roll_deg)
-    return Track.of_frames(times, posed)
+    camera_deg = np.array([s.camera_roll_deg for s in samples])
+    track = Track.of_frames(times, posed)
+    return replace(track, camera_deg=camera_deg) if camera_deg.any() else track
 
 
 def tool_track(samples: Sequence[Sample]) -> Track:
@@ -44,6 +48,19 @@ def tool_track(samples: Sequence[Sample]) -> Track:
     )
     times = np.array([s.time_s for s in held])
     return Track.of_frames(times, posed, part.astype(np.int64))
+
+
+def tool_use(samples: Sequence[Sample]) -> ToolUse:
+    """Return when each tool worked or sucked; what was frozen does not count."""
+    times = np.array([s.time_s for s in samples])
+    used = [
+        s.instrument.name
+        if (s.instrument.is_working or s.instrument.is_sucking) and not s.is_frozen
+        else NO_TOOL
+        for s in samples
+    ]
+    names = [name for name in dict.fromkeys(used) if name != NO_TOOL]
+    return ToolUse(times, {n: np.array([u == n for u in used]) for n in names})
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:
