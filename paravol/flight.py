@@ -25,6 +25,7 @@ from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
+    CameraHead,
     KeyboardRoll,
     PedalListener,
     PoseCompleter,
@@ -59,6 +60,7 @@ from paravol.snapshots.view_sources import mark_of, view_of
 from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
+from scenarios.scenario import CameraHold
 from scenarios.tasks import TaskEvent
 
 
@@ -209,7 +211,8 @@ class DeviceLostError(UserError):
 class Flight:
     """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
 
-    roll: turns the light post by hand. scopes: those that may be put in. hand: holds the instruments. recording: where
+    roll: turns the light post by hand, camera_head the camera. scopes: those that may
+    be put in. hand: holds the instruments. recording: where
     the flight is recorded.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
@@ -220,7 +223,12 @@ class Flight:
         self.roll = KeyboardRoll(order.input.completer)
         scope = order.scenario.scope
         self.scopes = ScopeRack(self.roll, scope.angle_deg, scope.choices_deg)
-        self.hand = OperatingHand(self.scopes, scope.endoscope())
+        self.camera_head = CameraHead(
+            self.scopes, scope.camera is CameraHold.WITH_POST, scope.camera_roll_deg
+        )
+        self.hand = OperatingHand(
+            self.camera_head, scope.endoscope(), order.scenario.tools
+        )
         self.recording = Recording(order)
         self.path = order.path
         self.result: FlightEnd | None = None

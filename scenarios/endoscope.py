@@ -16,6 +16,9 @@ from renderers.scene import Camera, Projection
 SUPERIOR = np.array([0.0, 0.0, 1.0])
 ANTERIOR = np.array([0.0, -1.0, 0.0])
 
+LEAST_GRAVITY = 0.1
+"""A picture has no horizon where less of "up" than this lies in it."""
+
 PARALLEL = 0.999
 """Cosine above which the view axis counts as parallel to "up" (2.6 degrees): the
 horizon then follows the patient's front instead of flickering."""
@@ -64,6 +67,7 @@ class Endoscope:
         world_from_tip: NDArray[np.float64],
         roll_deg: float,
         size: tuple[int, int],
+        camera_roll_deg: float = 0.0,
     ) -> Camera:
         """Return the camera of a tip pose; `size` is ``(width, height)``.
 
@@ -71,7 +75,9 @@ class Endoscope:
             axes are ignored, a five-joint arm does not measure them.
         roll_deg: turn of the light post, right-handed about the pointing direction;
             0 is upwards. Turning it moves the view of an angled scope, never the
-            horizon: the camera head is held upright.
+            horizon.
+        camera_roll_deg: turn of the camera head from upright, right-handed about the
+            view. Turning it turns the picture, the other way round.
         """
         tip = world_from_tip[:3, 3]
         shaft = -world_from_tip[:3, 2]
@@ -82,6 +88,10 @@ class Endoscope:
         view = math.cos(tilt) * shaft + math.sin(tilt) * post
         view /= np.linalg.norm(view)
         right, up = _upright(view)
+        if camera_roll_deg:
+            turn = math.radians(camera_roll_deg)
+            cosine, sine = math.cos(turn), math.sin(turn)
+            right, up = cosine * right - sine * up, cosine * up + sine * right
         return Camera(
             np.stack([tip, right, up, view]),
             math.radians(self.field_of_view_deg / 2),

@@ -67,17 +67,27 @@ ANGLES_DEG = (0.0, 30.0, 45.0, 70.0)
 """Angles of the scopes that lie ready in every exercise that names none."""
 
 
+class CameraHold(StrEnum):
+    """Say who keeps the camera head upright: nothing turns it, or the light post."""
+
+    UPRIGHT = "upright"
+    WITH_POST = "with the light post"
+
+
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Choose the endoscope.
 
     angle_deg: of the one that is in hand at first. angles_deg: of those that may be
-    put in beside it; none: `ANGLES_DEG`.
+    put in beside it; none: `ANGLES_DEG`. camera: what turns the camera head beside the
+    hand. camera_roll_deg: how far from upright it is at first.
     """
 
     diameter_mm: float = 2.7
     angle_deg: float = 0.0
     field_of_view_deg: float = 80.0
     ring_radius_mm: float = 0.95
+    camera: CameraHold = CameraHold.UPRIGHT
+    camera_roll_deg: float = 0.0
     angles_deg: tuple[float, ...] = ()
 
     @property

@@ -259,7 +259,9 @@ class Session:
     def _camera(self, sample: Sample, placed: Placed) -> Camera:
         """Return what the scope of a sample sees."""
         scope = self.endoscope.at(sample.scope_deg)
-        return scope.camera(placed.world_from_tip, sample.roll_deg, self.size)
+        return scope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size, sample.camera_roll_deg
+        )
 
     def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
         watch = self.coverage

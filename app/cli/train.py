@@ -80,7 +80,11 @@ def run_train(options: TrainOptions) -> int:
     if thread.flight.result is not None:
         _tell(order.scenario.title, thread.flight.result, order.input)
         if not options.no_store:
-            keep_session(thread.flight.result.record, options.trainee)
+            keep_session(
+                thread.flight.result.record,
+                options.trainee,
+                has_head=bool(order.scenario.marks.metrics),
+            )
     errors += [thread.error] if thread.error is not None else []
     if errors:
         raise errors[0]
@@ -123,21 +127,28 @@ def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
 
 
 def keep_session(
-    record: "Path | None", trainee: str, store: "Path | None" = None
+    record: "Path | None",
+    trainee: str,
+    store: "Path | None" = None,
+    *,
+    has_head: bool = False,
 ) -> None:
     """Add a flight's recording to the progress store.
 
-    record: None where it was not recorded. store: None for the user's. What goes wrong
-    is said, and costs nothing of the flight.
+    record: None where it was not recorded. store: None for the user's. has_head: with
+    the metrics of the head, which must be loaded for it. What goes wrong is said, and
+    costs nothing of the flight.
     """
     from paravol.progress import ProgressStore, entry_of_session
     from paravol.session_metrics import session_metrics
+    from scenarios.passing import pass_marks
 
     if record is None:
         return
     try:
-        metrics = session_metrics(record, has_head=False).metrics
-        entry = entry_of_session(record, trainee=trainee, metrics=metrics)
+        # pass marks may be about what only the head tells
+        found = session_metrics(record, has_head=has_head, trusts=True)
+        entry = entry_of_session(record, trainee=trainee, metrics=found.metrics)
         kept = ProgressStore(store)
         kept.add(entry)
     except (UserError, OSError) as error:
@@ -146,6 +157,13 @@ def keep_session(
     if kept.told:
         print(kept.told, file=sys.stderr)
     print("Kept in paravol progress; --no-store leaves a session out.")
+    if found.scenario is not None and found.scenario.tasks:
+        for mark in pass_marks(found.scenario, entry.tasks, found.metrics):
+            if not mark.is_met:
+                word = "open" if mark.is_met is None else "missed"
+                print(f"Pass mark {word}: {mark.title}: {mark.why or 'not known'}")
+        if entry.has_passed:
+            print("Passed.")
 
 
 def _check(options: TrainOptions) -> None:

@@ -12,9 +12,9 @@ from disk import UserError
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric
+from scenarios.passing import pass_marks
 from scenarios.rubrics import Assessment, Verdict
 from scenarios.tasks import TaskState
-from scenarios.tasks.engine import Status
 
 NOBODY = ""
 """Name of whoever gave none."""
@@ -179,7 +179,7 @@ def entry_of_session(
         _utc(recording.info.created),
         _duration_s(recording) if score is None else score.duration_s,
         recording.complete,
-        has_passed(scenario, tasks, assessment),
+        has_passed(scenario, tasks, assessment, metrics),
         tuple(values),
         {task.name: str(task.status) for task in tasks},
         None if assessment is None else _scored(assessment),
@@ -187,24 +187,26 @@ def entry_of_session(
 
 
 def has_passed(
-    scenario: Scenario, tasks: Sequence[TaskState], assessment: Assessment | None
+    scenario: Scenario,
+    tasks: Sequence[TaskState],
+    assessment: Assessment | None,
+    metrics: Sequence[Metric] = (),
 ) -> bool | None:
-    """Return whether a session was good enough; None where nothing says.
+    """Return whether a session was good enough; None where something is open.
 
-    Every task that the exercise's pass mark names must be done, or every one that is
-    not optional, and the rubric's pass mark reached
-    where there is a rubric. A percent too near to its mark to tell is none reached.
+    Every mark of the exercise must be met, see `scenarios.passing`, and where there is
+    a rubric its pass mark, and the percent that the exercise asks for. A percent too
+    near to its mark to tell is none reached.
     """
     states = {task.name: task.status for task in tasks}
-    needed = scenario.marks.tasks or [
-        task.name for task in scenario.tasks if not task.is_optional
-    ]
-    answers: list[bool] = []
-    if needed and states:
-        answers.append(all(states.get(name) is Status.DONE for name in needed))
+    answers = [mark.is_met for mark in pass_marks(scenario, states, metrics)]
     if assessment is not None and assessment.verdict is not Verdict.NO_DATA:
         answers.append(assessment.verdict is Verdict.PASSED)
-    return all(answers) if answers else None
+        if assessment.percent is not None:
+            answers.append(assessment.percent >= scenario.marks.least_percent)
+    if False in answers:
+        return False
+    return None if None in answers or not answers else True
 
 
 def _score(folder: Path) -> Score | None:

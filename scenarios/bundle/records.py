@@ -16,6 +16,7 @@ class SampleRecord(
 
     instrument: absent in recordings from before tools did anything. is_frozen: likewise
     from before the trainer could be frozen. scope_deg: absent for the exercise's scope.
+    camera_roll_deg: absent where it is 0.
     """
 
     time_s: float
@@ -27,6 +28,7 @@ class SampleRecord(
     instrument: InstrumentState = AS_BEFORE
     is_frozen: bool = False
     scope_deg: float | None = None
+    camera_roll_deg: float = 0.0
 
     @classmethod
     def of(cls, sample: Sample) -> "SampleRecord":
@@ -41,6 +43,7 @@ class SampleRecord(
             sample.instrument,
             sample.is_frozen,
             scope_deg=sample.scope_deg,
+            camera_roll_deg=sample.camera_roll_deg,
         )
 
     def sample(self) -> Sample:
@@ -59,6 +62,7 @@ class SampleRecord(
             self.instrument,
             self.is_frozen,
             scope_deg=self.scope_deg,
+            camera_roll_deg=self.camera_roll_deg,
         )
 
 

@@ -40,7 +40,8 @@ class Definition:
     """Define a metric. docs/metrics.md has its formula and source.
 
     compute: a pure function of what was measured. filter: "raw" or "low-passed".
-    moves: a still tool has a value too, by noise alone: the noise floor.
+    moves: a still tool has a value too, by noise alone: the noise floor. is_slow: its
+    sigma comes from few draws of the noise.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Definition:
     compute: "Callable[[Measured], Answer]"
     filter: str = "raw"
     moves: bool = False
+    is_slow: bool = False
 
     def answers(self, measured: "Measured") -> dict[str, Found]:
         """Return the values by full names: ``time in margin: orbit``."""

@@ -1,12 +1,14 @@
 """Tracks of recorded samples."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
 from scenarios.instrument_state import NO_TOOL
+from scenarios.metrics.measured import ToolUse
 from scenarios.metrics.track import Track, lengths
 from scenarios.sample import Sample
 
@@ -26,7 +28,9 @@ def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
     times = np.array([s.time_s for s in samples])
     posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], roll_deg)
     part = _parts([s.scope_deg for s in samples])
-    return Track.of_frames(times, posed, part)
+    camera_deg = np.array([s.camera_roll_deg for s in samples])
+    track = Track.of_frames(times, posed, part)
+    return replace(track, camera_deg=camera_deg) if camera_deg.any() else track
 
 
 def tool_track(samples: Sequence[Sample]) -> Track:
@@ -68,6 +72,19 @@ def _parts(held: Sequence[object]) -> NDArray[np.int64]:
     """Return ``(n,)`` numbers that rise where another thing is held."""
     changed = [a != b for a, b in zip([held[0], *held], held, strict=False)]
     return np.cumsum(changed).astype(np.int64)
+
+
+def tool_use(samples: Sequence[Sample]) -> ToolUse:
+    """Return when each tool worked or sucked; what was frozen does not count."""
+    times = np.array([s.time_s for s in samples])
+    used = [
+        s.instrument.name
+        if (s.instrument.is_working or s.instrument.is_sucking) and not s.is_frozen
+        else NO_TOOL
+        for s in samples
+    ]
+    names = [name for name in dict.fromkeys(used) if name != NO_TOOL]
+    return ToolUse(times, {n: np.array([u == n for u in used]) for n in names})
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.scene import Volume
+from scenarios.endoscope import LEAST_GRAVITY, SUPERIOR
 from scenarios.tasks import task as tasks
 from scenarios.tasks.situation import Situation
 
@@ -100,6 +101,8 @@ class _Look(_Dwell):
         if not task.nearest_mm <= distance <= task.farthest_mm:
             return False
         if away @ frame[3] < distance * math.cos(math.radians(task.within_deg)):
+            return False
+        if task.level_deg < 180.0 and not _is_level(frame, task.level_deg):
             return False
         return is_in_sight(now.distance, frame[0], self._place)
 
@@ -293,6 +296,17 @@ def is_in_sight(
     count = math.ceil(length / SIGHT_STEP_MM) + 1
     along = np.linspace(0.0, length / (length + near_mm), count)
     return bool(distance.sample(eye + along[:, None] * (place - eye)).max() < 0.0)
+
+
+def _is_level(frame: NDArray[np.float64], level_deg: float) -> bool:
+    """Return whether a picture is turned from upright by so much at most.
+
+    frame: of its camera. Straight up or down no picture is level.
+    """
+    across, upwards = float(frame[1] @ SUPERIOR), float(frame[2] @ SUPERIOR)
+    if math.hypot(across, upwards) < LEAST_GRAVITY:
+        return False
+    return abs(math.degrees(math.atan2(across, upwards))) <= level_deg
 
 
 def _at(place: tasks.Place, places: Places) -> NDArray[np.float64]:

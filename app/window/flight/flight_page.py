@@ -147,6 +147,10 @@ class FlightPage(Page):
                 self._flight.roll.turn_deg -= ROLL_STEP_DEG
             case Qt.Key.Key_Right | Qt.Key.Key_Up:
                 self._flight.roll.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_BracketLeft:
+                self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
+            case Qt.Key.Key_BracketRight:
+                self._flight.camera_head.turn_deg += ROLL_STEP_DEG
             case Qt.Key.Key_M:
                 self._notices.notify(self._slices.switch(), "Slices at the tip")
             case Qt.Key.Key_C:

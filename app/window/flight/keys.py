@@ -11,6 +11,7 @@ from devices.controls.keyboard import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
 WINDOW_KEYS = {
     "M": "slices: CT, MR, both",
     "C": "open the head",
+    "[ ]": "turn the camera head",
     "Space": "keep this moment",
     "V": "save this view",
     "F": "full screen",

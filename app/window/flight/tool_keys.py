@@ -119,7 +119,7 @@ class ToolKeys(QObject):
             self._notify("The scope moves", "The tool stays; T puts another one in.")
 
     def _choose(self, step: int) -> None:
-        names = [NO_TOOL, *INSTRUMENTS]
+        names = [NO_TOOL, *(self._hand.tools or INSTRUMENTS)]
         place = names.index(self._hand.tool or NO_TOOL)
         name = names[(place + step) % len(names)]
         self._hand.choose(name)

@@ -55,6 +55,16 @@ def run(task: tasks.Task, situations: list[Situation]) -> tuple[float, str]:
     return rule.progress, rule.failed
 
 
+@given(st.floats(-179.0, 179.0), st.floats(1.0, 170.0))
+def test_a_picture_counts_as_level_up_to_its_turn(turn: float, level: float) -> None:
+    task = tasks.Look(name="l", title="", place="ostium", hold_s=0.0, level_deg=level)
+    frame = tip_frame(np.array([0.0, -10.0, 0.0]), AHEAD)
+    camera = Endoscope().camera(frame, 0.0, (8, 8), turn)
+    now = replace(at([0.0, -10.0, 0.0]), camera=camera)
+    if abs(abs(turn) - level) > 1e-6:
+        assert run(task, [now])[0] == float(abs(turn) < level)
+
+
 @given(RATES, st.floats(0.2, 3.0), st.floats(0.1, 4.0))
 def test_a_place_is_reached_when_the_tip_stayed_for_long_enough(
     rate_hz: float, hold_s: float, stayed_s: float
