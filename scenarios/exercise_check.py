@@ -94,8 +94,8 @@ def head_problems(scenario: "Scenario", head: HeadNames) -> Iterator[Problem]:
                 yield from _unknown(("tasks", n, "walls", name), "wall", head.walls)
         if isinstance(task, Survey) and head.sites is not None:
             for name in task.sites:
-                at = ("tasks", n, "sites", name)
-                yield from _unknown(at, "site of this head's", head.sites)
+                site = ("tasks", n, "sites", name)
+                yield from _unknown(site, "site of this head's", head.sites)
 
 
 def refuse(file: Path, content: bytes, problems: Iterable[Problem]) -> None:

@@ -34,7 +34,7 @@ class Pilot(FlightObserver):
         """Turn the wheel."""
         assert self.flight is not None
         steered = self.flight.order.input
-        if isinstance(steered, MouseInput):
+        if isinstance(steered, MouseInput) and steered.controls is not None:
             steered.controls.wheel(1.0, time.monotonic())
         self.depths.append(float(event.view.world_from_tip[1, 3]))
         if event.number >= FRAMES:

@@ -31,8 +31,10 @@ WHERE = {
 }
 """Each says what happens elsewhere: another way, or a sentence that says what lacks."""
 
-PRODUCT = ("anatomy", "app", "devices", "disk", "machine", "paravol", "renderers")
-PRODUCT += ("scenarios", "surgery")
+PRODUCT = (
+    *("anatomy", "app", "devices", "disk", "machine", "paravol", "renderers"),
+    *("scenarios", "surgery"),
+)
 SOURCES = sorted(path for name in PRODUCT for path in (ROOT / name).rglob("*.py"))
 
 

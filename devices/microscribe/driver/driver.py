@@ -37,7 +37,7 @@ from disk import UserError
 _DROPPED_AT_ONCE = 4096
 
 # A name with a NUL in it is a ValueError.
-_OPEN_ERRORS = (*TERMINAL_ERRORS, ValueError)
+_OPEN_ERRORS: tuple[type[Exception], ...] = (*TERMINAL_ERRORS, ValueError)
 
 # Longer than the search for a lost line takes, which then says so itself.
 SILENCE_S = 15.0
