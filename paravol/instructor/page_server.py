@@ -103,11 +103,6 @@ class InstructorPage(Closing):
         """Return what to open in a browser; it is as secret as the flight."""
         return f"http://{LOOPBACK}:{self.port}/{self._token}/"
 
-    @property
-    def connections(self) -> int:
-        """Return how many are served now."""
-        return self._server.count
-
     def watcher(self, scenario: Scenario) -> FlightWatcher:
         """Return who hears of the next flight; from now on the page shows that one."""
         before, self._watcher = self._watcher, FlightWatcher(scenario)
@@ -158,12 +153,6 @@ class _Server(ThreadingHTTPServer):
         self._open: set[socket.socket] = set()
         self._lock = threading.Lock()
         super().__init__(*words)
-
-    @property
-    def count(self) -> int:
-        """Return how many connections there are."""
-        with self._lock:
-            return len(self._open)
 
     def server_bind(self) -> None:
         """Bind without asking anybody for this machine's name."""

@@ -206,12 +206,12 @@ def test_more_than_so_many_are_turned_away_and_make_room_when_they_leave(
     readers = [stream(page, "states") for _ in range(MOST_CONNECTIONS)]
     for reader in readers:
         read_until(reader, b"clock_s")
-    assert page.connections == MOST_CONNECTIONS
+    assert len(page._server._open) == MOST_CONNECTIONS
     with stream(page, "states") as late, contextlib.suppress(ConnectionResetError):
         assert late.recv(1) == b""
     for reader in readers:
         reader.close()
-    until(lambda: page.connections == 0)
+    until(lambda: len(page._server._open) == 0)
     assert ask(page, way(page))[0] == 200
 
 
@@ -222,7 +222,7 @@ def test_who_says_nothing_is_let_go(
     with socket.create_connection(("127.0.0.1", page.port), LIMIT_S) as mute:
         mute.sendall(b"GET /")
         assert mute.recv(1) == b""
-    until(lambda: page.connections == 0)
+    until(lambda: len(page._server._open) == 0)
 
 
 def test_the_end_ends_all_answers_and_threads(
