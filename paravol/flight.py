@@ -74,6 +74,7 @@ class FlightOrder:
     kept: store for flights without a named folder, None to record none of them.
     patience_s: the flight ends when the device has been away for this long.
     instrument: a second device for the tool; None where the input moves it, if any.
+    watchers: hear of the flight beside whoever shows it.
     """
 
     scenario: Scenario
@@ -86,6 +87,7 @@ class FlightOrder:
     kept: SessionStore | None = None
     patience_s: float = math.inf
     instrument: InstrumentInput | None = None
+    watchers: "tuple[FlightObserver, ...]" = ()
 
     @property
     def has_own_tool(self) -> bool:
@@ -198,6 +200,9 @@ class FlightObserver:
     def on_tool_device(self, text: str) -> None:
         """Hear that the tool's device was lost, or is back; the flight goes on."""
 
+    def on_end(self, result: FlightEnd | None) -> None:
+        """Hear that the flight is over, however it ended; see `Flight.result`."""
+
 
 class DeviceLostError(UserError):
     """The device failed in flight; the recording up to then is kept."""
@@ -265,6 +270,8 @@ class Flight:
             return self._run()
         except EndedError:
             return None
+        finally:
+            self._observer.on_end(self.result)
 
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer

@@ -48,7 +48,8 @@ class FrameEvent:
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
     for before the frame was begun and somebody operates. cuts: counts them so far, and
-    their undoing. signs: what is told of the touch. tasks: how they stand.
+    their undoing. signs: what is told of the touch. tasks: how they stand. clock_s: of
+    the score.
     """
 
     view: View
@@ -60,6 +61,7 @@ class FrameEvent:
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
+    clock_s: float = 0.0
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -163,6 +165,7 @@ def fly(
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
             shown = operated.shown(session, seen, keeps(sample.time_s))
+            shown = replace(shown, clock_s=session.clock_s)
             if session.tasks is not None:
                 shown = replace(shown, tasks=session.tasks.states)
             index = recorder.samples - 1
@@ -185,6 +188,7 @@ class _Shown:
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
+    clock_s: float = 0.0
 
 
 class _Operated:
@@ -286,7 +290,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks
+        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks, shown.clock_s
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 

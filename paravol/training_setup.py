@@ -4,6 +4,7 @@ The command line makes one; a window with a home page makes an order from it for
 exercise that is chosen there.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from devices import ProbePath
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.exercise_path import recorded_path, recorded_path_file
-from paravol.flight import FlightOrder
+from paravol.flight import FlightObserver, FlightOrder
 from paravol.inputs import FlightInput, choose_input
 from paravol.inputs.haptic import felt_input
 from paravol.inputs.instrument_choice import choose_instrument
@@ -89,7 +90,8 @@ class TrainingSetup:
     """Hold what all flights of a training have in common.
 
     size: of the square picture, pixels. record: folder of the recording; None keeps the
-    newest in the user's store. stream_igtl: the words of `--stream-igtl`.
+    newest in the user's store. stream_igtl: the words of `--stream-igtl`. watcher:
+    makes who looks on at each flight; None where nobody does.
     """
 
     devices: DeviceSetup
@@ -97,6 +99,7 @@ class TrainingSetup:
     threads: int
     record: Path | None = None
     stream_igtl: str | None = None
+    watcher: Callable[[Scenario], FlightObserver] | None = None
 
     def order(self, scenario: str) -> FlightOrder:
         """Return the order for an exercise: a bundled one's name, or a file.
@@ -120,6 +123,7 @@ class TrainingSetup:
             stream,
             SessionStore.of_the_user(),
             instrument=second,
+            watchers=() if self.watcher is None else (self.watcher(exercise),),
         )
 
     def order_for_case(self, case: Path) -> FlightOrder:

@@ -415,3 +415,17 @@ def doctor(
     from app.cli.doctor import run_doctor
 
     return run_doctor(as_json=json)
+
+
+@app.command(name="desktop-entry", group=MACHINE)
+def desktop_entry(*, remove: Flag = False) -> int:
+    """Put PARAVOL among the desktop's applications, with an icon.
+
+    Parameters
+    ----------
+    remove
+        Remove it from there.
+    """
+    from app.cli.desktop_entry import run_desktop_entry
+
+    return run_desktop_entry(removes=remove)

@@ -4,7 +4,7 @@ import math
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
@@ -15,9 +15,10 @@ from disk import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from paravol.flight import FlightEnd
+    from paravol.flight import FlightEnd, FlightObserver
     from paravol.inputs.flight_input import FlightInput
     from paravol.training_setup import TrainingSetup
+    from scenarios import Scenario
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -32,10 +33,28 @@ def run_train(options: TrainOptions) -> int:
     Raises ValueError for bad input, UserError where no window can open, the device's
     error when the arm fails, KeyboardInterrupt after Ctrl-C.
     """
+    _check(options)
+    with ExitStack() as stack:
+        watcher = None
+        if options.instructor_page is not None:
+            watcher = stack.enter_context(_instructor_page(options.instructor_page))
+        return _train(options, training_setup(options, watcher))
+
+
+@contextmanager
+def _instructor_page(port: int) -> "Iterator[Callable[[Scenario], FlightObserver]]":
+    """Serve the instructor's page and say where; give what shows it a flight."""
+    from paravol.instructor import InstructorPage
+
+    with InstructorPage(port) as page:
+        print(f"The instructor's page: {page.address}", flush=True)
+        yield page.watcher
+
+
+def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
+    """Fly in the window; see `run_train`."""
     from paravol.inputs.open_arm import demand_port
 
-    _check(options)
-    setup = training_setup(options)
     if options.case is not None:
         order = setup.order_for_case(options.case)
     else:
@@ -93,8 +112,14 @@ def run_train(options: TrainOptions) -> int:
     return 0
 
 
-def training_setup(options: TrainOptions) -> "TrainingSetup":
-    """Return what the options say of devices, picture and recording."""
+def training_setup(
+    options: TrainOptions,
+    watcher: "Callable[[Scenario], FlightObserver] | None" = None,
+) -> "TrainingSetup":
+    """Return what the options say of devices, picture and recording.
+
+    watcher: makes who looks on at each flight.
+    """
     from paravol.training_setup import DeviceSetup, TrainingSetup
 
     placed = options.devices
@@ -115,6 +140,7 @@ def training_setup(options: TrainOptions) -> "TrainingSetup":
         threads=options.threads,
         record=options.record,
         stream_igtl=options.stream_igtl,
+        watcher=watcher,
     )
 
 

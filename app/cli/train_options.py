@@ -36,6 +36,9 @@ class TrainOptions:
     record
         Record the session into this folder, NAME.paravol, for good. Without it the
         newest sessions are kept below the user's data directory, 1 GB of them.
+    instructor_page
+        Show the flight on a read-only web page to an instructor at this machine: the
+        port, 0 for any that is free. The address is printed.
     seconds
         Close the window by itself after this time.
     screenshot
@@ -63,6 +66,9 @@ class TrainOptions:
     size: Size = 512
     threads: Threads = 0
     record: Path | None = None
+    instructor_page: Annotated[
+        int | None, Parameter(validator=Number(gte=0, lte=65535))
+    ] = None
     seconds: float | None = None
     screenshot: Path | None = None
     sound: Literal["on", "off"] = "on"

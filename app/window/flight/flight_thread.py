@@ -21,6 +21,7 @@ from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
+from paravol.flight_observers import FlightObservers
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
@@ -103,7 +104,7 @@ class FlightThread(QObject, FlightObserver):
         self.error: Exception | None = None
         self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
         self._feedback = Feedback(self.sound, order.input.rumble)
-        self.flight = Flight(order, self)
+        self.flight = Flight(order, FlightObservers(self, *order.watchers))
         self._queue: SnapshotQueue | None = None
         self._patient: PatientScene | None = None
         self._lock = threading.Lock()
