@@ -439,6 +439,7 @@ class Flight:
                 on_injury=observer.on_injury,
                 on_task=observer.on_task,
                 on_changes=self.order.input.changed,
+                may_skip=self.order.input.may_skip,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, Change, GBuffer, Material
 from renderers.shading import ScopeLight, ScopeShader, Tier
 from renderers.shading.hairs import HairLayer
+from renderers.shading.kernels.wound_marks import MOST_SD, SURE_MM
 from renderers.shading.materials import material_table
+from renderers.shading.noise import noise_tile
 from renderers.shading.wounds import WallBlood, WoundCubes
 from tests.renderers.shading.conftest import CENTRE_MM, trace
 from tests.renderers.wounded_surface import WoundedSurface
@@ -120,6 +122,26 @@ def test_a_pixel_does_not_depend_on_what_else_is_wanted(
     only = np.random.default_rng(1).random(buffer.size) < 0.3
     part = shader.shade(buffer, camera, LIGHT, only=only)
     assert_array_equal(part[only], whole[only])
+
+
+def test_what_a_cut_hides_is_not_looked_for(
+    patient: WoundedSurface, camera: Camera
+) -> None:
+    """Deep pixels alone are the same as beside mucosa, which must be found there."""
+    patient.cut(PLACE, 2.0)
+    patient.wet(PLACE, 2.5, 0.5)
+    buffer = trace(patient.surface, camera)
+    shader = ScopeShader(patient.surface, Tier.FULL, threads=1)
+    whole = shader.shade(buffer, camera, LIGHT)
+    deep = depths(patient, camera, buffer) > SURE_MM + 0.1
+    assert np.count_nonzero(deep) > 50
+    part = shader.shade(buffer, camera, LIGHT, only=deep)
+    assert_array_equal(part[deep], whole[deep])
+
+
+def test_no_relief_reaches_as_deep_as_cuts_are_sure() -> None:
+    for seed in range(5):
+        assert np.abs(noise_tile(4.0, seed)[..., 0]).max() < MOST_SD - 1
 
 
 Edit = tuple[str, float, float, float]
