@@ -6,10 +6,15 @@ It knows no window. Whoever looks on says what is wanted and hears of what is sh
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from disk import UserError
+from paravol.cutaway import Cutaway
 from paravol.debrief.events import events_of
 from paravol.debrief.findings import gather
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
@@ -23,11 +28,14 @@ from paravol.session_setup import MissingCaseError
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import MomentPicture, SnapshotQueue
 from scenarios import Scenario
-from scenarios.bundle import Note, add_note, read_notes, remove_note
+from scenarios.bundle import Note, SampleRecord, add_note, read_notes, remove_note
 from scenarios.metrics import Metric, Settings
 
 LONG_S = 0.3
 """A way that takes longer is told while it lasts."""
+
+WAY_PLACES = 50
+"""Of the scope's way that the head is cut open beside."""
 
 Row = tuple[str, str, str]
 """A metric's name, its value, and that of the other session, "" without one."""
@@ -202,6 +210,23 @@ class ReplayWorker:
             for work, name in ((self._run, "replay"), (self._measure, "measuring"))
         ]
         self._is_first_shown = threading.Event()
+
+    @property
+    def scenario(self) -> Scenario:
+        """Return what was flown; once the session is opened."""
+        assert self._here is not None
+        return self._here.scenario
+
+    def cutter(self) -> Callable[[], Cutaway]:
+        """Prepare to cut the head open beside the way that the scope took."""
+        assert self._here is not None
+        timeline = self._here.timeline
+        matrix = np.array(timeline.recording.info.world_from_device).reshape(4, 4)
+        records = timeline.recording.records
+        poses = [r.device_from_tip for r in records if isinstance(r, SampleRecord)]
+        chosen = poses[:: max(len(poses) // WAY_PLACES, 1)]
+        places = np.array(chosen).reshape(-1, 4, 4)[:, :3, 3] @ matrix[:3, :3].T
+        return partial(Cutaway, timeline.patient.scene, places + matrix[:3, 3])
 
     def start(self) -> None:
         """Begin to open the session."""
@@ -386,10 +411,12 @@ class ReplayWorker:
         def report(share: float) -> None:
             if self._stopped.is_set():
                 raise _Stopped
+            if time.monotonic() < begun + LONG_S:
+                # even who scrubs without a rest sees something
+                return
             if self._wishes.jump != wishes.jump:
                 raise _Overtaken
-            if time.monotonic() > begun + LONG_S:
-                self._observer.on_seeking((done + share) / shares)
+            self._observer.on_seeking((done + share) / shares)
 
         first = here.moment(time_s, self._free, report)
         other = None
