@@ -22,10 +22,10 @@ from paravol.replay.free_camera import FreeCamera, shaft_in_scene
 from paravol.session_alignment import TimeMap, align, session_marks
 from paravol.session_setup import build_view, flown_scenario
 from paravol.session_timeline import SessionTimeline
-from paravol.snapshots.view_file import ViewCamera
-from paravol.video import VideoWriter
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.snapshot_queue import SelectedMoment
+from paravol.snapshots.view_file import ViewCamera
+from paravol.video import VideoWriter
 from paravol.view import EndoscopeView, Frame
 from renderers.scene.lens_state import CLEAN
 from renderers.shading import LOOK_VERSION

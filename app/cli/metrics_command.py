@@ -25,6 +25,7 @@ COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 
 OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
 
+
 @dataclass(frozen=True, slots=True)
 class MetricsOptions:
     """Hold what was asked for; see `paravol metrics --help`."""

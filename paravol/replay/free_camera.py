@@ -62,7 +62,9 @@ class FreeCamera:
         distance: signed, mm, negative in air; outside of it nothing stops the eye.
         """
         eye, axes = self.frame[0], self.frame[1:]
-        turn = _turn(0, move.up_deg) @ _turn(1, move.right_deg) @ _turn(2, move.roll_deg)
+        turn = (
+            _turn(0, move.up_deg) @ _turn(1, move.right_deg) @ _turn(2, move.roll_deg)
+        )
         axes = turn @ axes
         # rounding must not add up over a thousand small turns
         left, _, right = np.linalg.svd(axes)

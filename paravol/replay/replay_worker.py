@@ -7,6 +7,7 @@ It knows no window. Whoever looks on says what is wanted and hears of what is sh
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -144,11 +145,11 @@ class ReplayObserver:
         """Hear how far a high-quality picture is."""
 
 
-class _Stopped(BaseException):  # noqa: N818: not an error
+class _Stopped(BaseException):
     """Nobody looks on any longer."""
 
 
-class _Overtaken(BaseException):  # noqa: N818: not an error
+class _Overtaken(BaseException):
     """A newer moment is wanted."""
 
 
@@ -389,10 +390,8 @@ class ReplayWorker:
             self._change_notes(number)
         moved = wishes.time_s is not None or wishes.move is not None or wishes.is_stale
         if moved:
-            try:
+            with suppress(_Overtaken):
                 self._show(wishes)
-            except _Overtaken:
-                pass
 
     def _show(self, wishes: _Wishes) -> None:
         """Go where it is wanted and draw what is seen there."""
@@ -514,7 +513,9 @@ class ReplayWorker:
             others: list[tuple[Metric, Metric]] = []
             if beside is not None and found.compared is not None:
                 others = found.compared.rows
-            self._observer.on_measured(marks, metric_rows(found.metrics.metrics, others))
+            self._observer.on_measured(
+                marks, metric_rows(found.metrics.metrics, others)
+            )
         except _Stopped:
             return
         except Exception as error:

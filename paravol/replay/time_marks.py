@@ -92,9 +92,7 @@ def measured_marks(
         if kind is None or not event.is_told:
             continue
         text = f"{event.title}: {event.detail}" if event.detail else event.title
-        marks.append(
-            TimeMark(kind, event.shown_s, event.begin_s, event.end_s, text)
-        )
+        marks.append(TimeMark(kind, event.shown_s, event.begin_s, event.end_s, text))
     return sorted(marks, key=lambda mark: mark.time_s)
 
 

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
@@ -35,6 +36,7 @@ from paravol.replay.free_camera import CameraMove
 from paravol.replay.replay_worker import OpenedReplay, ReplayOrder, Row, ShownReplay
 from paravol.replay.time_marks import TimeMark, next_mark, note_marks
 from paravol.slice_views import SliceViews
+from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios.bundle import Note
 
 TICK_MS = 15
@@ -170,20 +172,21 @@ class ReplayPage(Page):
     def open(self, bundles: Sequence[Path]) -> None:
         """Open a bundle, or two to compare; what is shown stays until it is there."""
         first, *others = [bundle_of(path) for path in bundles]
-        self._begin(ReplayOrder(first, others[0] if others else None))
+        self.replay(ReplayOrder(first, others[0] if others else None))
 
     def compare_with(self, bundle: Path) -> None:
         """Show another session beside the one that is shown."""
         if self._opened is not None:
             order = self._opened.order
-            self._begin(ReplayOrder(order.folder, bundle_of(bundle), order.case))
+            self.replay(replace(order, beside=bundle_of(bundle)))
 
-    def _begin(self, order: ReplayOrder) -> None:
+    def replay(self, order: ReplayOrder) -> None:
+        """Open what is ordered; what is shown stays until it is there."""
         if self._opening is not None:
             self._endings.append(self._opening.leave())
         if self._thread is not None:
             head = self._thread.worker.pristine
-            order = ReplayOrder(order.folder, order.beside, order.case, head)
+            order = replace(order, patient=head)
         self._refuse("")
         self._opening = thread = ReplayThread(order)
         thread.staged.connect(self._on_stage)
@@ -234,7 +237,9 @@ class ReplayPage(Page):
         self._is_free = False
         self._plays_on = False
         if opened.has_damage:
-            self._notices.notify("A part of this recording is lost", "The rest is shown.")
+            self._notices.notify(
+                "A part of this recording is lost", "The rest is shown."
+            )
         elif not opened.is_complete:
             self._notices.notify(
                 "This recording ends in the middle", "What was recorded is shown."
@@ -295,7 +300,7 @@ class ReplayPage(Page):
     def _ask_case(self) -> None:
         refused = self._refused
         if refused is not None and (folder := self._ask("Where is its case?")):
-            self._begin(ReplayOrder(refused.folder, refused.beside, folder))
+            self.replay(replace(refused, case=folder))
 
     def _ask(self, title: str) -> Path | None:
         begin = str(self._opened.order.folder.parent) if self._opened else ""
@@ -358,7 +363,7 @@ class ReplayPage(Page):
     def _take_speed(self, speed: float) -> None:
         if self._player is not None:
             self._player.speed = speed
-        self._notices.notify(f"Speed {speed:g} ×", "")
+        self._notices.notify(f"Speed {speed:g}x", "")
 
     @Slot()
     def _tick(self) -> None:
@@ -508,7 +513,7 @@ class ReplayPage(Page):
         self.line.show_marks(self._marks)
 
     @Slot(object)
-    def _on_pictured(self, picture: object) -> None:
+    def _on_pictured(self, picture: MomentPicture) -> None:
         if not self._is_left() and self._side is not None:
             self._side.moments.show_moment(picture)
 

@@ -180,6 +180,7 @@ class ReplaySide(QWidget):
         self.book = NoteBook()
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
+        self.tabs.tabBar().setDrawBase(False)
         self.tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.tabs.addTab(self.events, "Events")
         self.tabs.addTab(self.metrics, "Metrics")

@@ -31,7 +31,7 @@ from paravol.replay.time_marks import MarkKind, TimeMark
 LANE_PX = 14.0
 NAME_PX = 84.0
 AXIS_PX = 18.0
-EDGE_PX = 10.0
+EDGE_PX = 22.0
 
 CATCH_PX = 6.0
 """So near a mark the mouse means it."""
@@ -204,7 +204,8 @@ class TimeLine(QWidget):
             painter.drawRect(QRectF(left, middle - half / 2.0, right - left, half))
         at = QPointF(self.x_of(mark.time_s), middle)
         painter.setBrush(colour)
-        painter.drawPolygon(QPolygonF([at + half * corner for corner in _SHAPES[mark.kind]]))
+        corners = [at + corner * half for corner in _SHAPES[mark.kind]]
+        painter.drawPolygon(QPolygonF(corners))
 
     def _paint_axis(self, painter: QPainter, top: float) -> None:
         begin_s, end_s = self._span
@@ -218,7 +219,9 @@ class TimeLine(QWidget):
             x = self.x_of(time_s)
             painter.drawLine(QPointF(x, top), QPointF(x, top + 3.0 * self._scale))
             scale = self._scale
-            box = QRectF(x - 40.0 * scale, top + 3.0 * scale, 80.0 * scale, 16.0 * scale)
+            box = QRectF(
+                x - 40.0 * scale, top + 3.0 * scale, 80.0 * scale, 16.0 * scale
+            )
             centre = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
             painter.drawText(box, int(centre), clock_text(time_s, step_s))
             number += 1
@@ -227,8 +230,10 @@ class TimeLine(QWidget):
 def clock_text(time_s: float, step_s: float = 0.1) -> str:
     """Return a time as minutes and seconds; tenths where steps are that short."""
     minutes, seconds = divmod(round(time_s, 1), 60.0)
-    return f"{minutes:.0f}:{seconds:04.1f}" if step_s < 1.0 else (
-        f"{minutes:.0f}:{seconds:02.0f}"
+    return (
+        f"{minutes:.0f}:{seconds:04.1f}"
+        if step_s < 1.0
+        else (f"{minutes:.0f}:{seconds:02.0f}")
     )
 
 

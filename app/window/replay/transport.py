@@ -3,7 +3,6 @@
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtWidgets import (
     QComboBox,
-    QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -36,7 +35,7 @@ class Transport(QWidget):
         self.speed.setAccessibleName("Speed")
         self.speed.setToolTip("Speed (↑ ↓)")
         for speed in SPEEDS:
-            self.speed.addItem(f"{speed:g} ×", speed)
+            self.speed.addItem(f"{speed:g}x", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.speed.activated.connect(lambda _: self._speed())
         self.clock = QLabel(clock_text(0.0))
@@ -57,22 +56,23 @@ class Transport(QWidget):
         rows = self._rows = QVBoxLayout(self)
         first, second = QHBoxLayout(), QHBoxLayout()
         for text, tip, signal, step in (
-            ("⏮", "The event before (Page up)", self.event_wanted, -1),
+            ("«", "The event before (Page up)", self.event_wanted, -1),
             ("◂", "A frame back (←)", self.stepped, -1),
         ):
             first.addWidget(self._stepper(text, tip, signal, step))
         first.addWidget(self.play)
         for text, tip, signal, step in (
             ("▸", "A frame ahead (→)", self.stepped, 1),
-            ("⏭", "The next event (Page down)", self.event_wanted, 1),
+            ("»", "The next event (Page down)", self.event_wanted, 1),
         ):
             first.addWidget(self._stepper(text, tip, signal, step))
         first.addWidget(self.speed)
         first.addWidget(self.clock)
         first.addStretch(1)
         first.addWidget(self.state)
-        for part in (self.own, self.keep, self.note, self.compare, self.align):
-            second.addWidget(part)
+        for button in (self.own, self.keep, self.note, self.compare):
+            second.addWidget(button)
+        second.addWidget(self.align)
         second.addStretch(1)
         second.addWidget(self.open)
         rows.addLayout(first)
@@ -89,7 +89,9 @@ class Transport(QWidget):
         button.setAccessibleName(tip)
         return button
 
-    def _stepper(self, text: str, tip: str, signal: SignalInstance, step: int) -> QPushButton:
+    def _stepper(
+        self, text: str, tip: str, signal: SignalInstance, step: int
+    ) -> QPushButton:
         button = self._button(text, tip)
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: signal.emit(step))
