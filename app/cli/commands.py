@@ -125,6 +125,10 @@ def replay(
 
     options.demand_sense()
     options = replace(options, threads=thread_count(options.threads))
+    if options.window:
+        from app.cli.replay_window import run_replay_window
+
+        return run_replay_window(session, options)
     if options.at is not None:
         run_at(session, options.at, options, as_json=json)
         return 0

@@ -90,7 +90,7 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
         interrupted = True
         window.shut()
 
-    with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
+    with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
         window.show_page(page)
         window.show()
         thread.start()
@@ -221,7 +221,7 @@ def _check(options: TrainOptions) -> None:
 
 
 @contextmanager
-def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
+def errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
     """Gather what is raised below Qt, which would only print it and go on."""
     errors: list[BaseException] = []
 
@@ -239,7 +239,7 @@ def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException
 
 
 @contextmanager
-def _on_interrupt(
+def on_interrupt(
     handler: Callable[[int, FrameType | None], None],
 ) -> Iterator[None]:
     """Call `handler` on Ctrl-C.

@@ -3,8 +3,8 @@
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
-from PySide6.QtGui import QCloseEvent, QResizeEvent
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget
 
 from app.window.page import Page
@@ -15,6 +15,9 @@ from disk import UserError
 
 class MainWindow(QMainWindow):
     """Show one page. Lives in the thread that made it, as all of Qt's widgets do."""
+
+    dropped = Signal(object)
+    """Paths of local files and folders that were dropped on whatever page is shown."""
 
     def __init__(self, screenshot: Path | None = None) -> None:
         """Show nothing yet; screenshot: PNG file for a picture when it closes."""
@@ -27,6 +30,7 @@ class MainWindow(QMainWindow):
         self._screenshot = screenshot
         self.full_screen = FullScreen(self)
         self.setCentralWidget(self._pages)
+        self.setAcceptDrops(True)
         # Python gets to its signals only when Qt calls it: Ctrl-C waits so long.
         self._timer = QTimer(self)
         self._timer.timeout.connect(lambda: None)
@@ -62,6 +66,19 @@ class MainWindow(QMainWindow):
         """Draw everything as large as the window has room for."""
         super().resizeEvent(event)
         self._set_scale(scale_for(event.size()))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take what has local files."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Tell which files and folders were dropped."""
+        urls = event.mimeData().urls()
+        paths = [Path(url.toLocalFile()) for url in urls if url.isLocalFile()]
+        if paths:
+            event.acceptProposedAction()
+            self.dropped.emit(paths)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the program's event loop, unless the page has something to ask."""
