@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import Camera, Projection
+from renderers.scene import Camera, Projection, Volume
 
 STEEPEST_DEG = 85.0
 """Above it "up" would turn over."""
+
+FILLED = 0.8
+"""Share of a volume's half diagonal that a picture shows: its corners hold air."""
 
 NEAREST_MM, FARTHEST_MM = 5.0, 2000.0
 
@@ -27,6 +30,16 @@ class Orbit:
     elevation_deg: float = 8.0
     distance_mm: float = 420.0
     half_field_deg: float = 15.0
+
+    @classmethod
+    def round(cls, volume: Volume) -> "Orbit":
+        """Return the orbit from which a volume fills the picture."""
+        x, y, z = volume.center_mm
+        lengths = np.array(volume.shape[::-1]) * volume.spacing_mm
+        orbit = cls((float(x), float(y), float(z)))
+        half = FILLED * float(np.linalg.norm(lengths)) / 2.0
+        away = half / math.tan(math.radians(orbit.half_field_deg))
+        return replace(orbit, distance_mm=min(max(away, NEAREST_MM), FARTHEST_MM))
 
     def turned(self, right_deg: float, up_deg: float) -> "Orbit":
         """Return the orbit turned; the elevation stops before the poles."""

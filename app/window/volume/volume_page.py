@@ -37,8 +37,7 @@ class VolumePage(Page):
         super().__init__()
         self.setObjectName("page")
         self.title = f"PARAVOL: {title}"
-        x, y, z = scans[0].volume.center_mm
-        self._orbit = Orbit((float(x), float(y), float(z)))
+        self._orbit = Orbit.round(scans[0].volume)
         self.picture = VolumePicture()
         self.picture.start(self._orbit)
         self.controls = VolumeControls(scans)
@@ -145,6 +144,8 @@ class VolumePage(Page):
             size,
         )
         surface = controls.surface_colour if method is None else ""
+        if surface:
+            self.picture.say("drawing the surface; a new density takes seconds")
         self.drawing.ask(Order(wish, surface, is_moving))
 
     @Slot(object)

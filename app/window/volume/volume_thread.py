@@ -43,7 +43,14 @@ class VolumeThread(QObject):
         self._changed = threading.Condition()
         self._wanted: Order | None = None
         self._is_closed = False
+        self._is_drawing = False
         self._thread = threading.Thread(target=self._run, name="volume", daemon=True)
+
+    @property
+    def is_idle(self) -> bool:
+        """Return whether nothing is drawn, nor waits to be."""
+        with self._changed:
+            return self._wanted is None and not self._is_drawing
 
     def start(self) -> None:
         """Begin to draw."""
@@ -67,10 +74,12 @@ class VolumeThread(QObject):
         surfaces = SurfaceDrawer()
         while True:
             with self._changed:
+                self._is_drawing = False
                 self._changed.wait_for(lambda: self._wanted or self._is_closed)
                 order, self._wanted = self._wanted, None
                 if self._is_closed or order is None:
                     break
+                self._is_drawing = True
             try:
                 self._draw(order, surfaces)
             except RenderStoppedError:
