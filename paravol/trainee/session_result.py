@@ -13,10 +13,12 @@ from disk import UserError
 from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress import ProgressStore, SessionEntry, entry_of_session
-from paravol.session_scoring import score_session
+from paravol.session_metrics import session_metrics
+from paravol.session_scoring import assessment_of
 from scenarios import Scenario, Score
 from scenarios.bundle import EditRecord, read_recording
 from scenarios.metrics import Metric
+from scenarios.passing import PassMark, pass_marks
 from scenarios.rubrics import Assessment, load_rubric
 
 KEPT = "Kept in your progress."
@@ -42,14 +44,15 @@ class ResultOrder:
 class SessionResult:
     """Hold what a session was worth.
 
-    has_passed: None where nothing says. assessment: every point with its reason.
-    advice: what to practise, the most urgent first. kept: a sentence about the progress
-    store; is_kept: the session is in it.
+    has_passed: None where nothing says. marks: what was asked, one by one.
+    assessment: every point with its reason. advice: what to practise, the most urgent
+    first. kept: a sentence about the progress store; is_kept: the session is in it.
     """
 
     scenario: Scenario
     score: Score
     has_passed: bool | None
+    marks: tuple[PassMark, ...]
     assessment: Assessment
     advice: tuple[Advice, ...]
     kept: str = ""
@@ -69,14 +72,21 @@ def result_of_session(
     recording = read_recording(order.record)
     has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
     rubric = load_rubric("operation" if has_cuts else "endoscopy")
-    progress("Scoring", 0.2)
-    assessment, found = score_session(
-        order.record, rubric, progress=progress, patient=order.patient
+    # all metrics: an exercise's pass marks may be about any
+    found = session_metrics(
+        order.record,
+        settings=rubric.settings,
+        progress=progress,
+        patient=order.patient,
+        trusts=True,
     )
+    assessment = assessment_of(order.record, rubric, found)
     scenario, score = found.scenario, found.score
     assert scenario is not None
     assert score is not None
-    entry = rated_entry(order, found.metrics, assessment)
+    least_percent = scenario.marks.least_percent
+    entry = rated_entry(order, found.metrics, assessment, least_percent)
+    marks = tuple(pass_marks(scenario, entry.tasks, found.metrics))
     kept, is_kept = "This session is left out of your progress.", False
     if order.has_store:
         kept, is_kept = _kept(entry, order.store)
@@ -84,6 +94,7 @@ def result_of_session(
         scenario,
         score,
         entry.has_passed,
+        marks,
         assessment,
         tuple(advice_on(score, scenario, assessment)),
         kept,
@@ -92,9 +103,14 @@ def result_of_session(
 
 
 def rated_entry(
-    order: ResultOrder, metrics: Sequence[Metric], assessment: Assessment
+    order: ResultOrder,
+    metrics: Sequence[Metric],
+    assessment: Assessment,
+    least_percent: float = 0.0,
 ) -> SessionEntry:
     """Return a session's entry with its points, passed by the exercise's own marks.
+
+    least_percent: of points that the exercise asks for, 0 for none.
 
     An exercise that says how it is passed is not failed by a general rubric, whose
     thresholds are those of another exercise; one that does not say is passed by it.
@@ -104,7 +120,8 @@ def rated_entry(
     rated = entry_of_session(
         record, trainee=trainee, metrics=metrics, assessment=assessment
     )
-    if own.has_passed is None:
+    asks_points = own.has_passed and rated.has_passed is False and least_percent > 0
+    if own.has_passed is None or asks_points:
         return rated
     return msgspec.structs.replace(own, scored=rated.scored)
 
