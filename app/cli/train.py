@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from paravol.flight import FlightEnd
     from paravol.inputs.flight_input import FlightInput
     from paravol.training_setup import TrainingSetup
+    from paravol.window_preferences import WindowPreferences
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
@@ -55,7 +56,7 @@ def run_train(options: TrainOptions) -> int:
 
     application = QApplication(["paravol"])
     thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
-    window = MainWindow(options.screenshot)
+    window = MainWindow(options.screenshot, chosen_looks(options))
     page = FlightPage(thread, edge_samples=0 if graphics.is_software else EDGE_SAMPLES)
     page.left.connect(window.shut)
     page.full_screen_wanted.connect(window.full_screen.switch)
@@ -91,6 +92,20 @@ def run_train(options: TrainOptions) -> int:
     if interrupted:
         raise KeyboardInterrupt
     return 0
+
+
+def chosen_looks(options: TrainOptions) -> "WindowPreferences":
+    """Return the window's looks: as typed, else as they were chosen last."""
+    import msgspec
+
+    from paravol.window_preferences import read_preferences
+
+    looks = read_preferences()
+    if options.theme is not None:
+        looks = msgspec.structs.replace(looks, theme=options.theme.replace("-", " "))
+    if options.font_scale is not None:
+        looks = msgspec.structs.replace(looks, font_scale=options.font_scale)
+    return looks
 
 
 def training_setup(options: TrainOptions) -> "TrainingSetup":
