@@ -28,8 +28,10 @@ class Gauges(QWidget):
             self._figures[caption] = figure
         self.status = QLabel()
         self.status.setObjectName("status")
-        row.addStretch(3)
-        row.addWidget(self.status)
+        # it has room to become longer at once
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        self.status.setAlignment(right)
+        row.addWidget(self.status, 12)
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""

@@ -7,11 +7,13 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.style import (
+    CAUTION,
     COLOURS,
     EDGE,
     INK,
     PANEL,
     QUIET,
+    WARNING,
     Colours,
     font_of,
 )
@@ -44,8 +46,8 @@ _PATTERNS = {
 
 def _strain_colour(strain: Strain) -> QColor:
     if strain is Strain.BREAKING:
-        return COLOURS.warning
-    return COLOURS.caution if strain is Strain.HIGH else COLOURS.quiet
+        return WARNING
+    return CAUTION if strain is Strain.HIGH else QUIET
 
 
 def hazard_look(signs: TouchSigns, colours: Colours = COLOURS) -> tuple[QColor, str]:
