@@ -86,6 +86,7 @@ class ScriptedHand:
         self._hands = hand + np.vstack([np.zeros(3), aside[:8] / 2])
         self._tip, self._entry = self._pivot, self._pivot - 30.0 * self._axis
         self._roll_deg = 0.0
+        self._camera_deg = self.scenario.scope.camera_roll_deg
 
     @property
     def distance(self) -> Volume:
@@ -115,6 +116,10 @@ class ScriptedHand:
                 self.bring(self.place(task.place), task.radius_mm)
                 self.stay(task.hold_s + 2 * STEP_S)
             case Look():
+                if task.level_deg < 180.0:
+                    self.stay(task.hold_s)
+                    assert self.status(task) is Status.OPEN
+                    self._camera_deg = 0.0
                 self.look(task)
                 self.stay(task.hold_s + 2 * STEP_S)
             case Follow():
@@ -408,7 +413,16 @@ class ScriptedHand:
             pointing = self._axis
         pointing = pointing / np.linalg.norm(pointing)
         pose = tip_frame(self._tip, pointing)
-        sample = Sample(self.time_s, pose, self._roll_deg, tip, way, 0, state)
+        sample = Sample(
+            self.time_s,
+            pose,
+            self._roll_deg,
+            tip,
+            way,
+            0,
+            state,
+            camera_roll_deg=self._camera_deg,
+        )
         self.session.step(sample)
         if self._operation is not None:
             self._operation.take_changes()
