@@ -54,6 +54,7 @@ def deflected_surface(surface: AirSurface, deflection: Deflection) -> AirSurface
                 deflected_volume(part, deflection)
                 for part in (wounds.flesh, wounds.bone, wounds.deep, wounds.film)
             ),
+            pale=wounds.pale and deflected_volume(wounds.pale, deflection),
         )
     return AirSurface(
         deflected_distance(surface.distance, deflection),
