@@ -39,7 +39,8 @@ def begun(distance: Volume) -> tuple[Injection, NDArray[np.uint8]]:
 
 def distances() -> NDArray[np.float64]:
     z, y, x = np.meshgrid(Z, Z, Z, indexing="ij")
-    return np.sqrt((x - 12.0) ** 2 + (y - 12.0) ** 2 + (z - 12.0) ** 2)
+    away: NDArray[np.float64] = np.sqrt((x - 12.0) ** 2 + (y - 12) ** 2 + (z - 12) ** 2)
+    return away
 
 
 @given(st.floats(0.01, 3.0))
