@@ -16,6 +16,11 @@ USB_SERIAL = Path("/sys/bus/usb-serial/devices")
 
 LEAST_LATENCY_MS = 1
 USUAL_GROUP = "dialout"
+GROUPS = USUAL_GROUP, "uucp"
+"""Whose members may open serial ports: on Debian and Fedora, on Arch."""
+
+FTDI = "0403", "6001"
+"""USB's numbers of the chip in the adapters that are most often sold."""
 
 PAGE = "docs/arm.md"
 
@@ -83,6 +88,51 @@ def permission_remedy(name: str) -> str:
         f"it belongs to the group {group}: `sudo usermod -aG {group} $USER`, then log "
         f"in again, or install the udev rule of {PAGE}"
     )
+
+
+def usb_numbers(name: str, usb_serial: Path = USB_SERIAL) -> tuple[str, str] | None:
+    """Return USB's numbers of a port's adapter, vendor and product; None without any.
+
+    Four hexadecimal digits each.
+    """
+    place = Path(os.path.realpath(usb_serial / Path(os.path.realpath(name)).name))
+    for folder in (place, *place.parents):
+        try:
+            vendor, product = (
+                (folder / file).read_text(encoding="ascii").strip()
+                for file in ("idVendor", "idProduct")
+            )
+        except (OSError, ValueError):
+            continue
+        return vendor, product
+    return None
+
+
+def udev_rule(vendor: str, product: str) -> str:
+    """Return the rule that gives an adapter to whoever sits at the machine."""
+    return (
+        f'SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendor}", '
+        f'ATTRS{{idProduct}}=="{product}", TAG+="uaccess"'
+    )
+
+
+def serial_group() -> tuple[str, bool] | None:
+    """Return the group that may open serial ports and whether this user is in it.
+
+    None where there is no such group.
+    """
+    try:
+        import grp
+    except ImportError:
+        return None
+    for name in GROUPS:
+        try:
+            number = grp.getgrnam(name).gr_gid
+        except KeyError:
+            continue
+        mine = {os.getegid(), *os.getgroups()}
+        return name, os.geteuid() == 0 or number in mine
+    return None
 
 
 def absence_remedy(names: Sequence[str], by_id: Path = BY_ID) -> str:

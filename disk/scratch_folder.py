@@ -1,12 +1,13 @@
 """Folders for a process's own use, which do not outlive it for long."""
 
-import fcntl
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from machine import lock_file
 
 _OWNER = ".owner"
 
@@ -40,13 +41,13 @@ def _claim(parent: Path, prefix: str) -> tuple[Path, int]:
     parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     turn = os.open(parent / ".turn", os.O_CREAT | os.O_RDWR, 0o600)
     try:
-        fcntl.flock(turn, fcntl.LOCK_EX)
+        lock_file(turn, waits=True)
         for old in parent.glob(f"{prefix}*"):
             if not _is_owned(old):
                 shutil.rmtree(old, ignore_errors=True)
         folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
         lock = os.open(folder / _OWNER, os.O_CREAT | os.O_RDWR, 0o600)
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock_file(lock, waits=False)
         return folder, lock
     finally:
         os.close(turn)
@@ -61,7 +62,7 @@ def _is_owned(folder: Path) -> bool:
     except OSError:
         return True  # somebody else's matter
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock_file(lock, waits=False)
     except OSError:
         return True
     finally:

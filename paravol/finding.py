@@ -7,11 +7,12 @@ from dataclasses import dataclass
 class Finding:
     """State one thing about the machine.
 
-    is_missing: it is required and not there.
-    remedy: what to do about it, empty when nothing is.
+    value: how it stands. is_missing: it is required and not there.
+    remedy: what to do about it, empty when nothing is. why: it matters to a flight.
     """
 
     name: str
     value: str
     is_missing: bool = False
     remedy: str = ""
+    why: str = ""

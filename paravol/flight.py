@@ -25,6 +25,7 @@ from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
+    CameraHead,
     KeyboardRoll,
     PedalListener,
     PoseCompleter,
@@ -37,6 +38,7 @@ from paravol.inputs.pose_sources import (
     OrderedPoses,
     ReconnectingSource,
 )
+from paravol.inputs.scope_rack import ScopeRack
 from paravol.operation_rehearsal import rehearse
 from paravol.patient import PatientScene, check_for_head, load_patient
 from paravol.pose_streaming import StreamingCompleter, streaming
@@ -58,6 +60,7 @@ from paravol.snapshots.view_sources import mark_of, view_of
 from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
+from scenarios.scenario import CameraHold
 from scenarios.tasks import TaskEvent
 
 
@@ -71,6 +74,7 @@ class FlightOrder:
     kept: store for flights without a named folder, None to record none of them.
     patience_s: the flight ends when the device has been away for this long.
     instrument: a second device for the tool; None where the input moves it, if any.
+    watchers: hear of the flight beside whoever shows it.
     """
 
     scenario: Scenario
@@ -83,6 +87,7 @@ class FlightOrder:
     kept: SessionStore | None = None
     patience_s: float = math.inf
     instrument: InstrumentInput | None = None
+    watchers: "tuple[FlightObserver, ...]" = ()
 
     @property
     def has_own_tool(self) -> bool:
@@ -195,6 +200,9 @@ class FlightObserver:
     def on_tool_device(self, text: str) -> None:
         """Hear that the tool's device was lost, or is back; the flight goes on."""
 
+    def on_end(self, result: FlightEnd | None) -> None:
+        """Hear that the flight is over, however it ended; see `Flight.result`."""
+
 
 class DeviceLostError(UserError):
     """The device failed in flight; the recording up to then is kept."""
@@ -208,8 +216,10 @@ class DeviceLostError(UserError):
 class Flight:
     """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
 
-    roll: turns the light post by hand. hand: holds the instruments. recording: where
+    roll: turns the light post by hand, camera_head the camera. scopes: those that may
+    be put in. hand: holds the instruments. recording: where
     the flight is recorded.
+    head: as before anybody operated; None until it is there.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
     """
@@ -217,8 +227,16 @@ class Flight:
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
         self.order = order
         self.roll = KeyboardRoll(order.input.completer)
-        self.hand = OperatingHand(self.roll, order.scenario.scope.endoscope())
+        scope = order.scenario.scope
+        self.scopes = ScopeRack(self.roll, scope.angle_deg, scope.choices_deg)
+        self.camera_head = CameraHead(
+            self.scopes, scope.camera is CameraHold.WITH_POST, scope.camera_roll_deg
+        )
+        self.hand = OperatingHand(
+            self.camera_head, scope.endoscope(), order.scenario.tools
+        )
         self.recording = Recording(order)
+        self.head: PatientScene | None = None
         self.path = order.path
         self.result: FlightEnd | None = None
         self._observer = observer
@@ -254,12 +272,15 @@ class Flight:
             return self._run()
         except EndedError:
             return None
+        finally:
+            self._observer.on_end(self.result)
 
     def _run(self) -> FinishedFlight | None:
         order, observer = self.order, self._observer
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
         check_for_head(scenario, before)
+        self.head = before
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
         order.input.operated(operation.patient)
@@ -421,6 +442,7 @@ class Flight:
                 on_injury=observer.on_injury,
                 on_task=observer.on_task,
                 on_changes=self.order.input.changed,
+                may_skip=self.order.input.may_skip,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from devices import Pose
+from devices import DeviceError, Pose
 from paravol.feedback.felt_signs import felt_signs
 from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
 from paravol.inputs.pose_completer import PoseCompleter
@@ -41,6 +41,11 @@ LONGEST_S = 0.25
 pose than the arm between two would otherwise never draw one."""
 
 
+STEPPING_S = 0.05
+"""How long poses of a steered scope are worked on for a frame, before some of those
+that wait are left out."""
+
+
 @dataclass(frozen=True, slots=True)
 class FrameEvent:
     """Hold a finished frame and what it shows.
@@ -48,7 +53,8 @@ class FrameEvent:
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
     for before the frame was begun and somebody operates. cuts: counts them so far, and
-    their undoing. signs: what is told of the touch. tasks: how they stand.
+    their undoing. signs: what is told of the touch. tasks: how they stand. clock_s: of
+    the score.
     """
 
     view: View
@@ -60,6 +66,7 @@ class FrameEvent:
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
+    clock_s: float = 0.0
 
 
 OnFrame = Callable[[FrameEvent], None]
@@ -116,10 +123,13 @@ def fly(
     on_injury: Callable[[str], None] = _unheard,
     on_task: Callable[[TaskEvent], None] = _unheard,
     on_changes: Callable[[Sequence[Change]], None] = _unheard,
+    may_skip: bool = False,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored; each frame shows the newest one. keeps: asked
+    Every pose is recorded and scored; each frame shows the newest one. may_skip: on a
+    machine that cannot work on all of them in time, poses are left out before anything
+    is made of them; what is recorded is what was flown in any case. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. on_injury: called with each injury, told in
     words, before the frame that shows it; on_task: with what happens to each task;
@@ -128,6 +138,7 @@ def fly(
     """
     frames = _FrameRecorder(recorder, on_frame)
     operated = _Operated(view, recorder, on_injury, on_changes)
+    arrived = _Punctual() if may_skip else _arrived
     with (
         _frozen_garbage(),
         _settled(view),
@@ -139,7 +150,7 @@ def fly(
         is_over = False
         while not is_over:
             newest: tuple[Pose, Sample] | None = None
-            for pose in _arrived(source):
+            for pose in arrived(source):
                 sample = completer.complete(pose)
                 # what came before the end is still shown: on a busy machine, all of it
                 is_over = sample.time_s >= until_s
@@ -163,6 +174,7 @@ def fly(
             before, begun = begun, time.perf_counter()
             seen = session.view(sample)
             shown = operated.shown(session, seen, keeps(sample.time_s))
+            shown = replace(shown, clock_s=session.clock_s)
             if session.tasks is not None:
                 shown = replace(shown, tasks=session.tasks.states)
             index = recorder.samples - 1
@@ -185,6 +197,7 @@ class _Shown:
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
     tasks: tuple[TaskState, ...] = ()
+    clock_s: float = 0.0
 
 
 class _Operated:
@@ -286,7 +299,7 @@ class _FrameRecorder:
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
-        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks
+        kept = shown.tissue, shown.cuts, shown.signs, shown.tasks, shown.clock_s
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 
@@ -328,3 +341,55 @@ def _arrived(source: OrderedPoses) -> Iterator[Pose]:
         except TimeoutError:
             return
         yield pose
+
+
+def thinned(poses: Sequence[Pose], most: int, buttons: int = 0) -> list[Pose]:
+    """Leave out poses where there are more than `most`, evenly; the last one stays.
+
+    So do those whose buttons differ from the pose's before: no click is lost. buttons:
+    of the pose before the first.
+    """
+    if len(poses) <= most:
+        return list(poses)
+    kept = []
+    for n, pose in enumerate(poses):
+        is_turn = (n + 1) * most // len(poses) > n * most // len(poses)
+        if is_turn or pose.buttons != buttons:
+            kept.append(pose)
+        buttons = pose.buttons
+    return kept
+
+
+class _Punctual:
+    """Wait for one pose, then give those that came meanwhile, as many as there is time.
+
+    What one takes is known from the frame before. Nothing is left out of a steered
+    scope's poses but places on its way: somebody who steers by the picture is helped
+    by no older one.
+    """
+
+    def __init__(self) -> None:
+        self._each_s = 0.0
+        self._buttons = 0
+
+    def __call__(self, source: OrderedPoses) -> Iterator[Pose]:
+        waiting = [source.read(PATIENCE_S)]
+        begun_s = time.monotonic()
+        ended: Exception | None = None
+        try:
+            while waiting[-1].host_time_s < begun_s:
+                waiting.append(source.read(0.0))
+        except TimeoutError:
+            pass
+        except (EndedError, EOFError, DeviceError) as error:
+            # what came before the end is still shown
+            ended = error
+        most = len(waiting)
+        if self._each_s * most > STEPPING_S:
+            most = max(int(STEPPING_S / self._each_s), 1)
+        kept = thinned(waiting, most, self._buttons)
+        self._buttons = waiting[-1].buttons
+        yield from kept
+        self._each_s = (time.monotonic() - begun_s) / len(kept)
+        if ended is not None:
+            raise ended

@@ -2,28 +2,25 @@
 
 import os
 import platform
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-from devices.haptics.force_dimension import SDK_FOLDER, library_file
-from devices.serial_adapters import (
-    LEAST_LATENCY_MS,
-    SerialAdapter,
-    latency_remedy,
-    permission_remedy,
-    serial_adapters,
-)
+from platformdirs import user_cache_path, user_data_path
+
+from machine import memory_bytes, usable_cores
 from paravol.finding import Finding
 from paravol.versions import versions
 from renderers.art.ranks.transport import TransportError
-from renderers.snapshots.launcher import find_launcher
+from renderers.snapshots.launcher import Launcher, find_launcher
 
 VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "neon", "asimd")
 LEAST_MEMORY_GB = 3.0
 """The demo's processes together stay below this."""
 
 _VERSION_PATIENCE_S = 20.0
+_RANKS_PATIENCE_S = 30.0
 
 
 def machine_findings() -> list[Finding]:
@@ -40,8 +37,8 @@ def machine_findings() -> list[Finding]:
 
 
 def program_findings() -> list[Finding]:
-    """Look for MPI, ffmpeg, the ports an arm may be at, and what pushes back."""
-    return [_mpi(), _ffmpeg(), serial_ports(), force_devices()]
+    """Look for MPI, ffmpeg and room on the disks; starts two ranks, takes a second."""
+    return [_mpi(), _ffmpeg(), *_disks()]
 
 
 def _python() -> Finding:
@@ -59,26 +56,27 @@ def _processor() -> Finding:
     model = told.get("model name") or platform.processor() or platform.machine()
     words = (told.get("flags") or told.get("Features") or "").split()
     flags = " ".join(flag for flag in VECTOR_FLAGS if flag in words)
-    usable = len(os.sched_getaffinity(0))
+    usable = usable_cores()
     return Finding(
         "processor",
         f"{model}, {usable} of {os.cpu_count()} cores usable; {flags or 'no flags'}",
+        why="it draws the endoscope's picture, so frames depend on it",
     )
 
 
 def _memory() -> Finding:
-    page = os.sysconf("SC_PAGE_SIZE")
-    total = page * os.sysconf("SC_PHYS_PAGES") / 1e9
-    free = page * os.sysconf("SC_AVPHYS_PAGES") / 1e9
+    total = memory_bytes() / 1e9
     told = _table_of(Path("/proc/meminfo")).get("MemAvailable", "")
+    free = ""
     if told.endswith(" kB"):
-        free = float(told.removesuffix(" kB")) * 1024 / 1e9
+        free = f", {float(told.removesuffix(' kB')) * 1024 / 1e9:.1f} GB available"
     is_small = total < LEAST_MEMORY_GB
     return Finding(
         "memory",
-        f"{total:.1f} GB, {free:.1f} GB available",
+        f"{total:.1f} GB{free}",
         is_small,
         f"At least {LEAST_MEMORY_GB:g} GB are needed." if is_small else "",
+        "head, picture and recording lie in it",
     )
 
 
@@ -97,13 +95,17 @@ def _packages() -> list[Finding]:
     return found
 
 
+_COMPILED = "made in the first minutes of use; the folder may be removed at any time"
+
+
 def _kernel_cache() -> Finding:
     from paravol.environment import prepare_environment
 
     folder = prepare_environment()
     if not folder.exists():
-        return Finding("compiled kernels", f"{folder}, not made yet")
-    return Finding("compiled kernels", f"{folder}, {_megabytes(folder):.0f} MB")
+        return Finding("compiled kernels", f"{folder}, not made yet", why=_COMPILED)
+    size = f"{_megabytes(folder):.0f} MB"
+    return Finding("compiled kernels", f"{folder}, {size}", why=_COMPILED)
 
 
 def _kernels() -> Finding:
@@ -122,24 +124,97 @@ def _phantom_cache() -> Finding:
     folder = default_folder()
     heads = list(folder.glob("*.npz"))
     return Finding(
-        "phantoms", f"{folder}, {len(heads)} kept, {_megabytes(folder):.0f} MB"
+        "phantoms",
+        f"{folder}, {len(heads)} kept, {_megabytes(folder):.0f} MB",
+        why="heads that were built once; the folder may be removed at any time",
     )
 
 
 def _mpi() -> Finding:
+    why = "snapshots are drawn by several ranks with it, by one without"
     try:
         launcher = find_launcher()
     except TransportError as error:
-        return Finding("MPI", "not to be used", remedy=str(error))
+        return Finding("MPI", "not to be used", remedy=str(error), why=why)
     if launcher is None:
         return Finding(
             "MPI",
             "no mpiexec",
             remedy="Snapshots use one rank; pip install 'paravol-ess[mpi]' brings MPI.",
+            why=why,
         )
-    return Finding(
-        "MPI", f"{launcher.path}: {_first_line([launcher.path, '--version'])}"
+    version = _first_line([launcher.path, "--version"])
+    told, remedy = two_ranks(launcher)
+    return Finding("MPI", f"{launcher.path}: {version}; {told}", remedy=remedy, why=why)
+
+
+_COUNT_RANKS = "from mpi4py import MPI; print(MPI.COMM_WORLD.allreduce(1))"
+
+
+def two_ranks(launcher: Launcher) -> tuple[str, str]:
+    """Start two ranks that count each other; return what came of it and the remedy."""
+    command = [*launcher.command(2), sys.executable, "-c", _COUNT_RANKS]
+    try:
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_RANKS_PATIENCE_S,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"two ranks do not start ({error})", "Use --ranks 1, or mend mpiexec."
+    # two ranks print at once, so that their line ends may come later
+    counts = "".join(done.stdout.split())
+    if done.returncode == 0 and counts == "22":
+        return "two ranks found each other", ""
+    if counts == "11":
+        return (
+            "two ranks start and do not find each other",
+            "mpiexec and mpi4py belong to different MPIs: pip install "
+            "'paravol-ess[mpi]' brings a pair, or build mpi4py against this mpiexec "
+            "(pip install --no-binary mpi4py --force-reinstall mpi4py).",
+        )
+    lines = done.stderr.strip().splitlines()
+    said = lines[-1] if lines else f"status {done.returncode}"
+    return (
+        f"two ranks fail ({said})",
+        "Snapshots use one rank; pip install 'paravol-ess[mpi]' brings an MPI.",
     )
+
+
+def _disks() -> list[Finding]:
+    """Say how much room there is for recordings and for what is kept compiled."""
+    found = []
+    for name, folder, need_gb, why in (
+        (
+            "room for recordings",
+            user_data_path("paravol", appauthor=False),
+            2.0,
+            "flights are recorded there, up to 1 GB of them",
+        ),
+        (
+            "room for caches",
+            user_cache_path("paravol", appauthor=False),
+            1.0,
+            "kernels and heads are kept there; without them each start takes minutes",
+        ),
+    ):
+        place = folder
+        while not place.exists():
+            place = place.parent
+        free_gb = shutil.disk_usage(place).free / 1e9
+        remedy = ""
+        if free_gb < need_gb:
+            remedy = (
+                f"Less than {need_gb:g} GB: make room, or let XDG_DATA_HOME and "
+                "XDG_CACHE_HOME name a larger disk."
+            )
+        if not os.access(place, os.W_OK):
+            remedy = f"{place} cannot be written: correct its permissions."
+        told = f"{free_gb:.1f} GB free at {folder}"
+        found.append(Finding(name, told, remedy=remedy, why=why))
+    return found
 
 
 def _ffmpeg() -> Finding:
@@ -154,27 +229,9 @@ def _ffmpeg() -> Finding:
             is_missing=True,
             remedy="On Debian, apt install ffmpeg brings it.",
         )
-    return Finding("ffmpeg", _first_line([program, "-version"]))
-
-
-def serial_ports(adapters: list[SerialAdapter] | None = None) -> Finding:
-    """Report the ports an arm may be at, and what hinders it there."""
-    if adapters is None:
-        from devices.microscribe.driver.driver import SerialPorts
-
-        adapters = serial_adapters(SerialPorts().names())
-    told, remedies = [], []
-    for adapter in adapters:
-        names = f"{adapter.by_id} ({adapter.name})" if adapter.by_id else adapter.name
-        timer = adapter.latency_ms
-        told.append(names + (f", latency timer {timer} ms" if timer else ""))
-        if not adapter.is_allowed:
-            told[-1] += ", not yours to open"
-            remedies.append(f"{adapter.name}: {permission_remedy(adapter.name)}.")
-        elif timer is not None and timer > LEAST_LATENCY_MS:
-            remedies.append(latency_remedy(adapter.name))
-    none = "none; a MicroScribe needs one, or a USB adapter"
-    return Finding("serial ports", "\n".join(told) or none, remedy="\n".join(remedies))
+    return Finding(
+        "ffmpeg", _first_line([program, "-version"]), why="it writes the films"
+    )
 
 
 def _first_line(command: list[str]) -> str:
@@ -210,16 +267,3 @@ def _table_of(path: Path) -> dict[str, str]:
 
 def _megabytes(folder: Path) -> float:
     return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6
-
-
-def force_devices() -> Finding:
-    """Say whether the library of real force devices is there; the emulated one is."""
-    file = library_file()
-    if file is None:
-        return Finding(
-            "force devices",
-            "emulated",
-            remedy="For one of Force Dimension's install the maker's SDK and set "
-            f"{SDK_FOLDER} to its folder.",
-        )
-    return Finding("force devices", f"emulated; Force Dimension by {file}")

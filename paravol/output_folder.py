@@ -1,16 +1,16 @@
 """A folder that a command fills, owned by one running command at a time."""
 
-import fcntl
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import msgspec
 
 from anatomy.case import RECORD, CaseRecord
 from disk import UserError
+from machine import NoLocksError, lock_file
 
 EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
 """The scenario that is made for a case and for a person to edit, and its path."""
@@ -34,7 +34,8 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
         ) from error
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with suppress(NoLocksError):
+                lock_file(handle, waits=False)
             if os.fstat(handle).st_nlink == 0:
                 raise BlockingIOError  # whose lock it was ended just now
         except BlockingIOError:
@@ -45,7 +46,9 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
         try:
             yield folder
         finally:
-            (folder / ".lock").unlink(missing_ok=True)
+            # Windows keeps the name of an open file
+            with suppress(PermissionError):
+                (folder / ".lock").unlink(missing_ok=True)
             if is_ours and not any(folder.iterdir()):
                 folder.rmdir()
     finally:

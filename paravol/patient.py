@@ -23,6 +23,7 @@ from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
 from disk import UserError
+from machine import usable_cores
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
@@ -297,7 +298,7 @@ class PatientScene:
 
 def thread_count() -> int:
     """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0))
+    return usable_cores()
 
 
 @cache

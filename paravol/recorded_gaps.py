@@ -60,11 +60,15 @@ class Poses:
 
 @dataclass(frozen=True, slots=True)
 class RecordedGaps:
-    """Hold each sample's gaps: of the scope to tissue, and of both tools to hazards."""
+    """Hold each sample's gaps: of the scope to tissue, and of both tools to hazards.
+
+    operated: the patient as the cuts left it; None where nothing was cut.
+    """
 
     contacts: Contacts
     hazards: Mapping[str, Doubles] | None
     tool_hazards: Mapping[str, Doubles] | None
+    operated: OperatedPatient | None = None
 
 
 def why_untrusted(
@@ -106,15 +110,10 @@ def recorded_gaps(
     names: dict[str, int] = {}
     touched = np.full(len(times), -1)
     distance, structures = patient.surface.distance, patient.structures
-    cuts = [
-        record
-        for record in recording.records
-        if isinstance(record, EditRecord | PatientRecord)
-    ]
+    cuts = _cuts_of(recording)
     operated = None
     if cuts:
-        labels = None if structures is None else structures.labels
-        operated = OperatedPatient(patient.surface, patient.layers, labels)
+        operated = _whole(patient)
         distance = operated.surface.distance
         if structures is not None:
             structures = replace(structures, distance=distance)
@@ -139,7 +138,29 @@ def recorded_gaps(
     return RecordedGaps(
         Contacts(times, gap, touched, tuple(names)),
         *_hazard_gaps(patient, poses, radius_mm),
+        operated,
     )
+
+
+def cut_again(recording: Recording, patient: PatientScene) -> OperatedPatient:
+    """Return the patient as all recorded cuts left it.
+
+    ChangedStreamError as in `recorded_gaps`.
+    """
+    cuts, operated = _cuts_of(recording), _whole(patient)
+    for cut in cuts:
+        _make(cut, operated, cut is cuts[-1])
+    return operated
+
+
+def _cuts_of(recording: Recording) -> list[EditRecord | PatientRecord]:
+    return [r for r in recording.records if isinstance(r, EditRecord | PatientRecord)]
+
+
+def _whole(patient: PatientScene) -> OperatedPatient:
+    structures = patient.structures
+    labels = None if structures is None else structures.labels
+    return OperatedPatient(patient.surface, patient.layers, labels)
 
 
 def _make(

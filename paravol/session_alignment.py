@@ -43,6 +43,18 @@ class TimeMap(NamedTuple):
         return float(np.interp(time_s, self.here_s, self.there_s))
 
 
+def by_time(here_s: tuple[float, float], there_s: tuple[float, float]) -> TimeMap:
+    """Return the map that ties equal times since the first samples.
+
+    here_s, there_s: times of the first and the last sample; the longer session is only
+    mapped as far as the shorter one lasts.
+    """
+    lasts_s = min(here_s[1] - here_s[0], there_s[1] - there_s[0])
+    lasts_s = max(lasts_s, 1e-9)
+    here, there = (np.array([s, s + lasts_s]) for s in (here_s[0], there_s[0]))
+    return TimeMap(here, there, ())
+
+
 def session_marks(
     recording: Recording, landmarks: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, Mark]:

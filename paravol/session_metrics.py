@@ -17,9 +17,10 @@ from devices.microscribe.kinematics.uncertainty import EXACT
 from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
+from paravol.recorded_cavity import cavity_of, recorded_cavity
 from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
 from paravol.session_replay import recorded_score
-from paravol.session_setup import flown_scenario, reopen_session
+from paravol.session_setup import coverage_watch, flown_scenario, reopen_session
 from paravol.session_timeline import SessionTimeline
 from paravol.shortest_way import inside_of, shortest_way_mm
 from renderers.scene import Volume
@@ -48,9 +49,12 @@ from scenarios.metrics import (
     Track,
     measure,
     recorded_noise,
+    scope_changes,
     scope_track,
     tool_track,
+    tool_use,
 )
+from scenarios.metrics.cavity import CAVITY
 from scenarios.metrics.metric import Interval
 from scenarios.sample_columns import SampleColumns
 from surgery.edit import Edit
@@ -137,9 +141,10 @@ def session_metrics(
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
     if expert is not None:
-        if not isinstance(expert, Track):
-            expert = _expert(expert, recording.info)
-        measured = replace(measured, expert=expert)
+        track = expert
+        if not isinstance(track, Track):
+            track = _expert(track, recording.info)
+        measured = replace(measured, expert=track)
     score, source = None, ""
     if has_head:
         flown = flown_scenario(folder, recording.info, case)
@@ -154,6 +159,9 @@ def session_metrics(
             measured,
             progress,
         )
+        if isinstance(expert, Path) and _wants_cavity(chosen):
+            other = recorded_cavity(expert, patient)
+            measured = replace(measured, expert_cavity=other)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
@@ -238,10 +246,15 @@ def _measured(
     world_from_device: NDArray[np.float64],
 ) -> Measured:
     """Return what is known without a head."""
+    scenario = _scenario(recording.info)
+    scope = scenario.scope.endoscope()
     return Measured(
         scope_track(samples, world_from_device),
         tool_track(samples),
-        _scenario(recording.info).scope.endoscope(),
+        scope,
+        scope_changes=scope_changes(samples, scope.angle_deg),
+        tool_use=tool_use(samples),
+        allowed_tools=scenario.tools,
         picture_px=recording.info.picture_size[0],
         settings=settings,
     )
@@ -378,8 +391,13 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         has_names=flown.wants("contact time on"),
     )
     check_recorded(flown.recording, score, gaps, poses, dict(measured.targets))
+    mucosa = None
+    if flown.wants("touched area"):
+        mucosa = coverage_watch(flown.patient).mucosa
     measured = replace(
         measured,
+        mucosa=mucosa,
+        cavity=cavity_of(gaps.operated) if _wants_cavity(flown.chosen) else None,
         contacts=gaps.contacts,
         hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
         tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
@@ -418,8 +436,10 @@ def _stepped(
         names,
     )
     score = session.score()
-    edits = None
+    edits = cavity = None
     if session.operation is not None:
+        if _wants_cavity(flown.chosen):
+            cavity = cavity_of(session.operation.patient)
         edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
     radius_mm = measured.endoscope.diameter_mm / 2
     is_held = flown.samples.is_held.any()
@@ -431,8 +451,15 @@ def _stepped(
         edits=edits,
         breaches=_breaches(score),
         coverage=None if session.coverage is None else session.coverage.figures(),
+        mucosa=None if session.coverage is None else session.coverage.mucosa,
+        cavity=cavity,
     )
     return measured, score
+
+
+def _wants_cavity(chosen: tuple[Definition, ...]) -> bool:
+    names = {definition.name for definition in CAVITY}
+    return any(definition.name in names for definition in chosen)
 
 
 def _breaches(score: Score) -> tuple[Breach, ...] | None:

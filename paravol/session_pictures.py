@@ -5,7 +5,8 @@ one of one's own: it then shows the same patient from where it stands, through a
 lens, with the light that it carries.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -13,16 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from paravol.feedback import NO_SIGNS, TouchSigns
+from paravol.feedback.felt_signs import felt_signs
 from paravol.patient import PatientScene, Progress, load_patient, thread_count
 from paravol.player import Player
+from paravol.replay.free_camera import FreeCamera, shaft_in_scene
 from paravol.session_alignment import TimeMap, align, session_marks
 from paravol.session_setup import build_view, flown_scenario
 from paravol.session_timeline import SessionTimeline
+from paravol.snapshots.operated_head import OperatedHead
+from paravol.snapshots.snapshot_queue import SelectedMoment
 from paravol.snapshots.view_file import ViewCamera
 from paravol.video import VideoWriter
-from paravol.view import EndoscopeView
+from paravol.view import EndoscopeView, Frame
 from renderers.scene.lens_state import CLEAN
-from scenarios.bundle import read_recording
+from renderers.shading import LOOK_VERSION
+from scenarios import Sample, View
+from scenarios.bundle import FrameRecord, read_recording
+from scenarios.tasks import TaskState
 
 FILM_FPS = 30.0
 
@@ -43,10 +52,36 @@ class Pictures(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class ShownMoment:
+    """Hold a recorded session's moment, drawn.
+
+    sample: the newest of then. view: what it meant in the patient, with the camera that
+    looked on. recorded: the frame whose gain it has, None where none was recorded.
+    is_recorded: whether the picture is the one that was seen in flight, to the bit;
+    None where none was shown of this very sample, or with another look or camera.
+    tissue_changed: since the moment that was shown before. tasks, signs: of then.
+    """
+
+    sample: Sample
+    view: View
+    frame: Frame
+    recorded: FrameRecord | None
+    is_recorded: bool | None
+    tissue_changed: bool
+    tasks: tuple[TaskState, ...] = ()
+    signs: TouchSigns = NO_SIGNS
+
+
+def _untold(share: float) -> None:
+    """Tell nobody."""
+
+
 class SessionPictures:
     """Draw a recorded session as it was at any time.
 
     timeline: what is gone through; its patient's landmarks are the flown head's.
+    scenario: that was flown. pristine: the patient before anybody operated.
     """
 
     def __init__(
@@ -67,10 +102,10 @@ class SessionPictures:
         flown through, as it was before anybody operated.
         """
         recording = read_recording(folder)
-        self._scenario = flown_scenario(folder, recording.info, case)
+        self.scenario = flown_scenario(folder, recording.info, case)
         sha256 = recording.info.surface_sha256
         if patient is None or patient.surface_sha256 != sha256:
-            patient = load_patient(self._scenario, progress)
+            patient = load_patient(self.scenario, progress)
         self.patient = patient
         self.timeline = SessionTimeline(folder, patient, recording, size=size)
         self.size = size or recording.info.picture_size
@@ -78,41 +113,112 @@ class SessionPictures:
         self._progress = progress
         self._threads = threads or thread_count()
         self._view: EndoscopeView | None = None
-        self._shown: tuple[float, NDArray[np.uint8]] | None = None
+        self._shown: ShownMoment | None = None
+        self._shown_by: FreeCamera | None = None
 
     def at(self, time_s: float) -> NDArray[np.uint8]:
         """Return the picture of a time, ``(h, w, 3)`` sRGB; errors as the timeline."""
+        return self.moment(time_s).frame.pixels
+
+    def moment(
+        self,
+        time_s: float,
+        free: FreeCamera | None = None,
+        report: Callable[[float], None] = _untold,
+    ) -> ShownMoment:
+        """Return the moment of a time, drawn; errors as the timeline.
+
+        free: looks on in place of the scope, whose shaft then stands in the scene.
+        report: as `SessionTimeline.go_to` has it.
+        """
         timeline = self.timeline
-        sample, changes = timeline.go_to(time_s)
-        if self._shown is not None and self._shown[0] == sample.time_s:
-            return self._shown[1]
+        sample, changes = timeline.go_to(time_s, report)
+        before = self._shown
+        is_shown = before is not None and before.sample is sample
+        if before is not None and is_shown and self._shown_by is free and not changes:
+            return replace(before, tissue_changed=False)
         if self._view is None:
             # built of the tissue as it is now
             self._view = self._build()
         else:
             self._view.apply(changes)
         operation = timeline.session.operation
-        self._view.lens = CLEAN
-        if operation is not None and operation.lens is not None and not self._camera:
-            self._view.lens = operation.lens.state
-        seen = timeline.session.view(sample)
         recorded = timeline.frame(time_s)
         gain = None if recorded is None else recorded.gain
-        if self._camera is not None:
-            seen, gain = replace(seen, camera=self._camera), None
+        flown = seen = timeline.session.view(sample)
+        self._view.lens, self._view.props = CLEAN, ()
+        if free is not None:
+            seen = replace(seen, camera=free.camera(seen.camera))
+            scope = timeline.session.endoscope
+            shaft = shaft_in_scene(scope, seen.world_from_tip, free.frame[0])
+            self._view.props = tuple(shaft)
+        elif self._camera is not None:
+            seen = replace(seen, camera=self._camera)
+        elif operation is not None and operation.lens is not None:
+            self._view.lens = operation.lens.state
+        is_own = seen is not flown
         frame = self._view.draw(
             seen,
             number=0 if recorded is None else recorded.number,
-            elapsed_s=0.0 if self._shown is None else 1.0 / FILM_FPS,
-            gain=gain,
+            elapsed_s=0.0 if before is None else 1.0 / FILM_FPS,
+            gain=None if is_own else gain,
         )
-        self._shown = sample.time_s, frame.pixels
-        return frame.pixels
+        tasks, signs = timeline.session.tasks, TouchSigns(hazard=seen.hazard)
+        if operation is not None:
+            signs = felt_signs(operation, seen.hazard, 0)
+        self._shown_by = free
+        self._shown = ShownMoment(
+            sample,
+            seen,
+            frame,
+            recorded,
+            None if is_own else self._is_recorded(sample, recorded, frame),
+            bool(changes),
+            () if tasks is None else tasks.states,
+            signs,
+        )
+        return self._shown
+
+    def _is_recorded(
+        self, sample: Sample, recorded: FrameRecord | None, frame: Frame
+    ) -> bool | None:
+        """Return whether a picture is the recorded one; None where there is none."""
+        info, places = self.timeline.recording.info, self.timeline.recording.places
+        if recorded is None or not recorded.xxh3_128 or info.look != LOOK_VERSION:
+            return None
+        if places.get(recorded.sample) != self.timeline.place:
+            return None
+        return frame.fingerprint() == recorded.xxh3_128
+
+    def selected(self, name: str = "") -> SelectedMoment | None:
+        """Return the moment that was shown last, to be drawn at high quality.
+
+        To be called by the thread that shows moments. None before the first. name: see
+        `SelectedMoment`.
+        """
+        if self._shown is None:
+            return None
+        # a way to elsewhere may have ended before its picture
+        shown = self.moment(self._shown.sample.time_s, self._shown_by)
+        operation = self.timeline.session.operation
+        tissue = None
+        if operation is not None:
+            tissue = OperatedHead.of(operation.patient, operation.pushing)
+        return SelectedMoment(
+            shown.sample.time_s,
+            shown.view,
+            shown.frame.gain,
+            0 if shown.recorded is None else shown.recorded.number,
+            tissue,
+            shown.frame.lens,
+            self._view.props if self._view is not None else (),
+            name,
+        )
 
     def _build(self) -> EndoscopeView:
         info = self.timeline.recording.info
         return build_view(
-            self._scenario,
+            self.scenario,
             self.timeline.patient,
             tier=info.tier,
             seed=info.seed,

@@ -18,6 +18,7 @@ from paravol.versions import versions
 from scenarios import Scenario
 from scenarios.bundle import EditRecord, Recording, write_json
 from scenarios.metrics import DEFINITIONS, Definition
+from scenarios.passing import limited_metrics
 from scenarios.rubrics import (
     Assessment,
     Evidence,
@@ -25,7 +26,6 @@ from scenarios.rubrics import (
     Rubric,
     assess,
     bundled_populations,
-    limited_metrics,
     population_of,
 )
 from scenarios.tasks import TaskState

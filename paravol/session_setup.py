@@ -101,8 +101,12 @@ def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
     return replace(patient, scene=scene, structures=structures), operation
 
 
+class MissingCaseError(UserError):
+    """The case that a session was flown through is not where it was."""
+
+
 def flown_scenario(folder: Path, info: SessionInfo, case: Path | None) -> Scenario:
-    """Return what was flown; UserError where its case is not there.
+    """Return what was flown; MissingCaseError where its case is not there.
 
     folder: its name, for what is refused. case: where the case lies now.
     """
@@ -111,7 +115,7 @@ def flown_scenario(folder: Path, info: SessionInfo, case: Path | None) -> Scenar
         head = msgspec.structs.replace(scenario.head, case=str(case))
         scenario = msgspec.structs.replace(scenario, head=head)
     if scenario.head.case and not Path(scenario.head.case).is_dir():
-        raise UserError(
+        raise MissingCaseError(
             f"{folder} was flown through the case {scenario.head.case}, which is not "
             "there; say with --case where it lies now."
         )

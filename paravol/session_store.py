@@ -1,7 +1,6 @@
 """A folder of automatically recorded flights; the oldest make room for new ones."""
 
 import datetime
-import fcntl
 import os
 import re
 import shutil
@@ -12,6 +11,8 @@ from pathlib import Path
 
 import msgspec
 import platformdirs
+
+from machine import NoLocksError, lock_file
 
 KEPT_BYTES = 1_000_000_000
 """Of a user's flights so much is kept: some twenty hours."""
@@ -54,27 +55,27 @@ class SessionStore:
         stem = f"{now:%Y-%m-%d_%H-%M-%S}_{word[:60]}"
         self.folder.mkdir(parents=True, exist_ok=True)
         place = self._made(stem)
-        with _held(place):
+        with hold_session(place):
             self.make_room()
             yield place
 
     def make_room(self) -> list[Path]:
         """Remove the oldest until the rest is within the limit; give those removed."""
-        found = []
-        for folder in self.folder.glob(f"*{SUFFIX}"):
-            created = _removable(folder)
-            if created is not None:
-                found.append((created, folder, _size(folder)))
-        found.sort()
+        found = sorted((_removable(f) or "", f, _size(f)) for f in self.sessions())
         total = sum(size for _, _, size in found)
         removed = []
         for _, folder, size in found:
             if total <= self.limit_bytes:
                 break
-            if _remove(folder):
+            if remove_session(folder):
                 removed.append(folder)
                 total -= size
         return removed
+
+    def sessions(self) -> list[Path]:
+        """Return the sessions that were recorded automatically, those of now too."""
+        found = sorted(self.folder.glob(f"*{SUFFIX}"))
+        return [folder for folder in found if _removable(folder) is not None]
 
     def _made(self, stem: str) -> Path:
         number = 1
@@ -90,16 +91,57 @@ class SessionStore:
 
 
 @contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """Lock a folder for as long as this process fills it."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+def hold_session(folder: Path) -> Iterator[None]:
+    """Hold a session for as long as this process fills it; wait for another."""
+    lock = _lock_of(folder)
+    handle = os.open(lock, os.O_CREAT | os.O_RDWR, 0o600)
     try:
         # A disk that knows no locks keeps sessions all the same.
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
+        with suppress(NoLocksError):
+            lock_file(handle, waits=True)
         yield
     finally:
         os.close(handle)
+        with suppress(OSError):
+            lock.unlink()
+
+
+def is_held(folder: Path) -> bool:
+    """Return whether a living process fills an automatic session.
+
+    Where there are no locks, a session of which a process died counts as filled.
+    """
+    try:
+        handle = os.open(_lock_of(folder), os.O_RDWR)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    try:
+        lock_file(handle, waits=False)
+    except OSError:
+        return True
+    finally:
+        os.close(handle)
+    return False
+
+
+def remove_session(folder: Path) -> bool:
+    """Remove a session unless it is being filled; return whether it is gone."""
+    if folder.is_symlink() or is_held(folder):
+        return False
+    try:
+        shutil.rmtree(folder)
+    except OSError:
+        return False
+    with suppress(OSError):
+        _lock_of(folder).unlink()
+    return True
+
+
+def _lock_of(folder: Path) -> Path:
+    """Return the file that is locked: beside the session, which holds its own only."""
+    return folder.with_name(f".{folder.name}.lock")
 
 
 def _removable(folder: Path) -> str | None:
@@ -122,19 +164,3 @@ def _size(folder: Path) -> int:
             with suppress(OSError):
                 total += os.lstat(os.path.join(path, file)).st_size
     return total
-
-
-def _remove(folder: Path) -> bool:
-    """Remove a session unless it is being recorded; return whether it is gone."""
-    try:
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        shutil.rmtree(folder)
-    except OSError:
-        return False
-    finally:
-        os.close(handle)
-    return True

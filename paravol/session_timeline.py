@@ -1,7 +1,7 @@
 """A recorded session at any time, forwards and backwards."""
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
@@ -31,6 +31,10 @@ flight of more than eight minutes goes back in steps of ten seconds."""
 
 GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
+
+
+def _untold(share: float) -> None:
+    """Tell nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +106,29 @@ class SessionTimeline:
         """Return the time of the last sample."""
         return self._times[-1]
 
-    def go_to(self, time_s: float) -> tuple[Sample, list[Change]]:
+    @property
+    def sample_times_s(self) -> list[float]:
+        """Return the times of all samples, never falling."""
+        return list(self._times)
+
+    @property
+    def frame_times_s(self) -> list[float]:
+        """Return the times that the recorded frames show, never falling."""
+        return list(accumulate((time_s for time_s, _ in self._frames), max))
+
+    @property
+    def place(self) -> int:
+        """Return the place of the sample last gone to; -1 before the first."""
+        return self._place
+
+    def go_to(
+        self, time_s: float, report: Callable[[float], None] = _untold
+    ) -> tuple[Sample, list[Change]]:
         """Go to the newest sample at or before a time, before the first to that one.
 
         Returns it, and what in the scene's arrays became different on the way there.
+        report: told the share of the samples that are stepped, between any two; what it
+        raises ends the way there, and the next call goes on from where it ended.
         UserError for a time before 0 or after the end.
         """
         if not 0.0 <= time_s <= self.end_s + GRACE_S:
@@ -122,8 +145,10 @@ class SessionTimeline:
             self.session.restore(nearest.state)
             self._place, self._sample = nearest.place, nearest.sample
         operation = self.session.operation
+        first, count = self._place, place - self._place
         while self._place < place:
             self._step()
+            report((self._place - first) / count)
         assert self._sample is not None
         return self._sample, [] if operation is None else operation.take_changes()
 

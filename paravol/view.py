@@ -95,6 +95,8 @@ class EndoscopeView:
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
         self.lens = CLEAN
         """What lies on the front lens in the next picture."""
+        self.props: tuple[PlacedMesh, ...] = ()
+        """What else stands in the scene in the next picture."""
         self.generation = 0
         """Of the tissue that the next picture shows; see `Change`."""
         self.views_skipped = 0
@@ -213,6 +215,7 @@ class EndoscopeView:
             view.instrument,
             view.jaw,
             self.generation,
+            tuple((id(mesh), pose.tobytes()) for mesh, pose in self.props),
         )
         if self._lit is None or self._lit[0] != seen:
             # what the camera alone decides: between stages one thread would find it
@@ -248,10 +251,11 @@ class EndoscopeView:
         return self._begun
 
     def _tool(self, view: View) -> list[PlacedMesh]:
-        """Return the parts of the view's tool; none where none is shown."""
+        """Return the parts of the view's tool, and what else stands in the scene."""
         if not self.has_instrument:
-            return []
-        return placed_tool(view.instrument, view.world_from_instrument, view.jaw)
+            return [*self.props]
+        tool = placed_tool(view.instrument, view.world_from_instrument, view.jaw)
+        return [*tool, *self.props]
 
     def _listed(self, view: View) -> list[ListedFacets]:
         """List what of the instrument's parts may be in view."""

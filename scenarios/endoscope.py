@@ -5,7 +5,7 @@ camera).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from renderers.scene import Camera, Projection
 
 SUPERIOR = np.array([0.0, 0.0, 1.0])
 ANTERIOR = np.array([0.0, -1.0, 0.0])
+
+LEAST_GRAVITY = 0.1
+"""A picture has no horizon where less of "up" than this lies in it."""
 
 PARALLEL = 0.999
 """Cosine above which the view axis counts as parallel to "up" (2.6 degrees): the
@@ -50,11 +53,21 @@ class Endoscope:
                     f"scope {name} must lie between {low:g} and {high:g}, got {value:g}"
                 )
 
+    def at(self, angle_deg: float | None) -> "Endoscope":
+        """Return this scope with another angle; itself for None.
+
+        UserError for one out of range.
+        """
+        if angle_deg is None or angle_deg == self.angle_deg:
+            return self
+        return replace(self, angle_deg=angle_deg)
+
     def camera(
         self,
         world_from_tip: NDArray[np.float64],
         roll_deg: float,
         size: tuple[int, int],
+        camera_roll_deg: float = 0.0,
     ) -> Camera:
         """Return the camera of a tip pose; `size` is ``(width, height)``.
 
@@ -62,7 +75,9 @@ class Endoscope:
             axes are ignored, a five-joint arm does not measure them.
         roll_deg: turn of the light post, right-handed about the pointing direction;
             0 is upwards. Turning it moves the view of an angled scope, never the
-            horizon: the camera head is held upright.
+            horizon.
+        camera_roll_deg: turn of the camera head from upright, right-handed about the
+            view. Turning it turns the picture, the other way round.
         """
         tip = world_from_tip[:3, 3]
         shaft = -world_from_tip[:3, 2]
@@ -73,6 +88,10 @@ class Endoscope:
         view = math.cos(tilt) * shaft + math.sin(tilt) * post
         view /= np.linalg.norm(view)
         right, up = _upright(view)
+        if camera_roll_deg:
+            turn = math.radians(camera_roll_deg)
+            cosine, sine = math.cos(turn), math.sin(turn)
+            right, up = cosine * right - sine * up, cosine * up + sine * right
         return Camera(
             np.stack([tip, right, up, view]),
             math.radians(self.field_of_view_deg / 2),

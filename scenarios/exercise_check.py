@@ -13,6 +13,7 @@ from anatomy.phantom.variants import with_variants
 from anatomy.tissue import Label
 from disk import UserError
 from disk.line_finder import toml_line
+from scenarios.coverage.sites import SIDES, SITE_NAMES
 from scenarios.tasks.checks import (
     Problem,
     nearest,
@@ -20,7 +21,7 @@ from scenarios.tasks.checks import (
     place_problems,
     sentence,
 )
-from scenarios.tasks.task import Follow, Inject, KeepAway, Remove
+from scenarios.tasks.task import Follow, Inject, KeepAway, Remove, Survey
 
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario
@@ -28,19 +29,23 @@ if TYPE_CHECKING:
 TISSUES = tuple(label.name.lower().replace("_", " ") for label in Label)
 """Names of `surgery.patient.Books`."""
 
+SITES = (*SITE_NAMES, *(f"{site}, {side}" for site in SITE_NAMES for side in SIDES))
+"""Names of sites of mucosa, of both sides together and of one."""
+
 ROLES = ("scope", "tool", "both hands", "patient")
 
 
 @dataclass(frozen=True, slots=True)
 class HeadNames:
-    """Name what a head has: landmarks, hazards, and walls of bone.
+    """Name what a head has: landmarks, hazards, walls of bone, sites of mucosa.
 
-    hazards, walls: None where nobody knows them.
+    hazards, walls, sites: None where nobody knows them.
     """
 
     landmarks: Collection[str]
     hazards: Collection[str] | None = None
     walls: Collection[str] | None = None
+    sites: Collection[str] | None = None
 
 
 def file_problems(
@@ -53,6 +58,13 @@ def file_problems(
         if isinstance(task, Remove):
             for name in task.tissues:
                 yield from _unknown(("tasks", n, "tissues", name), "tissue", TISSUES)
+        if isinstance(task, Survey):
+            for name, percent in task.sites.items():
+                site = ("tasks", n, "sites", name)
+                yield from _unknown(site, "site", SITES)
+                if not 0.0 < percent <= 100.0:
+                    text = f"A site is seen by 0 to 100 percent, got {percent:g}."
+                    yield Problem(site, text)
         if isinstance(task, Follow):
             for ring in task.rings:
                 if abs(np.linalg.norm(ring.axis) - 1.0) > 1e-2:
@@ -68,7 +80,7 @@ def file_problems(
 
 
 def head_problems(scenario: "Scenario", head: HeadNames) -> Iterator[Problem]:
-    """Yield what names places, hazards or walls that a head does not have."""
+    """Yield what names places, hazards, walls or sites that a head does not have."""
     for name in scenario.targets:
         yield from _unknown(("targets",), "landmark", head.landmarks, name)
     yield from place_problems(scenario.tasks, head.landmarks)
@@ -80,6 +92,10 @@ def head_problems(scenario: "Scenario", head: HeadNames) -> Iterator[Problem]:
         if isinstance(task, Remove) and head.walls is not None:
             for name in task.walls:
                 yield from _unknown(("tasks", n, "walls", name), "wall", head.walls)
+        if isinstance(task, Survey) and head.sites is not None:
+            for name in task.sites:
+                site = ("tasks", n, "sites", name)
+                yield from _unknown(site, "site of this head's", head.sites)
 
 
 def refuse(file: Path, content: bytes, problems: Iterable[Problem]) -> None:

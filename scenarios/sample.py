@@ -17,7 +17,9 @@ class Sample:
     roll_deg: the light post's turn, from the second channel.
     instrument_tip_mm, instrument_pointing: ``(3,)`` patient frame. instrument: what the
     second hand holds and does. is_frozen: the trainer was frozen: nothing counts, and
-    the score's clock stands.
+    the score's clock stands. scope_deg: angle of the scope that was put in instead of
+    the exercise's own, None for that. camera_roll_deg: the camera head's turn from
+    upright.
     """
 
     time_s: float
@@ -28,6 +30,8 @@ class Sample:
     buttons: int
     instrument: InstrumentState = AS_BEFORE
     is_frozen: bool = False
+    scope_deg: float | None = None
+    camera_roll_deg: float = 0.0
 
 
 def tool_frame(sample: Sample) -> NDArray[np.float64]:

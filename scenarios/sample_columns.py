@@ -18,19 +18,23 @@ Doubles = NDArray[np.float64]
 class SampleColumns:
     """Hold samples as columns; see `scenarios.sample.Sample`.
 
-    time_s, roll_deg, tool_roll_deg: ``(n,)``. device_from_tip: ``(n, 4, 4)``. tool_mm,
-    tool_pointing: ``(n, 3)``. tool: ``(n,)`` places in `names`. is_frozen: ``(n,)``.
-    undone: strokes that were taken back in all.
+    time_s, roll_deg, camera_deg, tool_roll_deg: ``(n,)``. scope_deg: ``(n,)``, NaN for
+    the exercise's own scope. device_from_tip: ``(n, 4, 4)``. tool_mm, tool_pointing:
+    ``(n, 3)``. tool: ``(n,)`` places in `names`. is_used: ``(n,)``, the tool works or
+    sucks. is_frozen: ``(n,)``. undone: strokes that were taken back in all.
     """
 
     time_s: Doubles
     device_from_tip: Doubles
     roll_deg: Doubles
+    camera_deg: Doubles
+    scope_deg: Doubles
     tool_mm: Doubles
     tool_pointing: Doubles
     tool_roll_deg: Doubles
     tool: NDArray[np.int64]
     names: tuple[str, ...]
+    is_used: NDArray[np.bool_]
     is_frozen: NDArray[np.bool_]
     undone: int = 0
 
@@ -47,11 +51,15 @@ class SampleColumns:
             np.array([sample.time_s for sample in samples], np.float64),
             _rows([s.device_from_tip for s in samples], 4, 4),
             np.array([sample.roll_deg for sample in samples], np.float64),
+            np.array([sample.camera_roll_deg for sample in samples], np.float64),
+            # what is None becomes NaN
+            np.array([sample.scope_deg for sample in samples], np.float64),
             _rows([sample.instrument_tip_mm for sample in samples], 3),
             _rows([sample.instrument_pointing for sample in samples], 3),
             np.array([state.roll_deg for state in held], np.float64),
             np.array(tool, np.int64),
             tuple(names),
+            np.array([s.is_working or s.is_sucking for s in held], np.bool_),
             np.array([sample.is_frozen for sample in samples], np.bool_),
             max((state.undone for state in held), default=0),
         )

@@ -63,13 +63,37 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scene: str = ""
 
 
+ANGLES_DEG = (0.0, 30.0, 45.0, 70.0)
+"""Angles of the scopes that lie ready in every exercise that names none."""
+
+
+class CameraHold(StrEnum):
+    """Say who keeps the camera head upright: nothing turns it, or the light post."""
+
+    UPRIGHT = "upright"
+    WITH_POST = "with the light post"
+
+
 class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Choose the endoscope."""
+    """Choose the endoscope.
+
+    angle_deg: of the one that is in hand at first. angles_deg: of those that may be
+    put in beside it; none: `ANGLES_DEG`. camera: what turns the camera head beside the
+    hand. camera_roll_deg: how far from upright it is at first.
+    """
 
     diameter_mm: float = 2.7
     angle_deg: float = 0.0
     field_of_view_deg: float = 80.0
     ring_radius_mm: float = 0.95
+    camera: CameraHold = CameraHold.UPRIGHT
+    camera_roll_deg: float = 0.0
+    angles_deg: tuple[float, ...] = ()
+
+    @property
+    def choices_deg(self) -> tuple[float, ...]:
+        """Return the angles of all scopes that may be used, from the least on."""
+        return tuple(sorted({self.angle_deg, *(self.angles_deg or ANGLES_DEG)}))
 
     def endoscope(self) -> Endoscope:
         """Build the scope; ValueError names a figure out of range."""
@@ -215,7 +239,8 @@ def load_scenario(name: str) -> tuple[Scenario, Path]:
             f"The scenario {scenario.name!r} must name a path file beside it, "
             f"got {scenario.path!r}."
         )
-    scenario.scope.endoscope()
+    for angle_deg in scenario.scope.choices_deg:
+        scenario.scope.endoscope().at(angle_deg)
     refuse(file, content, file_problems(scenario, bundled_scenarios()))
     if scenario.head.case:
         case = (file.parent / scenario.head.case).resolve()

@@ -53,6 +53,7 @@ class View:
     closed. tool_mm: gap between that tool and tissue, None without a tool;
     tool_touched: what it touches without working, "" for nothing. drags_mm: how far
     "scope" and "tool" are off their places in the nostril; none that is in no nostril.
+    scope_deg: angle of the scope that sees it.
     """
 
     camera: Camera
@@ -66,6 +67,7 @@ class View:
     tool_mm: float | None = None
     tool_touched: str = ""
     drags_mm: Mapping[str, float] = field(default_factory=dict)
+    scope_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,7 +242,7 @@ class Session:
         """Return the view of a sample without scoring it."""
         placed = self._placed(sample)
         return View(
-            self.endoscope.camera(placed.world_from_tip, sample.roll_deg, self.size),
+            self._camera(sample, placed),
             placed.world_from_tip,
             tool_frame(sample),
             placed.gap_mm,
@@ -251,6 +253,14 @@ class Session:
             placed.tool_mm,
             placed.tool_touched,
             placed.drags_mm,
+            self.endoscope.at(sample.scope_deg).angle_deg,
+        )
+
+    def _camera(self, sample: Sample, placed: Placed) -> Camera:
+        """Return what the scope of a sample sees."""
+        scope = self.endoscope.at(sample.scope_deg)
+        return scope.camera(
+            placed.world_from_tip, sample.roll_deg, self.size, sample.camera_roll_deg
         )
 
     def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
@@ -260,16 +270,12 @@ class Session:
         lens = CLEAN
         if self.operation is not None and self.operation.lens is not None:
             lens = self.operation.lens.state
-        camera = self.endoscope.camera(
-            placed.world_from_tip, sample.roll_deg, self.size
-        )
+        camera = self._camera(sample, placed)
         watch.step(self.clock_s, camera, self._distance, lens)
 
     def _situation(self, sample: Sample, placed: Placed) -> Situation:
         """Return what a sample means to tasks."""
-        camera = self.endoscope.camera(
-            placed.world_from_tip, sample.roll_deg, self.size
-        )
+        camera = self._camera(sample, placed)
         hand = sample.instrument
         tool_tip = None
         if hand.name != NO_TOOL and np.all(np.isfinite(sample.instrument_tip_mm)):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
-    *("anatomy", "app", "benchmarks", "devices", "disk", "paravol"),
+    *("anatomy", "app", "benchmarks", "devices", "disk", "machine", "paravol"),
     *("renderers", "scenarios", "surgery"),
 )
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from anatomy.kernels.tables import Doubles, Floats
+from renderers.scene.kernels.least_along import value_at
 
 STEP_MM = 0.1
 COUNT = 36
@@ -22,18 +23,7 @@ def _sample(values: NDArray[np.generic], x: float, y: float, z: float) -> float:
     x = min(max(x, 0.0), nx - 1.000001)
     y = min(max(y, 0.0), ny - 1.000001)
     z = min(max(z, 0.0), nz - 1.000001)
-    i, j, k = int(x), int(y), int(z)
-    x -= i
-    y -= j
-    z -= k
-    found = 0.0
-    for corner in range(8):
-        a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
-        weight = x if a else 1 - x
-        weight *= y if b else 1 - y
-        weight *= z if c else 1 - z
-        found += weight * values[k + c, j + b, i + a]
-    return found
+    return value_at(values, x, y, z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,6 +1,5 @@
 """The air of one head, at points or over a lattice."""
 
-import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +18,7 @@ from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model
 from anatomy.phantom.program import Row
 from disk import UserError
+from machine import usable_cores
 
 BRICK_VOXELS = 8
 _CHUNK = 2048
@@ -36,7 +36,7 @@ class Effort:
 
 def default_threads() -> int:
     """Return the number of processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    return usable_cores()
 
 
 def run_in_ranges(

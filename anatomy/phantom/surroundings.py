@@ -155,6 +155,8 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
+        # The ledge that the uncinate process stands on is thicker than its walls.
+        Solid(Row.UNCINATE, "uncinate", Label.UNCINATE),
         Solid(loose, "fat", Label.FAT, steepness=2.2),
         Solid(flesh, "muscle", Label.MUSCLE),
         Solid(lip, "muscle", Label.MUSCLE),

@@ -125,6 +125,10 @@ def replay(
 
     options.demand_sense()
     options = replace(options, threads=thread_count(options.threads))
+    if options.window:
+        from app.cli.replay_window import run_replay_window
+
+        return run_replay_window(session, options)
     if options.at is not None:
         run_at(session, options.at, options, as_json=json)
         return 0
@@ -415,3 +419,17 @@ def doctor(
     from app.cli.doctor import run_doctor
 
     return run_doctor(as_json=json)
+
+
+@app.command(name="desktop-entry", group=MACHINE)
+def desktop_entry(*, remove: Flag = False) -> int:
+    """Put PARAVOL among the desktop's applications, with an icon.
+
+    Parameters
+    ----------
+    remove
+        Remove it from there.
+    """
+    from app.cli.desktop_entry import run_desktop_entry
+
+    return run_desktop_entry(removes=remove)

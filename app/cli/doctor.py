@@ -2,10 +2,13 @@
 
 import os
 from dataclasses import asdict
+from importlib import metadata
 
 from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
+from machine import usable_cores
 from paravol.arm_check import LOOK_S, adapter_findings, check_arm
+from paravol.device_check import device_findings
 from paravol.finding import Finding
 from paravol.known_constants import constants_findings
 from paravol.machine_check import machine_findings, program_findings
@@ -55,28 +58,66 @@ def examine() -> list[Finding]:
     offscreen, window = probe_offscreen(), probe_window()
     return [
         *machine_findings(),
-        _opengl("OpenGL off screen", offscreen),
-        Finding("display", display_name() or "none"),
-        _opengl("window", window),
+        _opengl("OpenGL off screen", offscreen, "it draws overviews into files"),
+        Finding("display", display_name() or "none", why="the window opens on it"),
+        _opengl(
+            "window",
+            window,
+            "it draws the overview beside the scope's picture",
+            SOFTWARE,
+        ),
+        _qt(),
         *program_findings(),
+        *device_findings(),
         *_choices(offscreen, window),
     ]
 
 
 def _described(finding: Finding) -> str:
     mark = "MISSING: " if finding.is_missing else ""
-    remedy = f"\n{finding.remedy}" if finding.remedy else ""
-    return f"{mark}{finding.value}{remedy}"
+    why = f"\n  why: {finding.why}" if finding.why else ""
+    remedy = f"\n  do: {finding.remedy}" if finding.remedy else ""
+    return f"{mark}{finding.value}{why}{remedy}"
 
 
-def _opengl(name: str, opengl: OpenGL) -> Finding:
+SOFTWARE = (
+    "It works, drawn by the processor, which then has less time for the scope's "
+    "picture. With a graphics card in the machine, its driver is not in use: on "
+    "Debian, apt install libgl1-mesa-dri, or the maker's driver, and log in again."
+)
+
+
+def _opengl(name: str, opengl: OpenGL, why: str, remedy: str = "") -> Finding:
+    """Report a trial; remedy: where it is drawn in software."""
     if not opengl.works:
-        return Finding(name, "not available", remedy=opengl.problem)
-    return Finding(name, f"{opengl.vendor}, {opengl.renderer}, {opengl.version}")
+        return Finding(name, "not available", remedy=opengl.problem, why=why)
+    told = f"{opengl.vendor}, {opengl.renderer}, {opengl.version}"
+    if not opengl.is_software:
+        return Finding(name, f"{told}; by the graphics card", why=why)
+    return Finding(name, f"{told}; in software", remedy=remedy, why=why)
+
+
+def _qt() -> Finding:
+    why = "it opens the window and hears keys and mouse"
+    try:
+        version = metadata.version("PySide6-Essentials")
+    except metadata.PackageNotFoundError:
+        remedy = (
+            "pip install 'paravol-ess[desktop]' brings it; paravol demo runs without."
+        )
+        return Finding("Qt", "not installed", remedy=remedy, why=why)
+    platform = os.environ.get("QT_QPA_PLATFORM", "")
+    chosen = f"QT_QPA_PLATFORM={platform}" if platform else "platform by the display"
+    remedy = ""
+    if platform.partition(":")[0] in ("offscreen", "minimal", "vnc"):
+        remedy = f"With {chosen} no window appears on the screen; unset it to see one."
+    elif not platform and os.environ.get("WAYLAND_DISPLAY"):
+        remedy = "Should the window misbehave on Wayland, set QT_QPA_PLATFORM=xcb."
+    return Finding("Qt", f"{version}, {chosen}", remedy=remedy, why=why)
 
 
 def _choices(offscreen: OpenGL, window: OpenGL) -> list[Finding]:
-    threads = len(os.sched_getaffinity(0))
+    threads = usable_cores()
     if window.works:
         how = "in software" if window.is_software else "on the graphics card"
         overview = f"Qt window, its overview by OpenGL {how}"

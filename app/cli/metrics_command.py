@@ -9,6 +9,7 @@ import msgspec
 
 from app.cli.terminal import Stages, print_json, print_table
 from disk import demand_place, whole_file
+from paravol.metric_texts import metric_remark, metric_text, says_nothing
 from paravol.session_metrics import SessionMetrics, session_metrics
 from scenarios.bundle import write_json
 from scenarios.metrics import (
@@ -23,14 +24,6 @@ COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 """Of PerkTutor's table of metrics; ours come behind them."""
 
 OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
-
-_OF_MANY = (
-    *("speed peaks: ", "smallest distance: ", "time in margin: "),
-    *("hazard dose: ", "near misses: "),
-)
-"""Metrics that most hazards or thresholds have nothing to tell of."""
-
-_NOISE = "below the noise floor"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +84,7 @@ def as_csv(metrics: list[Metric]) -> str:
         figures = (metric.value, metric.sigma, metric.floor)
         value, sigma, floor = ("" if f is None else repr(f) for f in figures)
         row = [metric.name, metric.role, metric.unit, value, sigma, floor]
-        writer.writerow([*row, _remark(metric)])
+        writer.writerow([*row, metric_remark(metric)])
     return text.getvalue()
 
 
@@ -129,35 +122,9 @@ def _print(session: Path, found: SessionMetrics) -> None:
     ]
     if not found.is_complete:
         rows.append(("recording", "ends in the middle"))
-    told = [metric for metric in found.metrics if not _says_nothing(metric)]
+    told = [metric for metric in found.metrics if not says_nothing(metric)]
     rows += [(f"{m.role}: {m.name}", metric_text(m)) for m in told]
     left_out = len(found.metrics) - len(told)
     if left_out:
         rows.append(("left out", f"{left_out} that are 0 or far away; --json has them"))
     print_table(f"Metrics of {session}", rows)
-
-
-def _says_nothing(metric: Metric) -> bool:
-    """Return whether a hazard or a threshold did not come into play."""
-    far = metric.value is None and "nearer than" in metric.reason
-    return metric.name.startswith(_OF_MANY) and (far or metric.value == 0.0)
-
-
-def metric_text(metric: Metric) -> str:
-    """Return a value with its 1 sigma and its unit, or why there is none."""
-    if metric.value is None:
-        return metric.reason
-    unit = "" if metric.unit == "1" else f" {metric.unit}"
-    sigma = "" if not metric.sigma else f" ± {metric.sigma:.2g}"
-    remark = _remark(metric)
-    return f"{_figure(metric.value)}{sigma}{unit}" + (f" ({remark})" if remark else "")
-
-
-def _figure(value: float) -> str:
-    if value == round(value) and abs(value) < 1e6:
-        return f"{value:.0f}"
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
-
-
-def _remark(metric: Metric) -> str:
-    return _NOISE if metric.is_noise else metric.reason

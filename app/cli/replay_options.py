@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.cli.root import Threads
+from app.cli.root import Flag, Threads
 from disk import UserError
 
 
@@ -44,10 +44,13 @@ class ReplayOptions:
     out
         The view file, such as a.view.json.
     case
-        With --at, --view-at or a film of one's own: where the case that was flown
-        through lies now.
+        With --at, --view-at, --window or a film of one's own: where the case that was
+        flown through lies now.
+    window
+        Open the trainee's window and replay it there, with --beside two at a time.
     """
 
+    window: Flag = False
     check: bool = False
     video: Path | None = None
     speed: float | None = None
@@ -72,7 +75,14 @@ class ReplayOptions:
         """UserError for options that do not go together."""
         if (self.view_at is None) != (self.out is None):
             raise UserError("--view-at and --out go together.")
-        is_timed = self.at is not None or self.out is not None or self.is_own_film
+        if self.window:
+            self._demand_window()
+        is_timed = (
+            self.window
+            or self.at is not None
+            or self.out is not None
+            or self.is_own_film
+        )
         if self.case is not None and not is_timed:
             raise UserError(
                 "--case goes with --at, --view-at or a film with --speed, --from, "
@@ -85,7 +95,8 @@ class ReplayOptions:
         ):
             raise UserError("--at goes without --check, --video and --view-at.")
         for name, value in (("--beside", self.beside), ("--camera", self.camera)):
-            if value is not None and self.video is None and self.picture is None:
+            is_drawn = self.video is not None or self.picture is not None
+            if value is not None and not (is_drawn or self.window):
                 raise UserError(
                     f"{name} goes with --video, or with --at and --picture."
                 )
@@ -105,6 +116,19 @@ class ReplayOptions:
                 "--check compares the recorded frames; leave --speed, --from, --to, "
                 "--beside and --camera out."
             )
+
+    def _demand_window(self) -> None:
+        """UserError for what the window has buttons for, or no use of."""
+        others = {
+            "--check": self.check or None,
+            "--video": self.video,
+            "--at": self.at,
+            "--view-at": self.view_at,
+            "--camera": self.camera,
+        }
+        for name, value in others.items():
+            if value is not None:
+                raise UserError(f"--window goes without {name}.")
 
 
 NOTHING_TYPED = ReplayOptions()

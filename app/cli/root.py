@@ -82,10 +82,11 @@ def rank_count(asked: int, *, oversubscribe: bool) -> int:
 
     More only wait for one another: 99 on two processors take a hundred times as long.
     """
-    import os
     import sys
 
-    there = len(os.sched_getaffinity(0))
+    from machine import usable_cores
+
+    there = usable_cores()
     if asked <= there or oversubscribe:
         return asked
     print(
@@ -98,6 +99,6 @@ def rank_count(asked: int, *, oversubscribe: bool) -> int:
 
 def thread_count(asked: int) -> int:
     """Turn the option into a number of threads."""
-    import os
+    from machine import usable_cores
 
-    return asked or len(os.sched_getaffinity(0))
+    return asked or usable_cores()

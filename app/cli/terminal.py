@@ -81,9 +81,11 @@ def print_json(value: object) -> None:
 def print_table(title: str, rows: list[tuple[str, str]]) -> None:
     """Print named figures as one table on standard output."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(title=title, show_header=False, title_justify="left")
     for name, value in rows:
-        table.add_row(name, value)
+        # what stands in brackets is no markup: pip install 'paravol-ess[mpi]'
+        table.add_row(escape(name), escape(value))
     Console().print(table, highlight=False)

@@ -3,8 +3,9 @@
 import math
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
@@ -15,114 +16,105 @@ from disk import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from paravol.flight import FlightEnd
-    from paravol.inputs.flight_input import FlightInput
+    from app.window.desk import DeskOrder
+    from paravol.flight import FlightEnd, FlightObserver
+    from paravol.training_setup import TrainingSetup
+    from paravol.window_preferences import WindowPreferences
+    from scenarios import Scenario
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
 
+TRIAL = "first_flight"
+"""Exercise by which devices are tried that were typed, when none is named."""
+
+
 EDGE_SAMPLES = 8
 """For smooth edges, where a graphics card draws them."""
 
-CLOSE_PATIENCE_S = 5.0
-"""The flight looks ten times a second whether the window is closed."""
-
 
 def run_train(options: TrainOptions) -> int:
-    """Open the window, fly until it is closed and print the result.
+    """Open the window, let fly until it is closed and print the results.
 
-    Raises ValueError for bad input, UserError where no window can open, the device's
-    error when the arm fails, KeyboardInterrupt after Ctrl-C.
+    Without a scenario or a case it opens at the home page. Raises ValueError for bad
+    input, UserError where no window can open, the device's error when the arm fails in
+    a flight that was named, KeyboardInterrupt after Ctrl-C.
     """
-    from paravol.exercise_path import recorded_path, recorded_path_file
-    from paravol.inputs import choose_input
-    from paravol.inputs.open_arm import demand_port
-    from paravol.pose_streaming import listening_address
-    from scenarios import load_scenario
-
     _check(options)
-    scenario, device = options.scenario, options.device
+    with ExitStack() as stack:
+        watcher = None
+        if options.instructor_page is not None:
+            watcher = stack.enter_context(_instructor_page(options.instructor_page))
+        return _train(options, training_setup(options, watcher))
+
+
+@contextmanager
+def _instructor_page(port: int) -> "Iterator[Callable[[Scenario], FlightObserver]]":
+    """Serve the instructor's page and say where; give what shows it a flight."""
+    from paravol.instructor import InstructorPage
+
+    with InstructorPage(port) as page:
+        print(f"The instructor's page: {page.address}", flush=True)
+        yield page.watcher
+
+
+def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
+    """Fly in the window; see `run_train`."""
+    from paravol.inputs.open_arm import demand_port
+
     if options.case is not None:
-        from paravol.case_scenario import scenario_of_case
-
-        scenario = str(scenario_of_case(options.case))
-    exercise, folder = load_scenario(scenario)
-    path_file = recorded_path_file(exercise, folder)
-    path = None if path_file is None else recorded_path(exercise, folder)
-    stream = None
-    if options.stream_igtl is not None:
-        stream = listening_address(options.stream_igtl)
-    second = options.devices.second_input(options.input, device, exercise, path)
-    flown = choose_input(
-        options.input,
-        device,
-        exercise,
-        path,
-        path_file,
-        options.devices.registration,
-        options.devices.roll,
-    )
-    if options.haptics != "none" or options.haptics_fault is not None:
-        from paravol.inputs.haptic import felt_input
-
-        if options.haptics == "force-dimension" and (options.input or device):
-            raise UserError(
-                "--haptics force-dimension steers by itself; leave out --input and "
-                "--device."
-            )
-        flown = felt_input(options.haptics, options.haptics_fault, flown, exercise)
-    demand_port(device)
+        order = setup.order_for_case(options.case)
+    else:
+        # without a name a trial: what was typed wrongly is told before a window opens
+        order = setup.order(options.scenario or TRIAL)
+    demand_port(options.device)
     graphics = probe_window()
     if not graphics.works:
         raise UserError(graphics.problem)
 
     # Only here: where libraries are missing, loading Qt fails.
+    from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QApplication
 
-    from app.window.flight_thread import FlightThread
-    from app.window.main_window import TraineeWindow
-    from paravol.flight import FlightOrder
-    from paravol.session_store import SessionStore
+    from app.window.desk import Desk
+    from app.window.main_window import MainWindow
 
     application = QApplication(["paravol"])
-    kept = SessionStore.of_the_user()
-    size, record = options.size, options.record
-    order = FlightOrder(
-        exercise,
-        path,
-        flown,
-        size,
-        options.threads,
-        record,
-        stream,
-        kept,
-        instrument=second,
-    )
-    thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
-    window = TraineeWindow(
-        thread,
-        edge_samples=0 if graphics.is_software else EDGE_SAMPLES,
-        seconds=options.seconds,
-        screenshot=options.screenshot,
-    )
+    window = MainWindow(options.screenshot, chosen_looks(options))
+    desk = Desk(window, _desk_order(options, setup, graphics.is_software))
     interrupted = False
+
+    def shut_later() -> None:
+        if options.seconds is not None:
+            QTimer.singleShot(round(options.seconds * 1e3), window.shut)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
         interrupted = True
         window.shut()
 
-    with _errors_of_slots(window.shut) as errors, _on_interrupt(interrupt):
+    with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
         window.show()
-        thread.start()
+        if options.case is not None:
+            desk.first_shown.connect(shut_later)
+            desk.take_off(order, partial(desk.fly_case, options.case))
+        elif options.scenario is not None:
+            desk.first_shown.connect(shut_later)
+            desk.take_off(order, partial(desk.fly, options.scenario))
+        else:
+            desk.open_home()
+            shut_later()
         application.exec()
-    thread.stop(CLOSE_PATIENCE_S)
+    desk.close()
     window.release()
-    if thread.flight.result is not None:
-        _tell(exercise.title, thread.flight.result, flown)
-        if not options.no_store:
-            keep_session(thread.flight.result.record, options.trainee)
-    errors += [thread.error] if thread.error is not None else []
+    for flown in desk.flown:
+        if flown.end is not None:
+            _tell(flown.scenario.title, flown.end, flown.last_lines)
+            if flown.is_kept:
+                print("Kept in paravol progress; --no-store leaves a session out.")
+            elif not options.no_store:
+                keep_session(flown.end.record, flown.trainee)
+    errors += [desk.error] if desk.error is not None else []
     if errors:
         raise errors[0]
     if interrupted:
@@ -130,18 +122,83 @@ def run_train(options: TrainOptions) -> int:
     return 0
 
 
-def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
+def chosen_looks(options: TrainOptions) -> "WindowPreferences":
+    """Return the window's looks: as typed, else as they were chosen last."""
+    import msgspec
+
+    from paravol.window_preferences import read_preferences
+
+    looks = read_preferences()
+    if options.theme is not None:
+        looks = msgspec.structs.replace(looks, theme=options.theme.replace("-", " "))
+    if options.font_scale is not None:
+        looks = msgspec.structs.replace(looks, font_scale=options.font_scale)
+    return looks
+
+
+def _desk_order(
+    options: TrainOptions, setup: "TrainingSetup", is_software: bool
+) -> "DeskOrder":
+    from app.window.desk import DeskOrder
+
+    is_named = options.scenario is not None or options.case is not None
+    named = (options.input, options.device, options.haptics_fault)
+    return DeskOrder(
+        setup,
+        # at home whoever was there last is offered; a flight that is named has nobody
+        trainee=options.trainee if is_named else options.trainee or None,
+        has_store=not options.no_store,
+        has_sound=options.sound == "on",
+        volume=options.volume,
+        edge_samples=0 if is_software else EDGE_SAMPLES,
+        has_typed_devices=any(named) or options.haptics != "none",
+    )
+
+
+def training_setup(
+    options: TrainOptions,
+    watcher: "Callable[[Scenario], FlightObserver] | None" = None,
+) -> "TrainingSetup":
+    """Return what the options say of devices, picture and recording.
+
+    watcher: makes who looks on at each flight.
+    """
+    from paravol.training_setup import DeviceSetup, TrainingSetup
+
+    placed = options.devices
+    devices = DeviceSetup(
+        scope=options.input,
+        port=options.device,
+        registration=placed.registration,
+        roll=placed.roll,
+        instrument=placed.instrument,
+        instrument_registration=placed.instrument_registration,
+        instrument_side=placed.instrument_side,
+        haptics=options.haptics,
+        haptics_fault=options.haptics_fault,
+    )
+    return TrainingSetup(
+        devices=devices,
+        size=options.size,
+        threads=options.threads,
+        record=options.record,
+        stream_igtl=options.stream_igtl,
+        watcher=watcher,
+    )
+
+
+def _tell(title: str, end: "FlightEnd", last_lines: Sequence[str]) -> None:
     """Print a flight's result: a window takes it along when it closes."""
     from app.cli.terminal import print_table
 
     print_table(title, end.rows())
-    print("\n".join([*end.lines(), *flown.last_lines()]))
+    print("\n".join([*end.lines(), *last_lines]))
 
 
 def keep_session(
     record: "Path | None", trainee: str, store: "Path | None" = None
 ) -> None:
-    """Add a flight's recording to the progress store.
+    """Score a flight's recording and add it to the progress store.
 
     record: None where it was not recorded. store: None for the user's. What goes wrong
     is said, and costs nothing of the flight.
@@ -172,6 +229,11 @@ def _check(options: TrainOptions) -> None:
             raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
             raise UserError(f"There is no folder {screenshot.absolute().parent}.")
+    if record is not None and options.scenario is None and options.case is None:
+        raise UserError(
+            f"--record {record} names one flight: say which by --scenario or --case. "
+            "What is flown from the home page is recorded without being asked."
+        )
     # Checked now, not after the arm was registered.
     if (
         record is not None
@@ -184,7 +246,7 @@ def _check(options: TrainOptions) -> None:
 
 
 @contextmanager
-def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
+def errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
     """Gather what is raised below Qt, which would only print it and go on."""
     errors: list[BaseException] = []
 
@@ -202,7 +264,7 @@ def _errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException
 
 
 @contextmanager
-def _on_interrupt(
+def on_interrupt(
     handler: Callable[[int, FrameType | None], None],
 ) -> Iterator[None]:
     """Call `handler` on Ctrl-C.

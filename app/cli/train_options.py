@@ -36,6 +36,9 @@ class TrainOptions:
     record
         Record the session into this folder, NAME.paravol, for good. Without it the
         newest sessions are kept below the user's data directory, 1 GB of them.
+    instructor_page
+        Show the flight on a read-only web page to an instructor at this machine: the
+        port, 0 for any that is free. The address is printed.
     seconds
         Close the window by itself after this time.
     screenshot
@@ -50,9 +53,14 @@ class TrainOptions:
         is needed.
     no_store
         Leave the session out of paravol progress.
+    theme
+        Colours of the window: dark, light or high-contrast. Without it the theme that
+        was chosen last; F2 chooses another.
+    font_scale
+        Size of the window's texts, 0.8 to 1.5; without it as chosen last.
     """
 
-    scenario: ScenarioName = "first_flight"
+    scenario: ScenarioName | None = None
     case: Path | None = None
     device: str | None = None
     input: str | None = None
@@ -63,12 +71,19 @@ class TrainOptions:
     size: Size = 512
     threads: Threads = 0
     record: Path | None = None
+    instructor_page: Annotated[
+        int | None, Parameter(validator=Number(gte=0, lte=65535))
+    ] = None
     seconds: float | None = None
     screenshot: Path | None = None
     sound: Literal["on", "off"] = "on"
     volume: Annotated[float, Parameter(validator=Number(gte=0, lte=1))] = 1.0
     trainee: str = ""
     no_store: Flag = False
+    theme: Literal["dark", "light", "high-contrast"] | None = None
+    font_scale: Annotated[
+        float | None, Parameter(validator=Number(gte=0.8, lte=1.5))
+    ] = None
 
 
 NOTHING_TYPED = TrainOptions()

@@ -1,203 +1,146 @@
-"""The trainee's window: the endoscope's picture large, the overview at its side."""
+"""The main window: a frame for one page at a time, its size, and its end."""
 
 import os
-import time
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer, Slot
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import (
-    QApplication,
-    QHBoxLayout,
-    QMainWindow,
-    QVBoxLayout,
-    QWidget,
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeyEvent,
+    QResizeEvent,
 )
+from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QStackedWidget
 
-from app.vtk.head_model import HeadModel
-from app.window.endoscope_panel import PictureView
-from app.window.flight_thread import DisplayedFrame, FlightThread
-from app.window.gauges import Gauges
-from app.window.keys import HandEvents
-from app.window.notices import Notices
-from app.window.side_panel import SideColumn
-from app.window.sound_keys import SoundKeys
-from app.window.style import style_sheet
-from app.window.tool_keys import ToolKeys
-from app.window.touch_bars import TouchBars, hazard_look
-from app.window.window_size import FullScreen, first_size, scale_for
+from app.window.page import Page
+from app.window.settings_dialog import SettingsDialog
+from app.window.style import style_sheet, take_theme
+from app.window.themes import DARK, THEMES
+from app.window.window_size import LEAST, FullScreen, first_size, scale_for
 from disk import UserError
-from paravol.feedback import NO_SIGNS, TouchSigns
-from paravol.flight import FlightEnd
-from paravol.readings import Readings
-from paravol.slice_views import SliceViews
-
-OVERVIEW_MS = 100
-"""Shortest time between two pictures of the overview."""
-
-OVERVIEW_SHARE = 0.15
-"""Largest part of the window's time for the overview, where OpenGL is software."""
-
-INJURY_S = 5.0
-"""So long an injury rings the picture."""
-
-ROLL_STEP_DEG = 5.0
-ASKED = "End this flight?"
-FROZEN = "Frozen"
+from paravol.window_preferences import WindowPreferences, write_preferences
 
 
-class TraineeWindow(QMainWindow):
-    """Show a flight. Lives in the thread that made it, as all of Qt's widgets do."""
+class MainWindow(QMainWindow):
+    """Show one page. Lives in the thread that made it, as all of Qt's widgets do."""
+
+    dropped = Signal(object)
+    """Paths of local files and folders that were dropped on whatever page is shown."""
 
     def __init__(
         self,
-        thread: FlightThread,
-        *,
-        edge_samples: int,
-        seconds: float | None = None,
         screenshot: Path | None = None,
+        preferences: WindowPreferences | None = None,
     ) -> None:
-        """Lay out the window and listen to the flight.
+        """Show nothing yet.
 
-        edge_samples: samples a pixel for smooth edges in the overview.
-        seconds: close by itself that long after the first picture.
-        screenshot: PNG file for a picture of the window when it closes.
+        screenshot: PNG file for a picture when it closes. preferences: theme and size
+        of texts; None for the first ones.
         """
         super().__init__()
-        self._thread = thread
-        self._flight = thread.flight
-        self._order = order = thread.flight.order
-        self._frame: DisplayedFrame | None = None
-        self._registration_mm: float | None = None
-        self._is_away = False
-        self._is_under_way = False
+        self._pages = QStackedWidget()
+        self._page = Page()
+        self._pages.addWidget(self._page)
         self._may_close = False
         self._scale = 0.0
-        self._full_screen = FullScreen(self)
-        self._seconds = seconds
+        self._preferences = WindowPreferences()
         self._screenshot = screenshot
-        self.setWindowTitle(f"PARAVOL: {order.scenario.title}")
-        self.picture = PictureView()
-        self._notices = Notices(self.picture)
-        self._bars = TouchBars()
-        self._gauges = Gauges()
-        self._side = SideColumn(order, edge_samples)
-        self._overview = self._side.overview
-        self._overview.changed.connect(self._on_overview_changed)
-        self._slices = self._side.slices
-        self._moments = self._side.moments
-        self._lay_out()
-        controls = order.input.controls
-        if order.instrument is not None and order.instrument.controls is not None:
-            controls = order.instrument.controls
-        if controls is not None:
-            self._hand = HandEvents(controls, self, self.picture)
-        if not order.has_own_tool:
-            self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
-        self._sound = SoundKeys(thread.sound, self, self._notices.notify)
-        self._injury = ""
-        self._injured_until_s = 0.0
-        self._overview_due_s = 0.0
-        self._is_overview_stale = True
+        self.full_screen = FullScreen(self)
+        self.setCentralWidget(self._pages)
+        self.setAcceptDrops(True)
+        # Python gets to its signals only when Qt calls it: Ctrl-C waits so long.
         self._timer = QTimer(self)
-        self._timer.timeout.connect(self._refresh)
-        self._timer.start(OVERVIEW_MS)
-        thread.staged.connect(self._on_stage)
-        thread.head_ready.connect(self._on_head)
-        thread.slices_ready.connect(self._on_slices)
-        thread.touching.connect(self._on_touching)
-        thread.registered.connect(self._on_registered)
-        thread.arrived.connect(self._on_frame)
-        thread.moment_kept.connect(self._on_moment)
-        thread.view_kept.connect(self._on_view_kept)
-        thread.pictured.connect(self._moments.show_moment)
-        thread.injured.connect(self._on_injury)
-        thread.unheard.connect(self._sound.fail)
-        thread.tool_device.connect(self._on_tool_device)
-        thread.task_ended.connect(self._on_task)
-        thread.away.connect(self._on_away)
-        thread.back.connect(self._on_back)
-        thread.landed.connect(self._on_landed)
-        thread.finished.connect(self._on_finished)
-        self._on_stage("Starting", 0.0)
-
-    def _lay_out(self) -> None:
-        middle = QWidget()
-        row = QHBoxLayout(middle)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        column = QVBoxLayout()
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.picture, 1)
-        column.addWidget(self._bars)
-        row.addLayout(column, 5)
-        row.addWidget(self._side, 3)
-        whole = QWidget()
-        rows = QVBoxLayout(whole)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
-        rows.addWidget(middle, 1)
-        rows.addWidget(self._gauges)
-        self.setCentralWidget(whole)
+        self._timer.timeout.connect(lambda: None)
+        self._timer.start(100)
+        # else it could not become smaller than what its last scale needs
+        self.setMinimumSize(LEAST / self.devicePixelRatioF())
         size = first_size(self.screen().availableGeometry().size())
-        self._set_scale(scale_for(size))
         self.resize(size)
+        self.take_preferences(preferences or WindowPreferences())
 
-    def _set_scale(self, scale: float) -> None:
+    @property
+    def page(self) -> Page:
+        """Return the page that is shown."""
+        return self._page
+
+    @property
+    def scale(self) -> float:
+        """Return the factor on every font and length."""
+        return self._scale
+
+    def show_page(self, page: Page) -> None:
+        """Show a page; the one before is released."""
+        before, self._page = self._page, page
+        page.set_scale(self._scale)
+        self._pages.addWidget(page)
+        self._pages.setCurrentWidget(page)
+        self._pages.removeWidget(before)
+        before.release()
+        before.deleteLater()
+        self.setWindowTitle(page.title)
+        page.setFocus()
+
+    def take_preferences(self, chosen: WindowPreferences) -> None:
+        """Take a theme and a size of texts; a theme that is not known is the first."""
+        if chosen.theme not in THEMES:
+            chosen = WindowPreferences(DARK, chosen.font_scale)
+        self._preferences = chosen
+        take_theme(chosen.theme)
+        self._scale = 0.0
+        self._set_scale()
+
+    def show_settings(self) -> None:
+        """Ask for theme and size of texts, and keep what is chosen."""
+        dialog = SettingsDialog(self._preferences, self)
+        dialog.chosen.connect(self.take_preferences)
+        dialog.accepted.connect(self._keep_preferences)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
+
+    def _keep_preferences(self) -> None:
+        try:
+            write_preferences(self._preferences)
+        except UserError as error:
+            QMessageBox.warning(self, "Settings", str(error))
+
+    def _set_scale(self) -> None:
+        fitting = scale_for(self.size(), self.devicePixelRatioF())
+        scale = fitting * self._preferences.font_scale
         if scale != self._scale:
             self._scale = scale
             self.setStyleSheet(style_sheet(scale))
-            for part in (self.picture, self._bars, self._side, self._gauges):
-                part.set_scale(scale)
+            self._page.set_scale(scale)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Open the settings on F2, on every page that has no other use for the key."""
+        if event.key() == Qt.Key.Key_F2:
+            self.show_settings()
+        else:
+            super().keyPressEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Draw everything as large as the window has room for."""
         super().resizeEvent(event)
-        self._set_scale(scale_for(event.size()))
+        self._set_scale()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Obey a key."""
-        match event.key():
-            case Qt.Key.Key_Return | Qt.Key.Key_Enter if self._notices.is_asking:
-                self._end_flight()
-            case Qt.Key.Key_Escape if self._notices.is_asking:
-                self._notices.answered()
-            case Qt.Key.Key_Escape if self.isFullScreen():
-                self._full_screen.switch()
-            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
-                self.close()
-            case Qt.Key.Key_F:
-                self._full_screen.switch()
-            case Qt.Key.Key_Left | Qt.Key.Key_Down:
-                self._flight.roll.turn_deg -= ROLL_STEP_DEG
-            case Qt.Key.Key_Right | Qt.Key.Key_Up:
-                self._flight.roll.turn_deg += ROLL_STEP_DEG
-            case Qt.Key.Key_M:
-                self._notices.notify(self._slices.switch(), "Slices at the tip")
-            case Qt.Key.Key_C:
-                self._notices.notify(
-                    self._overview.switch(), "The side wall of the nose"
-                )
-            case Qt.Key.Key_Space:
-                self._keep_moment()
-            case Qt.Key.Key_P if self._order.scenario.tasks:
-                self._freeze()
-            case Qt.Key.Key_I if self._order.scenario.tasks:
-                self._side.tasks.switch_hint()
-            case Qt.Key.Key_V if self._frame is not None:
-                self._flight.keep_view()
-            case _:
-                super().keyPressEvent(event)
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take what has local files."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Tell which files and folders were dropped."""
+        urls = event.mimeData().urls()
+        paths = [Path(url.toLocalFile()) for url in urls if url.isLocalFile()]
+        if paths:
+            event.acceptProposedAction()
+            self.dropped.emit(paths)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask while a flight is under way; else end the program's event loop.
-
-        Closing a second time is an answer, too: a mouse has no other.
-        """
-        if self._is_under_way and not self._may_close and not self._notices.is_asking:
+        """End the program's event loop, unless the page has something to ask."""
+        if not self._may_close and not self._page.may_leave():
             event.ignore()
-            self._notices.ask(ASKED, "Enter ends it · Esc flies on")
             return
         self._timer.stop()
         screenshot, self._screenshot = self._screenshot, None
@@ -211,225 +154,13 @@ class TraineeWindow(QMainWindow):
         self._may_close = True
         self.close()
 
-    def _end_flight(self) -> None:
-        """End the flight and show its result, or close where none has begun."""
-        self._notices.answered()
-        if self._frame is None:
-            self.shut()
-        self._flight.end()
-
     def release(self) -> None:
-        """Free the overview's graphics memory."""
-        self._overview.release()
+        """Release the page that is shown."""
+        self._page.release()
 
     def _save(self, path: Path) -> None:
+        self._page.catch_up()
         partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
         if not self.grab().save(str(partial)):
             raise UserError(f"The screenshot {path} cannot be written.")
         os.replace(partial, path)
-
-    def _keep_moment(self) -> None:
-        if self._flight.result is not None or self._frame is None:
-            return
-        if self._flight.recording.folder is None:
-            self._notices.notify(
-                "This flight is not recorded", "So no moment can be kept."
-            )
-        else:
-            self._flight.keep_moment()
-
-    def _freeze(self) -> None:
-        """Freeze the trainer, or let it go on: nothing counts meanwhile."""
-        hand = self._flight.hand
-        hand.freeze(not hand.is_frozen)
-        if hand.is_frozen:
-            self._notices.say(FROZEN, "The clock stands and nothing counts; P goes on.")
-        else:
-            self._notices.say("")
-
-    @Slot(str, bool, str)
-    def _on_task(self, name: str, is_done: bool, text: str) -> None:
-        title = "Done" if is_done else f"Failed: {name}"
-        self._notices.notify(title, text)
-
-    @Slot()
-    def _on_overview_changed(self) -> None:
-        self._is_overview_stale = True
-
-    @Slot(str, float)
-    def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(stage, "This is quick once it was done before.", share)
-
-    @Slot(object)
-    def _on_head(self, head: HeadModel) -> None:
-        self._overview.show_head(head)
-
-    @Slot(object)
-    def _on_slices(self, views: SliceViews) -> None:
-        self._slices.show_head(views)
-
-    @Slot(int)
-    def _on_touching(self, touched: int) -> None:
-        self._is_under_way = True
-        fiducials = self._order.scenario.fiducials
-        positions = self._order.scenario.fiducial_positions()
-        if touched < len(fiducials):
-            how = self._order.input.touch_hint
-            name = fiducials[touched].name
-            self._notices.say(
-                f"Touch the {name} ({touched + 1} of {len(fiducials)})",
-                how,
-                touched / len(fiducials),
-            )
-        self._overview.scene.show_fiducials(positions, touched)
-        self._is_overview_stale = True
-
-    @Slot(object)
-    def _on_registered(self, residual_mm: float | None) -> None:
-        self._registration_mm = residual_mm
-        self._is_under_way = True
-        if residual_mm is None:
-            self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
-        else:
-            fiducials = self._order.scenario.fiducial_positions()
-            self._overview.scene.hide_fiducials(fiducials)
-            self._is_overview_stale = True
-            self._notices.notify(
-                "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
-            )
-        self.picture.mark_recording(self._flight.recording.folder is not None)
-
-    @Slot()
-    def _on_frame(self) -> None:
-        frame = self._thread.take()
-        if frame is None:
-            return
-        if self._frame is None and self._seconds is not None:
-            QTimer.singleShot(round(self._seconds * 1e3), self.shut)
-        before, self._frame = self._frame, frame
-        if frame.cuts != (0 if before is None else before.cuts):
-            self._slices.refresh()
-            self._overview.refresh()
-        self._is_overview_stale = True
-        self._show_signs(NO_SIGNS if before is None else before.signs)
-        self._warn()
-        self.picture.show_picture(frame.pixels)
-
-    def _show_signs(self, before: TouchSigns) -> None:
-        """Show force and nearness; say what broke since the signs before."""
-        frame = self._frame
-        signs = NO_SIGNS if frame is None or self._is_away else frame.signs
-        self._bars.show_signs(signs, self._sound.caption)
-        pointer = frame.pointer if frame is not None and not self._is_away else None
-        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs)[0])
-        if signs.breaks > before.breaks:
-            self._notices.notify(*signs.break_text())
-
-    @Slot(float)
-    def _on_moment(self, time_s: float) -> None:
-        self._notices.notify(
-            f"Kept the moment at {time_s:.1f} s",
-            "It is being drawn at high quality, beside the flight.",
-        )
-
-    @Slot(str, str)
-    def _on_view_kept(self, said: str, where: str) -> None:
-        self._notices.notify(said, where)
-
-    @Slot(str)
-    def _on_injury(self, text: str) -> None:
-        what, _, how = text.partition(": ")
-        self._injury = f"injury: {what}"
-        self._injured_until_s = time.monotonic() + INJURY_S
-        self._notices.notify(f"Injury: {what}", how)
-        self._warn()
-
-    @Slot(str)
-    def _on_tool_device(self, text: str) -> None:
-        self._notices.notify("The tool's device", text)
-
-    @Slot()
-    def _on_away(self) -> None:
-        """Leave the picture as it is and say that it is not live."""
-        self._is_away = True
-        self._warn()
-        self._notices.say(
-            "The device is away",
-            f"{self._order.input.name}: check plugs and power; "
-            "the session goes on by itself.",
-        )
-
-    @Slot(float)
-    def _on_back(self, away_s: float) -> None:
-        self._is_away = False
-        self._warn()
-        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
-
-    @Slot(object)
-    def _on_landed(self, end: FlightEnd) -> None:
-        self._is_under_way = False
-        self._notices.answered()
-        self.picture.mark_recording(False)
-        self.picture.warn("")
-        self.picture.show_result(end)
-
-    @Slot()
-    def _on_finished(self) -> None:
-        self._is_under_way = False
-        if self._thread.error is not None:
-            self.shut()
-
-    def _warn(self) -> None:
-        """Ring the picture when something is hurt or pressed, or it is not live.
-
-        What it merely touches is only named.
-        """
-        frame, pressed = self._frame, ""
-        touched = "" if frame is None else frame.view.touched
-        if frame is not None and not touched and frame.view.tool_touched:
-            touched = f"{frame.view.tool_touched} (tool)"
-        if self._readings().is_pressing:
-            pressed = f"pressing: {touched}"
-        if time.monotonic() < self._injured_until_s:
-            pressed = self._injury
-        if frame is not None and frame.is_frozen:
-            pressed = "frozen"
-        self.picture.warn("not live" if self._is_away else pressed, touched)
-
-    def _readings(self) -> Readings:
-        frame = self._frame
-        if frame is None:
-            return Readings(registration_mm=self._registration_mm)
-        return Readings(
-            None if self._is_away else frame.fps,
-            None if self._is_away else frame.pose_age_ms,
-            frame.view.clearance_mm,
-            frame.time_s,
-            self._registration_mm,
-            frame.view.hazard,
-            frame.view.hazard is not None,
-            frame.view.drags_mm,
-        )
-
-    @Slot()
-    def _refresh(self) -> None:
-        """Bring up to date what need not change with every frame."""
-        self._gauges.show_readings(self._readings())
-        self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
-        if self._frame is not None:
-            self._side.show_tool(self._frame.tool)
-            self._side.tasks.show_states(self._frame.tasks)
-        self._notices.refresh()
-        if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
-            self._draw_overview()
-
-    def _draw_overview(self) -> None:
-        """Draw, and not again before the budget allows."""
-        self._is_overview_stale = False
-        begun = time.monotonic()
-        if self._frame is not None:
-            self._overview.scene.follow(self._frame.view)
-            self._slices.follow(self._frame.view.world_from_tip[:3, 3])
-        self._overview.draw()
-        ended = time.monotonic()
-        self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
+from scenarios import Scenario, Score
 from scenarios.metrics.metric import SCOPE
 from scenarios.rubrics import Assessment, Part
 from scenarios.tasks.engine import Status
@@ -17,6 +18,8 @@ LOW_SHARE = 0.7
 
 CONTACT_SHARE = 0.1
 """Of the time: the scope that touches for longer is steered too close."""
+
+HURT = "Stay out of what must not be hurt"
 
 LONGER = 1.25
 """So much above what it is compared with, a figure is worth practising."""
@@ -66,13 +69,36 @@ def advice(
     In this order: injuries, tasks that failed, hazards, the lowest parts of the score,
     contact, what was longer than in what it is compared with.
     """
-    found = [*_hurt(events), *_undone(findings, events), *_near(events)]
-    found += _low_parts(assessment)
-    found += [*_touching(findings, events), *_against(findings)]
+    found = [*_hurt(events), *_undone(findings.score, findings.scenario, events)]
+    found += [*_near(events), *_low_parts(assessment)]
+    found += [*_touching(findings.score, events), *_against(findings)]
+    return _unlike(found)
+
+
+def advice_on(score: Score, scenario: Scenario, assessment: Assessment) -> list[Advice]:
+    """Return what to practise by a session's score alone, without its events."""
+    found = [*_hurt_by(score), *_undone(score, scenario), *_low_parts(assessment)]
+    return _unlike([*found, *_touching(score)])
+
+
+def _unlike(found: Sequence[Advice]) -> list[Advice]:
+    """Return the first of each kind, `MOST` at most."""
     unlike: dict[str, Advice] = {}
     for each in found:
         unlike.setdefault(each.how, each)
     return list(unlike.values())[:MOST]
+
+
+def _hurt_by(score: Score) -> list[Advice]:
+    hurt = [] if score.operation is None else score.operation.injuries
+    if not hurt:
+        return []
+    worst = max(hurt, key=lambda injury: injury.depth_mm)
+    why = (
+        f"{len(hurt)} in this session; the deepest: {worst.structure}, "
+        f"{worst.depth_mm:.1f} mm at {worst.time_s:.1f} s."
+    )
+    return [Advice(HURT, why, _DRILLS["hazard"])]
 
 
 def _hurt(events: Sequence[Event]) -> list[Advice]:
@@ -82,7 +108,7 @@ def _hurt(events: Sequence[Event]) -> list[Advice]:
     worst = max(hurt, key=lambda e: e.gravity)
     return [
         Advice(
-            "Stay out of what must not be hurt",
+            HURT,
             f"{len(hurt)} in this session; the deepest: {worst.title}, {worst.detail}.",
             _DRILLS["hazard"],
             worst.anchor,
@@ -90,9 +116,11 @@ def _hurt(events: Sequence[Event]) -> list[Advice]:
     ]
 
 
-def _undone(findings: Findings, events: Sequence[Event]) -> list[Advice]:
-    names = {task.name: task for task in findings.scenario.tasks}
-    bad = [s for s in findings.score.tasks if s.status is not Status.DONE]
+def _undone(
+    score: Score, scenario: Scenario, events: Sequence[Event] = ()
+) -> list[Advice]:
+    names = {task.name: task for task in scenario.tasks}
+    bad = [s for s in score.tasks if s.status is not Status.DONE]
     if not bad:
         return []
     first = bad[0]
@@ -149,8 +177,7 @@ def drill_for(name: str) -> str:
     return _DRILLS["path"]
 
 
-def _touching(findings: Findings, events: Sequence[Event]) -> list[Advice]:
-    score = findings.score
+def _touching(score: Score, events: Sequence[Event] = ()) -> list[Advice]:
     if score.contact_s <= CONTACT_SHARE * score.duration_s:
         return []
     touching = [e for e in events if e.kind is Kind.CONTACT and e.is_told]

@@ -32,6 +32,7 @@ LANE_COLOURS = {
     Kind.CUT: Colour.CUT,
     Kind.CONTACT: Colour.CONTACT,
     Kind.FROZEN: Colour.FROZEN,
+    Kind.SCOPE: Colour.OWN,
     Kind.DEVICE: Colour.FROZEN,
     Kind.SNAPSHOT: Colour.OWN,
     Kind.MOMENT: Colour.OWN,
@@ -103,7 +104,7 @@ def _mark(event: Event, scale: _Scale, top: float) -> Markup:
     if event.kind is Kind.INJURY:
         points = f"{x},{y - 9} {x + 8},{y} {x},{y + 9} {x - 8},{y}"
         shape = element("polygon", told, points=points, fill=colour)
-    elif event.kind in (Kind.DEVICE, Kind.SNAPSHOT, Kind.MOMENT):
+    elif event.kind in (Kind.DEVICE, Kind.SCOPE, Kind.SNAPSHOT, Kind.MOMENT):
         shape = element("circle", told, cx=begin, cy=y, r=6, fill=colour)
     else:
         shape = element(

@@ -28,6 +28,7 @@ class Kind(StrEnum):
     CUT = "cuts"
     CONTACT = "contacts"
     FROZEN = "frozen"
+    SCOPE = "scopes"
     DEVICE = "device"
     SNAPSHOT = "snapshots"
     MOMENT = "moments"
@@ -71,6 +72,7 @@ def events_of(findings: Findings) -> list[Event]:
         *_gravest(_cuts(findings.metrics.measured.edits or ())),
         *_gravest(_contacts(findings)),
         *_frozen(findings),
+        *_scopes(findings),
         *_recorded(findings),
         *_moments(findings),
     ]
@@ -235,6 +237,13 @@ def _frozen(findings: Findings) -> list[Event]:
     return [
         Event(Kind.FROZEN, a, b, a, "Trainer frozen", f"{b - a:.1f} s, not scored")
         for a, b in findings.followed.frozen
+    ]
+
+
+def _scopes(findings: Findings) -> list[Event]:
+    return [
+        Event(Kind.SCOPE, at_s, at_s, at_s, f"Scope of {angle_deg:g}° put in")
+        for at_s, angle_deg in findings.metrics.measured.scope_changes
     ]
 
 

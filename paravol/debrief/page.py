@@ -144,7 +144,10 @@ def _head_words(findings: Findings) -> str:
         patient = f"scene {head.scene} {head.seed}"
     if head.case:
         patient = f"case {Path(head.case).name}"
-    return f"{patient}; scope {scope.angle_deg:g}°, {scope.diameter_mm:g} mm"
+    changes = findings.metrics.measured.scope_changes
+    angles = dict.fromkeys((scope.angle_deg, *(angle for _, angle in changes)))
+    told = ", ".join(f"{angle:g}°" for angle in angles)
+    return f"{patient}; scope {told}, {scope.diameter_mm:g} mm"
 
 
 def _tasks(findings: Findings) -> list[dict[str, Any]]:

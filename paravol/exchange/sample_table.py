@@ -26,8 +26,11 @@ COLUMNS = (
     "washed",
     "buttons",
     *(f"device_from_tip_{row}{column}" for row in range(4) for column in range(4)),
+    "scope_deg",
+    "camera_roll_deg",
 )
-"""Places are patient LPS mm; device_from_tip is in the arm's own frame."""
+"""Places are patient LPS mm; device_from_tip is in the arm's own frame.
+scope_deg is empty while the exercise's own scope is in hand."""
 
 
 def write_samples(file: Path, recording: Recording) -> int:
@@ -64,6 +67,8 @@ def write_samples(file: Path, recording: Recording) -> int:
                     held.washed,
                     record.buttons,
                     *record.device_from_tip,
+                    record.scope_deg,
+                    record.camera_roll_deg,
                 )
             )
     return len(records)

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Generator
 from typing import Any
 
+from disk import UserError
 from paravol.feedback.tones import RATE_HZ, SILENCE, Cues, Synthesizer, Tick
 from paravol.feedback.touch_signs import TouchSigns
 
@@ -38,6 +39,10 @@ BACKENDS = "WASAPI", "COREAUDIO", "PULSEAUDIO", "ALSA"
 """Sound systems that are tried, in this order. Not the null device, which swallows
 samples: whoever hears nothing is to be told so. Not JACK, which writes to the terminal
 where no server runs."""
+
+
+ALSA_NULL = "Discard all samples"
+"""What ALSA calls its null device, which plays nothing."""
 
 
 def _untold(text: str) -> None:
@@ -152,6 +157,26 @@ class SoundPlayer:
                     self._device = device
                     return
             device.close()
+
+
+def loudspeakers() -> list[str]:
+    """Return the names of the system's loudspeakers.
+
+    UserError, in one sentence, where there can be none.
+    """
+    try:
+        import miniaudio
+    except ImportError as error:
+        raise UserError(NO_LIBRARY) from error
+    _silence_alsa()
+    backends = [getattr(miniaudio.Backend, name) for name in BACKENDS]
+    try:
+        found = miniaudio.Devices(backends).get_playbacks()
+    except miniaudio.MiniaudioError as error:
+        said = error.args[0] if error.args else error
+        raise UserError(f"{NO_DEVICE} ({said})") from error
+    names = [str(each["name"]) for each in found]
+    return [name for name in names if not name.startswith(ALSA_NULL)]
 
 
 def _open_device() -> Any:

@@ -1,7 +1,5 @@
 """The force loop's thread: started with a device, ended with it, asked by others."""
 
-import contextlib
-import os
 import sys
 import threading
 from dataclasses import dataclass
@@ -15,6 +13,7 @@ from devices.haptics.force_port import ForceDevice, ForceLimits, new_guard
 from devices.haptics.force_records import AWAY, FAULT_TEXTS, NO_FAULT, READING
 from devices.port import Closing
 from disk import UserError
+from machine import be_punctual
 from paravol.haptics.kernels.c_functions import COMMAND, READ, CFunction
 from paravol.haptics.kernels.publishing import count_one
 from paravol.haptics.kernels.run_loop import Feeling, Tissue, copy_state, run_loop
@@ -229,8 +228,6 @@ class ForceLoop(Closing):
         self._device.close()
 
     def _run(self) -> None:
-        # not everybody may ask for that; the loop is later then, not wrong
-        with contextlib.suppress(OSError):
-            order: Any = os.sched_param(REALTIME_PRIORITY)
-            os.sched_setscheduler(0, os.SCHED_FIFO, order)
+        # where it is not granted the loop is later, not wrong
+        be_punctual(REALTIME_PRIORITY)
         run_loop(*self._arguments)

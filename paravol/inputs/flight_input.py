@@ -32,7 +32,8 @@ class FlightInput(ABC):
     controls: takes keys and mouse, where those steer. turns: gives its device to the
     tool and back, once it is open; None where that cannot be. is_held_by_walls: whether
     walls hold a hand that feels nothing. rumble: of the pad that steers, None where it
-    has none.
+    has none. may_skip: whether poses may be left out on a machine that is too slow, as
+    nothing was measured that would be lost.
     """
 
     name: str
@@ -44,6 +45,7 @@ class FlightInput(ABC):
     touch_hint: str = ""
     controls: MouseKeys | None = None
     is_held_by_walls: bool = True
+    may_skip: bool = False
     rumble: Rumble | None = None
     turns: DeviceTurns | None = None
 

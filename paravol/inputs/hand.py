@@ -118,6 +118,8 @@ def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:
 class _HandInput(FlightInput):
     """Steer a scope in the nostril."""
 
+    may_skip = True
+
     def __init__(
         self, scenario: Scenario, path: ProbePath | None, handset: Handset | None
     ) -> None:

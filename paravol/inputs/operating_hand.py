@@ -7,6 +7,7 @@ below. Or the scope is held where it is, and the device moves the tool.
 
 import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import Pose
+from disk import UserError
 from paravol.inputs.instrument_input import (
     SUCTION_BUTTON,
     WORK_BUTTON,
@@ -68,12 +70,19 @@ class OperatingHand:
     """Put what the second hand does into samples.
 
     What is asked for may be changed at any time, by any thread. completer: says the
-    rest of a sample; a tool that it places itself is left where it is.
+    rest of a sample; a tool that it places itself is left where it is. tools: that may
+    be used; none: all of the catalogue.
     """
 
-    def __init__(self, completer: PoseCompleter, endoscope: Endoscope) -> None:
+    def __init__(
+        self,
+        completer: PoseCompleter,
+        endoscope: Endoscope,
+        tools: Sequence[str] = (),
+    ) -> None:
         self._completer = completer
         self._endoscope = endoscope
+        self.tools = tuple(tools)
         self._wish = _Wish()
         self._lock = threading.Lock()
         self._jaw = 0.0
@@ -112,7 +121,15 @@ class OperatingHand:
         return self._wish.tool
 
     def choose(self, tool: str) -> None:
-        """Take another tool of the catalogue, or `NO_TOOL` for none."""
+        """Take another tool of the catalogue, or `NO_TOOL` for none.
+
+        UserError for one that the exercise does not allow.
+        """
+        if self.tools and tool not in (*self.tools, NO_TOOL):
+            raise UserError(
+                f"The exercise does not allow the {tool}; it allows: "
+                f"{', '.join(self.tools)}."
+            )
         self._change(tool=tool, is_working=False)
         turns = self.turns
         if turns is not None and not turns.is_tools:
@@ -240,8 +257,11 @@ class OperatingHand:
         if recorded is not None:
             return recorded
         buttons = moved.buttons
+        name = FIRST_TOOL
+        if self.tools and name not in self.tools:
+            name = self.tools[0]
         return InstrumentState(
-            FIRST_TOOL,
+            name,
             is_working=bool(buttons & WORK_BUTTON),
             is_sucking=bool(buttons & SUCTION_BUTTON),
         )
@@ -297,7 +317,8 @@ class OperatingHand:
     def _carried(self, sample: Sample, ahead_mm: float) -> Sample:
         """Place the tool before the lens, on the axis of the picture."""
         world_from_tip = self.world_from_device @ sample.device_from_tip
-        camera = self._endoscope.camera(world_from_tip, sample.roll_deg, (8, 8))
+        scope = self._endoscope.at(sample.scope_deg)
+        camera = scope.camera(world_from_tip, sample.roll_deg, (8, 8))
         eye, _, up, forward = camera.frame
         self._reach_mm = self._reach(eye, forward)
         pushed_mm = BITES_MM * sample.instrument.jaw

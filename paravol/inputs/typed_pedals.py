@@ -3,14 +3,12 @@
 OpenIGTLink carries poses and no buttons.
 """
 
-import os
-import select
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from devices import Pose
 from disk import UserError
+from machine import typed_text
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.walk import MEASURE_PEDAL, REDO_PEDAL
 
@@ -22,21 +20,6 @@ HELP = (
 TAP_S = 0.2
 """Longer than what counts as a press."""
 
-_READ_BYTES = 4096
-
-
-def typed_in_terminal() -> str | None:
-    """Return what was typed since the last call, None at the end of the input.
-
-    Nothing waits in a buffer of ours, so that a later question finds its answer.
-    """
-    standard = sys.stdin.fileno()
-    readable, _, _ = select.select([standard], [], [], 0.0)
-    if not readable:
-        return ""
-    data = os.read(standard, _READ_BYTES)
-    return data.decode(errors="replace") if data else None
-
 
 @dataclass(slots=True)
 class TypedPedals:
@@ -46,7 +29,7 @@ class TypedPedals:
     """
 
     source: OrderedPoses
-    typed: Callable[[], str | None] = typed_in_terminal
+    typed: Callable[[], str | None] = typed_text
     _is_down: bool = False
     _tapped_until_s: float = float("-inf")
     _line: str = ""

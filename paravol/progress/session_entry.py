@@ -178,7 +178,7 @@ def entry_of_session(
         _utc(recording.info.created),
         _duration_s(recording) if score is None else score.duration_s,
         recording.complete,
-        has_passed(scenario, tasks, metrics, assessment),
+        has_passed(scenario, tasks, assessment, metrics),
         tuple(values),
         {task.name: str(task.status) for task in tasks},
         None if assessment is None else _scored(assessment),
@@ -188,29 +188,27 @@ def entry_of_session(
 def has_passed(
     scenario: Scenario,
     tasks: Sequence[TaskState],
-    metrics: Sequence[Metric],
     assessment: Assessment | None,
+    metrics: Sequence[Metric] = (),
 ) -> bool | None:
-    """Return whether a session was good enough; None where nothing says.
+    """Return whether a session was good enough; None where something is open.
 
-    The exercise's own pass mark must be met (its tasks, and its limits on metrics), and
-    the rubric's where there is a rubric, but for an exercise that names a percent of
-    its own. A percent too near to its mark to tell is none reached. What is not met
-    decides; where all else is met, what nobody knows leaves the answer open.
+    The exercise's own pass mark decides, see `scenarios.rubrics.exercise_mark`: a
+    general rubric has thresholds of another exercise. Where an exercise asks for
+    nothing the rubric's verdict does; a percent too near to its mark to tell is none
+    reached. Where something that is asked for is not known, the answer is open.
     """
     percent = None if assessment is None else assessment.percent
     mark = exercise_mark(scenario, tasks, metrics, percent)
     if assessment is not None and assessment.exercise is not None:
         # of the same session, and of all metrics that it needs
         mark = assessment.exercise
-    verdicts = [] if mark is None else [mark.verdict]
-    if assessment is not None and not scenario.marks.least_percent:
-        verdicts.append(assessment.verdict)
-    if any(v in (Verdict.NOT_PASSED, Verdict.UNDECIDED) for v in verdicts):
-        return False
-    if mark is not None and mark.verdict is Verdict.NO_DATA:
-        return None
-    return True if Verdict.PASSED in verdicts else None
+    verdict = Verdict.NO_DATA
+    if mark is not None:
+        verdict = mark.verdict
+    elif assessment is not None:
+        verdict = assessment.verdict
+    return None if verdict is Verdict.NO_DATA else verdict is Verdict.PASSED
 
 
 def _score(folder: Path) -> Score | None:

@@ -6,8 +6,6 @@ What is deleted is overwritten with zeros in the file and gone from its log.
 """
 
 import datetime
-import fcntl
-import os
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -31,6 +29,7 @@ from sqlalchemy.exc import DatabaseError, OperationalError
 from sqlalchemy.pool import NullPool
 
 from disk import UserError
+from machine import locked
 from paravol.progress import tables
 from paravol.progress.session_entry import (
     PartPoints,
@@ -276,14 +275,8 @@ def _begin(connection: Connection) -> None:
 @contextmanager
 def _one_at_a_time(folder: Path) -> Iterator[None]:
     """Let one program at a time open a store: two would both set it aside."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # a disk that knows no locks keeps the store all the same
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
+    with locked(folder / ".progress.lock", creates=True):
         yield
-    finally:
-        os.close(handle)
 
 
 def _is_damage(error: DatabaseError) -> bool:

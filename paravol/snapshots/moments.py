@@ -1,5 +1,6 @@
 """High-quality pictures of chosen moments, and how far the live ones were off."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from paravol.snapshots.rendering_service import running_worker
 from paravol.view import Frame
 from renderers.scene import AirSurface, save_png
 from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import SnapshotRequest
 from scenarios import Moment, View
@@ -83,13 +85,15 @@ class SnapshotRequestFactory:
         number: int,
         tissue: OperatedHead | None = None,
         lens: LensState = CLEAN,
+        props: Sequence[PlacedMesh] = (),
         progressive: bool = False,
     ) -> SnapshotRequest:
         """Request a view, exposed and with the grain of the live frame of a number.
 
         tissue: as that frame shows it; None for as it is now. lens: of that frame.
+        props: what stands in the scene beside the view's tool.
         """
-        tools = []
+        tools: list[PlacedMesh] = []
         if self.has_instrument:
             pose = view.world_from_instrument
             tools = placed_tool(view.instrument, pose, view.jaw)
@@ -100,7 +104,7 @@ class SnapshotRequestFactory:
             seed=self.seed,
             gain=gain,
             frame_number=number,
-            instruments=tools,
+            instruments=[*tools, *props],
             progressive=progressive,
         ).through(lens)
 

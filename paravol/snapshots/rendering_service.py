@@ -1,7 +1,6 @@
 """The snapshot worker as child processes: started, watched, ended."""
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from disk import UserError
+from machine import end_group, group_options, lower_priority
 from paravol.snapshots.worker_options import WorkerOptions
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import find_launcher
@@ -76,10 +76,10 @@ def running_worker(spool: Path, *, ranks: int, niceness: int = 0) -> Iterator[Wo
             stdout=sink,
             stderr=sink,
             # Its own group: Ctrl-C reaches the program that holds it, which ends it.
-            start_new_session=True,
+            **group_options(),
         )
     if niceness:
-        os.setpriority(os.PRIO_PGRP, child.pid, niceness)
+        lower_priority(child, niceness)
     try:
         yield Worker(child, log)
     finally:
@@ -101,13 +101,4 @@ def _end(child: "subprocess.Popen[bytes]") -> None:
     """End a worker and everything in its process group."""
     if child.stdin is not None:
         child.stdin.close()
-    for number in (signal.SIGTERM, signal.SIGKILL):
-        try:
-            os.killpg(child.pid, number)
-        except ProcessLookupError:
-            break
-        try:
-            child.wait(STOP_S)
-        except subprocess.TimeoutExpired:
-            continue
-    child.wait()
+    end_group(child, STOP_S)

@@ -20,6 +20,7 @@ from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
 from renderers.scene import save_png
 from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.growing import GrowingPicture
 from scenarios import View
@@ -33,6 +34,8 @@ class SelectedMoment:
     """Name a frame of the flight that is wanted at high quality.
 
     tissue: as the frame shows it; None where nobody operates. lens: of the frame.
+    props: what stands in the scene beside the view's tool. name: of the picture's file,
+    "" for one by its time.
     """
 
     time_s: float
@@ -41,6 +44,8 @@ class SelectedMoment:
     number: int
     tissue: OperatedHead | None = None
     lens: LensState = CLEAN
+    props: tuple[PlacedMesh, ...] = ()
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +156,7 @@ class SnapshotQueue(Closing):
             number=moment.number,
             tissue=moment.tissue,
             lens=moment.lens,
+            props=moment.props,
             progressive=True,
         )
         size = request.image.width, request.image.height
@@ -168,7 +174,8 @@ class SnapshotQueue(Closing):
         try:
             snapshot = client.wait(job, showing.tell, watch=watch)
             pixels = snapshot.pixels()
-            file = self._folder / f"moment-{moment.time_s:.2f}.png"
+            name = moment.name or f"moment-{moment.time_s:.2f}"
+            file = self._folder / f"{name}.png"
             text = {"Title": f"{moment.time_s:.2f} s", "Software": "PARAVOL"}
             save_png(file, pixels, text)
             self._show(MomentPicture(moment.time_s, pixels, None, os.fspath(file)))

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from machine import is_alive
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import expect_company, launched_ranks
@@ -45,15 +46,7 @@ class _Ending:
         self._asked = True
 
     def _parent_lives(self) -> bool:
-        if self._parent is None:
-            return True
-        try:
-            os.kill(self._parent, 0)
-        except ProcessLookupError:
-            return False
-        except PermissionError:
-            return True
-        return True
+        return self._parent is None or is_alive(self._parent)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -141,6 +141,8 @@ def write_whole(
 def make_last(*paths: Path) -> None:
     """Let files' bytes, or the names in folders, reach the disk."""
     for path in paths:
+        if path.is_dir() and not hasattr(os, "O_DIRECTORY"):
+            continue  # where folders are no files, the disk is left to keep names
         handle = os.open(path, os.O_RDONLY)
         try:
             os.fsync(handle)

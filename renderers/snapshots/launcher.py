@@ -12,6 +12,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from machine import user_number
 from renderers.art.ranks.transport import TransportError
 
 VARIABLE = "PARAVOL_MPIEXEC"
@@ -47,7 +48,7 @@ class Launcher:
         if not self.is_open_mpi:
             return []
         words = ["--map-by", ":OVERSUBSCRIBE", "--bind-to", "none"]
-        if os.geteuid() == 0:
+        if user_number() == 0:
             # Who runs us as the superuser has decided that already.
             words.append("--allow-run-as-root")
         if _LIBRARY in os.environ:

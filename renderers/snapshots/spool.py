@@ -30,6 +30,7 @@ from typing import NamedTuple
 import msgspec
 from msgspec import Struct
 
+from machine import user_number
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.data_store import HIDDEN, DataStore, make_last, write_whole
 from renderers.snapshots.lease import LEASE_S, LeaseWatch
@@ -104,11 +105,14 @@ class Spool:
             info = folder.stat()
             if not stat.S_ISDIR(info.st_mode):
                 raise SpoolError(f"Spool {folder} is not a folder.")
-            if info.st_uid != os.geteuid():
+            user = user_number()
+            # without numbers of users there are no bits for others either
+            is_open = user is not None and bool(info.st_mode & 0o077)
+            if user is not None and info.st_uid != user:
                 raise SpoolError(f"Spool {folder} belongs to another user.")
-            if info.st_mode & 0o077 and not any(folder.iterdir()):
+            if is_open and not any(folder.iterdir()):
                 folder.chmod(0o700)
-            elif info.st_mode & 0o077:
+            elif is_open:
                 raise SpoolError(
                     f"Spool {folder} is open to other users; run chmod 700 on it."
                 )

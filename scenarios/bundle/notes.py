@@ -1,9 +1,7 @@
 """Notes on a recording, by whoever teaches: beside its stream, which stays."""
 
-import fcntl
-import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,6 +9,7 @@ import msgspec
 
 from disk import UserError
 from disk.typed_record import decode_json
+from machine import locked
 from scenarios.bundle.info import write_json
 
 FILE = "notes.json"
@@ -83,11 +82,5 @@ def _turn(folder: Path) -> Iterator[None]:
     """Let one program at a time change the notes."""
     if not (folder / "session.json").is_file():
         raise UserError(f"{folder} is not a session: there is no session.json in it.")
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        # a disk that knows no locks keeps notes all the same
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
+    with locked(folder / "session.json"):
         yield
-    finally:
-        os.close(handle)

@@ -18,7 +18,8 @@ class SampleRecord(
 
     A number that there is not, such as the place of a tool that was lost, is NaN in a
     sample and null in JSON. instrument: absent in recordings from before tools did
-    anything. is_frozen: likewise from before the trainer could be frozen.
+    anything. is_frozen: likewise from before the trainer could be frozen. scope_deg:
+    absent for the exercise's scope. camera_roll_deg: absent where it is 0.
     """
 
     time_s: float
@@ -29,6 +30,8 @@ class SampleRecord(
     buttons: int
     instrument: InstrumentState = AS_BEFORE
     is_frozen: bool = False
+    scope_deg: float | None = None
+    camera_roll_deg: float = 0.0
 
     @classmethod
     def of(cls, sample: Sample) -> "SampleRecord":
@@ -42,6 +45,8 @@ class SampleRecord(
             sample.buttons,
             sample.instrument,
             sample.is_frozen,
+            scope_deg=sample.scope_deg,
+            camera_roll_deg=sample.camera_roll_deg,
         )
 
     def sample(self) -> Sample:
@@ -59,6 +64,8 @@ class SampleRecord(
             self.buttons,
             self.instrument,
             self.is_frozen,
+            scope_deg=self.scope_deg,
+            camera_roll_deg=self.camera_roll_deg,
         )
 
 

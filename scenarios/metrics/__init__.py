@@ -12,7 +12,12 @@ from scenarios.metrics.measured import (
     Taken,
 )
 from scenarios.metrics.metric import Definition, Metric
-from scenarios.metrics.recorded import scope_track, tool_track
+from scenarios.metrics.recorded import (
+    scope_changes,
+    scope_track,
+    tool_track,
+    tool_use,
+)
 from scenarios.metrics.registry import DEFINITIONS, definitions_named, measure
 from scenarios.metrics.settings import Settings, load_settings
 from scenarios.metrics.track import Track
@@ -36,6 +41,8 @@ __all__ = [
     "load_settings",
     "measure",
     "recorded_noise",
+    "scope_changes",
     "scope_track",
     "tool_track",
+    "tool_use",
 ]

@@ -1,17 +1,23 @@
 """What metrics are computed from: tracks, gaps, edits, injuries, targets."""
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.coverage.patches import Mucosa
 from scenarios.coverage.watch import CoverageFigures
 from scenarios.endoscope import Endoscope
 from scenarios.metrics.metric import SCOPE, Interval
 from scenarios.metrics.settings import Settings
 from scenarios.metrics.track import Piece, Track
+
+if TYPE_CHECKING:
+    from scenarios.metrics.cavity import Cavity
 
 Doubles = NDArray[np.float64]
 
@@ -52,6 +58,14 @@ class Taken:
 
 
 @dataclass(frozen=True, slots=True)
+class ToolUse:
+    """Hold when tools worked or sucked: ``(n,)`` by name, at times ``(n,)`` s."""
+
+    time_s: Doubles
+    is_used: Mapping[str, NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
 class Breach:
     """Hold an injury: a tool that entered a hazard, found on its swept way."""
 
@@ -80,7 +94,11 @@ class Measured:
     targets: places ``(3,)`` by name. reference: the shortest way through the air, by
     the targets; None where it is unknown. expert: the scope's track in a session to
     compare with, None without one. coverage: what mucosa was seen, None where nobody
-    watched. picture_px: width of the picture.
+    watched. picture_px: width of the picture. scope_changes: when a scope of another
+    angle was put in, s, and that angle, in order. tool_use: of the second hand, None
+    where nobody recorded it. allowed_tools: that the exercise lists; none: all. mucosa:
+    of the head before any cut. cavity, expert_cavity: what was taken in the end, None
+    where nobody operated, or there is nobody to compare with.
     """
 
     scope: Track
@@ -96,6 +114,12 @@ class Measured:
     expert: Track | None = None
     coverage: CoverageFigures | None = None
     picture_px: int = 512
+    scope_changes: tuple[tuple[float, float], ...] = ()
+    tool_use: ToolUse | None = None
+    allowed_tools: tuple[str, ...] = ()
+    mucosa: Mucosa | None = None
+    cavity: "Cavity | None" = None
+    expert_cavity: "Cavity | None" = None
     settings: Settings = field(default_factory=Settings)
 
     @cached_property
@@ -107,6 +131,12 @@ class Measured:
     def tool_pieces(self) -> list[Piece]:
         """Return the tool's evenly sampled, low-passed pieces."""
         return self.tool.pieces(self.settings)
+
+    def endoscope_of(self, piece: Piece) -> Endoscope:
+        """Return the scope that was in hand over a piece of its track."""
+        changes = self.scope_changes
+        place = bisect_right(changes, piece.begin_s, key=lambda change: change[0])
+        return self.endoscope.at(changes[place - 1][1] if place else None)
 
     def track(self, role: str) -> Track:
         """Return the track of a role."""

@@ -40,8 +40,9 @@ class Definition:
     """Define a metric. docs/metrics.md has its formula and source.
 
     compute: a pure function of what was measured. filter: "raw" or "low-passed".
-    moves: a still tool has a value too, by noise alone: the noise floor. sees_tool: it
-    is about the scope, and reads where the tool was.
+    moves: a still tool has a value too, by noise alone: the noise floor. is_slow: its
+    sigma comes from few draws of the noise. sees_tool: it is about the scope, and reads
+    where the tool was.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Definition:
     compute: "Callable[[Measured], Answer]"
     filter: str = "raw"
     moves: bool = False
+    is_slow: bool = False
     sees_tool: bool = False
 
     @property

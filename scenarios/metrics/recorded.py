@@ -1,9 +1,13 @@
 """Tracks of recorded samples."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
+from scenarios.instrument_state import NO_TOOL
+from scenarios.metrics.measured import ToolUse
 from scenarios.metrics.track import Track, lengths
 from scenarios.sample_columns import SampleColumns
 
@@ -13,13 +17,17 @@ Doubles = NDArray[np.float64]
 def scope_track(samples: SampleColumns, world_from_device: Doubles) -> Track:
     """Return the scope's track; y of its frame is the light post.
 
-    The arm does not measure its turn: that comes from `Sample.roll_deg`.
+    The arm does not measure its turn: that comes from `Sample.roll_deg`. Another scope
+    begins another part.
     """
     if not len(samples):
         return _no_track()
     frames = world_from_device @ samples.device_from_tip
     posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], samples.roll_deg)
-    return Track.of_frames(samples.time_s, posed)
+    track = Track.of_frames(samples.time_s, posed, _parts(samples.scope_deg))
+    if not samples.camera_deg.any():
+        return track
+    return replace(track, camera_deg=samples.camera_deg)
 
 
 def tool_track(samples: SampleColumns) -> Track:
@@ -30,12 +38,42 @@ def tool_track(samples: SampleColumns) -> Track:
     held = np.flatnonzero(samples.is_held)
     if len(held) == 0:
         return _no_track()
-    tool = samples.tool[held]
-    part = np.cumsum(np.diff(tool, prepend=tool[:1]) != 0)
+    part = _parts(samples.tool[held])
     posed = rolled_frames(
         samples.tool_mm[held], samples.tool_pointing[held], samples.tool_roll_deg[held]
     )
-    return Track.of_frames(samples.time_s[held], posed, part.astype(np.int64))
+    return Track.of_frames(samples.time_s[held], posed, part)
+
+
+def scope_changes(
+    samples: SampleColumns, angle_deg: float
+) -> tuple[tuple[float, float], ...]:
+    """Return when a scope of another angle was put in, s, and that angle, in order.
+
+    angle_deg: of the exercise's own.
+    """
+    own = np.isnan(samples.scope_deg)
+    angles = np.where(own, angle_deg, samples.scope_deg)
+    changed = np.flatnonzero(np.diff(angles, prepend=angle_deg))
+    return tuple((float(samples.time_s[n]), float(angles[n])) for n in changed)
+
+
+def _parts(held: NDArray[np.generic]) -> NDArray[np.int64]:
+    """Return ``(n,)`` numbers that rise where another thing is held; NaN is one."""
+    before, now = held[:-1], held[1:]
+    changed = (before != now) & ~((before != before) & (now != now))
+    return np.concatenate([[0], np.cumsum(changed)]).astype(np.int64)
+
+
+def tool_use(samples: SampleColumns) -> ToolUse:
+    """Return when each tool worked or sucked; what was frozen does not count."""
+    used = samples.is_used & ~samples.is_frozen
+    times = {
+        name: used & (samples.tool == place)
+        for place, name in enumerate(samples.names)
+        if name != NO_TOOL
+    }
+    return ToolUse(samples.time_s, {n: when for n, when in times.items() if when.any()})
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from disk import UserError
+from scenarios.metrics.cavity import CAVITY
 from scenarios.metrics.contact import CONTACT
 from scenarios.metrics.deviation import DEVIATION
 from scenarios.metrics.fulcrum import FULCRUM
@@ -17,8 +18,10 @@ from scenarios.metrics.removal import REMOVAL
 from scenarios.metrics.scope_view import SCOPE_VIEW
 from scenarios.metrics.smoothness import SMOOTHNESS
 from scenarios.metrics.surface_seen import SURFACE_SEEN
+from scenarios.metrics.swept import SWEPT
 from scenarios.metrics.track import Track
 from scenarios.metrics.uncertainty import (
+    LEAST_DRAWS,
     SEED,
     SessionNoise,
     disturbed,
@@ -26,6 +29,7 @@ from scenarios.metrics.uncertainty import (
     spreads,
     still,
 )
+from scenarios.metrics.unlisted_tools import UNLISTED_TOOLS
 
 DEFINITIONS: tuple[Definition, ...] = (
     *MOTION,
@@ -37,6 +41,9 @@ DEFINITIONS: tuple[Definition, ...] = (
     *HAZARD,
     *REMOVAL,
     *SURFACE_SEEN,
+    *UNLISTED_TOOLS,
+    *SWEPT,
+    *CAVITY,
 )
 """All metrics, in the order in which they are told. A new noun adds its own here."""
 
@@ -129,11 +136,15 @@ def _drawn(
         tool=measured.tool.smoothed(measured.settings),
     )
     values: dict[str, list[float]] = {}
-    for _ in range(draws):
-        for definition, name, found in _values(disturbed(smooth, noise, rng), chosen):
+    quick = tuple(definition for definition in chosen if not definition.is_slow)
+    few: dict[str, list[float]] = {}
+    for draw in range(draws):
+        wanted = chosen if draw < LEAST_DRAWS else quick
+        for definition, name, found in _values(disturbed(smooth, noise, rng), wanted):
             if found.value is not None:
-                values.setdefault(_key(definition, name), []).append(found.value)
-    return spreads(values, draws)
+                kept = few if definition.is_slow else values
+                kept.setdefault(_key(definition, name), []).append(found.value)
+    return spreads(values, draws) | spreads(few, min(draws, LEAST_DRAWS))
 
 
 def _floors(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.endoscope import SUPERIOR, Endoscope
+from scenarios.endoscope import LEAST_GRAVITY, SUPERIOR, Endoscope
 from scenarios.metrics.episodes import intervals, stretches
 from scenarios.metrics.measured import Measured
 from scenarios.metrics.metric import (
@@ -24,9 +24,6 @@ from scenarios.metrics.track import Piece, lengths, second_column
 
 Doubles = NDArray[np.float64]
 
-LEAST_GRAVITY = 0.1
-"""The horizon is undefined where less of "up" than this lies in the picture."""
-
 NEVER = "the target was never looked at"
 
 
@@ -41,14 +38,17 @@ class Views(NamedTuple):
 def views_of(endoscope: Endoscope, piece: Piece) -> Views:
     """Return the views of a scope whose y axis is its light post.
 
-    As `Endoscope.camera` has them: the camera head is held upright.
+    As `Endoscope.camera` has them.
     """
     tilt = math.radians(endoscope.angle_deg)
     forward = -math.cos(tilt) * piece.back + math.sin(tilt) * second_column(
         piece.quaternion
     )
     forward = forward / lengths(forward)[:, None]
-    return Views(forward, *upright(forward))
+    right, up = upright(forward)
+    turn = np.radians(piece.camera_deg)[:, None]
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return Views(forward, cosine * right - sine * up, cosine * up + sine * right)
 
 
 def horizon_error_deg(views: Views) -> tuple[Doubles, Doubles]:
@@ -66,7 +66,7 @@ def horizon(measured: Measured) -> Found:
     """Return the mean horizon error, weighted by how well it is defined."""
     weighted = total = 0.0
     for piece in measured.scope_pieces:
-        error, share = horizon_error_deg(views_of(measured.endoscope, piece))
+        error, share = horizon_error_deg(views_of(measured.endoscope_of(piece), piece))
         known = np.isfinite(error)
         weighted += float((error[known] * share[known]).sum())
         total += float(share[known].sum())
@@ -90,7 +90,8 @@ def _targets(
     measured: Measured, score: Callable[[Measured, list[_Held], Doubles], Found]
 ) -> Answer:
     seen = [
-        (piece, views_of(measured.endoscope, piece)) for piece in measured.scope_pieces
+        (piece, views_of(measured.endoscope_of(piece), piece))
+        for piece in measured.scope_pieces
     ]
     settings = measured.settings
     half_deg = measured.endoscope.field_of_view_deg / 2
@@ -199,7 +200,7 @@ def tool_in_view(measured: Measured) -> Found:
     spans: list[Interval] = []
     half_deg = measured.endoscope.field_of_view_deg / 2
     for scope in measured.scope_pieces:
-        forward = views_of(measured.endoscope, scope).forward
+        forward = views_of(measured.endoscope_of(scope), scope).forward
         for tool in measured.tool_pieces:
             both = (scope.time_s >= tool.time_s[0]) & (scope.time_s <= tool.time_s[-1])
             if not both.any():

@@ -10,6 +10,7 @@ from disk.typed_record import decode_toml
 _ABOVE_ZERO = (
     *("gap_s", "rate_hz", "cutoff_hz", "idle_mm_s", "onset_mm_s", "rest_mm_s"),
     *("action_mm_s", "action_deg_s", "centred_deg", "margin_mm", "stiffness_n_mm"),
+    "swept_length_mm",
 )
 
 
@@ -29,7 +30,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     millimetre of depth, nominal. margin_mm: kept from hazards; margins_mm: of single
     ones. largest_condition: of a pivot that is still told. wanted_mm3, protected_mm3:
     tissue that a task wants taken, and that it wants spared with how much of it there
-    is.
+    is. swept_length_mm: of the shaft's end whose swept volume is counted.
     """
 
     gap_s: float = 0.5
@@ -56,6 +57,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     largest_condition: float = 1000.0
     wanted_mm3: dict[str, float] = {}
     protected_mm3: dict[str, float] = {}
+    swept_length_mm: float = 30.0
 
     def margin_of(self, hazard: str) -> float:
         """Return the margin of one hazard, mm."""

@@ -1,6 +1,6 @@
 """Where a tool was: recorded poses, and evenly sampled, low-passed pieces of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -26,13 +26,15 @@ class Track:
 
     time_s: ``(n,)``. tip_mm: ``(n, 3)``. quaternion: ``(n, 4)`` x y z w of
     world_from_tool, whose +z runs back up the shaft. part: ``(n,)`` int; a new number
-    begins a new tool, and no way is measured from the one to the other.
+    begins a new tool, and no way is measured from the one to the other. camera_deg:
+    ``(n,)`` a scope's camera head from upright; None where it is upright throughout.
     """
 
     time_s: Doubles
     tip_mm: Doubles
     quaternion: Doubles
     part: NDArray[np.int64]
+    camera_deg: Doubles | None = None
 
     def __post_init__(self) -> None:
         count = len(self.time_s)
@@ -40,7 +42,10 @@ class Track:
             ("tip_mm", (count, 3)),
             ("quaternion", (count, 4)),
             ("part", (count,)),
+            ("camera_deg", (count,)),
         ):
+            if getattr(self, name) is None:
+                continue
             shape = getattr(self, name).shape
             if shape != wanted:
                 raise UserError(f"{name} of {count} samples has the shape {shape}")
@@ -113,7 +118,7 @@ class Track:
             tip[places] = read[:, :3]
             turned = read[:, 3:]
             quaternion[places] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-        return Track(self.time_s, tip, quaternion, self.part)
+        return replace(self, tip_mm=tip, quaternion=quaternion)
 
 
 @dataclass(frozen=True)
@@ -121,13 +126,22 @@ class Piece:
     """Hold a stretch of a track without gaps, sampled evenly and low-passed.
 
     begin_s: time of the first sample; rate_hz. tip_mm: ``(n, 3)``; quaternion:
-    ``(n, 4)`` unit, without sign changes.
+    ``(n, 4)`` unit, without sign changes. camera_turn_deg: ``(n,)`` of the camera head,
+    None where it is upright.
     """
 
     begin_s: float
     rate_hz: float
     tip_mm: Doubles
     quaternion: Doubles
+    camera_turn_deg: Doubles | None = None
+
+    @property
+    def camera_deg(self) -> Doubles:
+        """Return the camera head's turn from upright, ``(n,)``."""
+        if self.camera_turn_deg is None:
+            return np.zeros(len(self.tip_mm))
+        return self.camera_turn_deg
 
     @property
     def duration_s(self) -> float:
@@ -226,9 +240,13 @@ def _piece(track: Track, places: NDArray[np.intp], settings: Settings) -> Piece 
     quaternion = track.quaternion[places]
     flips = np.einsum("ij,ij->i", quaternion[:-1], quaternion[1:]) < 0.0
     sign = np.where(np.concatenate([[False], np.cumsum(flips) % 2 == 1]), -1.0, 1.0)
-    columns = np.concatenate([track.tip_mm[places], sign[:, None] * quaternion], axis=1)
+    parts = [track.tip_mm[places], sign[:, None] * quaternion]
+    if track.camera_deg is not None:
+        parts.append(np.unwrap(track.camera_deg[places], period=360.0)[:, None])
+    columns = np.concatenate(parts, axis=1)
     sampled = np.stack([np.interp(even, times, column) for column in columns.T], axis=1)
     smooth = low_pass(sampled, rate_hz, settings)[::finer]
-    turned = smooth[:, 3:]
+    turned = smooth[:, 3:7]
     turned = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    return Piece(float(times[0]), settings.rate_hz, smooth[:, :3], turned)
+    camera_deg = None if track.camera_deg is None else smooth[:, 7]
+    return Piece(float(times[0]), settings.rate_hz, smooth[:, :3], turned, camera_deg)

@@ -20,7 +20,7 @@ from scenarios.metrics.track import Track, third_column
 Doubles = NDArray[np.float64]
 
 SEED = 20150112
-_MOST_POSES, _LEAST_DRAWS, _MOST_DRAWS = 300_000, 3, 32
+_MOST_POSES, LEAST_DRAWS, _MOST_DRAWS = 300_000, 3, 32
 """Poses that are disturbed in all bound the draws: the time is that of a few runs."""
 
 _THIRD = math.sqrt(20.0)
@@ -107,7 +107,7 @@ def recorded_noise(track: Track, gap_s: float) -> tuple[float, float]:
 def draw_count(measured: Measured) -> int:
     """Return how many draws a session of this length gets."""
     poses = max(len(measured.scope.time_s) + len(measured.tool.time_s), 1)
-    return int(np.clip(_MOST_POSES // poses, _LEAST_DRAWS, _MOST_DRAWS))
+    return int(np.clip(_MOST_POSES // poses, LEAST_DRAWS, _MOST_DRAWS))
 
 
 def disturbed(

@@ -11,7 +11,7 @@ from scenarios.rubrics.assessment import (
     Verdict,
 )
 from scenarios.rubrics.contrasting_groups import PassMark, pass_mark
-from scenarios.rubrics.exercise_mark import exercise_mark, limited_metrics
+from scenarios.rubrics.exercise_mark import exercise_mark
 from scenarios.rubrics.population import (
     Population,
     bundled_populations,
@@ -34,7 +34,6 @@ __all__ = [
     "assess",
     "bundled_populations",
     "exercise_mark",
-    "limited_metrics",
     "load_rubric",
     "pass_mark",
     "population_of",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from scenarios.metrics.metric import Interval, Metric
+from scenarios.passing import FAR
 from scenarios.rubrics.assessment import (
     Assessment,
     Band,
@@ -16,7 +17,7 @@ from scenarios.rubrics.assessment import (
     Standing,
     Verdict,
 )
-from scenarios.rubrics.exercise_mark import FAR, exercise_mark
+from scenarios.rubrics.exercise_mark import exercise_mark
 from scenarios.rubrics.points import percent_of, percent_sigma
 from scenarios.rubrics.population import Population
 from scenarios.rubrics.rubric import (

@@ -1,25 +1,12 @@
-"""Whether an exercise was passed: its tasks, its limits on metrics, its percent."""
+"""Whether an exercise was passed: by its marks, and the percent that it asks for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from scenarios.metrics import Definition, definitions_named
 from scenarios.metrics.metric import Metric
+from scenarios.passing import PassMark, pass_marks
 from scenarios.rubrics.assessment import ExerciseMark, Verdict
-from scenarios.scenario import MetricLimit, Scenario
+from scenarios.scenario import Scenario
 from scenarios.tasks import TaskState
-from scenarios.tasks.engine import Status
-
-FAR = "nothing came nearer"
-"""How the reason begins why a hazard has no smallest distance: it was never near."""
-
-_Answer = tuple[bool | None, str]
-"""Whether something that is asked for was met, None where nothing says; and why."""
-
-
-def limited_metrics(scenario: Scenario) -> tuple[Definition, ...]:
-    """Return the definitions of the metrics that the exercise's pass mark bounds."""
-    names = {limit.name.partition(": ")[0] for limit in scenario.marks.metrics}
-    return definitions_named(names)
 
 
 def exercise_mark(
@@ -28,89 +15,38 @@ def exercise_mark(
     metrics: Sequence[Metric],
     percent: float | None,
 ) -> ExerciseMark | None:
-    """Judge a session by the pass mark of its own exercise; None where it has none.
+    """Judge a session by what its own exercise asks for; None where that is nothing.
 
     tasks: their states; none where the session did not get to its end. percent: of a
-    rubric's points. Limits are compared with values as they were measured; a value
-    nearer to its limit than its noise says so. One thing that was not met is enough not
-    to pass; where nothing was missed but something is unknown, there is no verdict.
+    rubric's points. One mark that was not met is enough not to pass; where none was
+    missed but one is not known, there is no verdict.
     """
-    answers = [
-        *_of_tasks(scenario, tasks),
-        *(_of_limit(limit, metrics) for limit in scenario.marks.metrics),
-        *_of_percent(scenario.marks.least_percent, percent),
+    states = {state.name: str(state.status) for state in tasks}
+    reasons = {state.name: state.why for state in tasks}
+    marks = [
+        mark if not reasons.get(mark.title) else _because(mark, reasons[mark.title])
+        for mark in pass_marks(scenario, states, metrics)
     ]
-    if not answers:
+    least = scenario.marks.least_percent
+    if least > 0.0:
+        is_met = None if percent is None else percent >= least
+        got = "not scored" if percent is None else f"{percent:.1f} %"
+        marks.append(PassMark("points", is_met, f"{got}, {least:g} % are asked for"))
+    if not marks:
         return None
-    met = [answer for answer, _ in answers]
+    met = [mark.is_met for mark in marks]
     verdict = Verdict.PASSED
     if False in met:
         verdict = Verdict.NOT_PASSED
     elif None in met:
         verdict = Verdict.NO_DATA
-    missed = tuple(why for is_met, why in answers if not is_met)
-    kept = tuple(why for is_met, why in answers if is_met)
-    return ExerciseMark(verdict, missed, kept)
+    missed = tuple(_told(mark) for mark in marks if not mark.is_met)
+    return ExerciseMark(verdict, missed, tuple(_told(m) for m in marks if m.is_met))
 
 
-def _of_tasks(scenario: Scenario, states: Sequence[TaskState]) -> Iterator[_Answer]:
-    needed = scenario.marks.tasks or [
-        task.name for task in scenario.tasks if not task.is_optional
-    ]
-    known = {state.name: state for state in states}
-    for name in needed:
-        state = known.get(name)
-        if state is None:
-            yield None, f"it is not known whether the task {name!r} was done"
-            continue
-        why = f": {state.why}" if state.why else ""
-        yield state.status is Status.DONE, f"the task {name!r} is {state.status}{why}"
+def _because(mark: PassMark, why: str) -> PassMark:
+    return PassMark(mark.title, mark.is_met, f"{mark.why}, {why}")
 
 
-def _of_limit(limit: MetricLimit, metrics: Sequence[Metric]) -> _Answer:
-    rows = [
-        metric
-        for metric in metrics
-        if (metric.name == limit.name or metric.name.startswith(f"{limit.name}: "))
-        and limit.role in ("", metric.role)
-    ]
-    values = [metric for metric in rows if metric.value is not None]
-    if not values:
-        is_far = bool(rows) and all(row.reason.startswith(FAR) for row in rows)
-        if is_far and limit.most is None:
-            return True, f"{limit.name}: {rows[0].reason}"
-        why = rows[0].reason if rows else "not enough data: it was not measured"
-        return None, f"{limit.name}: {why}"
-    # of several, such as one for each hazard, each has to keep within the limit
-    worst = max(values, key=lambda metric: _beyond(limit, metric))
-    value, unit = worst.value or 0.0, "" if worst.unit in ("1", "count") else worst.unit
-    beyond = _beyond(limit, worst)
-    bounds = [
-        f"{word} {bound:g}{f' {unit}' if unit else ''}"
-        for word, bound in (("at least", limit.least), ("at most", limit.most))
-        if bound is not None
-    ]
-    told = f"{worst.name} is {value:.4g}{f' {unit}' if unit else ''}"
-    sigma = f" ± {worst.sigma:.2g}" if worst.sigma else ""
-    near = ""
-    if worst.sigma and abs(beyond) < worst.sigma:
-        near = ", nearer to the limit than its noise"
-    return beyond <= 0.0, f"{told}{sigma}, asked for is {' and '.join(bounds)}{near}"
-
-
-def _beyond(limit: MetricLimit, metric: Metric) -> float:
-    """Return how far a value lies outside of the limits; below 0 inside."""
-    assert metric.value is not None
-    under = float("-inf") if limit.least is None else limit.least - metric.value
-    over = float("-inf") if limit.most is None else metric.value - limit.most
-    return max(under, over)
-
-
-def _of_percent(least: float, percent: float | None) -> Iterator[_Answer]:
-    if least <= 0.0:
-        return
-    if percent is None:
-        yield None, f"no rubric gave a percent, of which {least:g} are asked for"
-        return
-    told = f"{percent:.1f} % of the rubric's points, asked for are {least:g} %"
-    yield percent >= least, told
+def _told(mark: PassMark) -> str:
+    return f"{mark.title}: {mark.why or 'not known'}"

@@ -54,7 +54,7 @@ class Look(TaskBase, frozen=True, tag="look"):
     """Look at a place, with nothing in between, for hold_s at a stretch.
 
     within_deg: from the middle of the picture, at most. nearest_mm, farthest_mm: from
-    the lens.
+    the lens. level_deg: the picture is turned from upright by so much at most.
     """
 
     place: Place
@@ -62,6 +62,7 @@ class Look(TaskBase, frozen=True, tag="look"):
     nearest_mm: float = 2.0
     farthest_mm: float = 30.0
     hold_s: float = 1.0
+    level_deg: float = 180.0
 
 
 class Hold(TaskBase, frozen=True, tag="hold"):
@@ -124,11 +125,15 @@ class Remove(TaskBase, frozen=True, tag="remove"):
 
 
 class Open(TaskBase, frozen=True, tag="open"):
-    """Make a way for a ball of radius_mm, straight from one place to another."""
+    """Make a way for a ball of radius_mm, straight from one place to another.
+
+    area_mm2: of the air across that way where it is narrowest, at least.
+    """
 
     start: Place
     end: Place
     radius_mm: float
+    area_mm2: float = 0.0
 
 
 class KeepAway(TaskBase, frozen=True, tag="keep away"):

@@ -106,8 +106,9 @@ from paravol.environment import prepare_environment
 prepare_environment()
 from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
-from app.window.main_window import TraineeWindow
-from app.window.flight_thread import FlightThread
+from app.window.flight.flight_page import FlightPage
+from app.window.flight.flight_thread import FlightThread
+from app.window.main_window import MainWindow
 from devices import load_probe_path, save_probe_path
 from scenarios import load_scenario
 
@@ -117,15 +118,18 @@ path = load_probe_path(folder / scenario.path)
 mouse = choose_input(None, None, scenario, path, folder / scenario.path)
 record = Path(sys.argv[2])
 flight = FlightThread(FlightOrder(scenario, path, mouse, 64, 1, record))
-window = TraineeWindow(flight, edge_samples=0)
+window = MainWindow()
+page = FlightPage(flight, edge_samples=0)
+page.left.connect(window.shut)
+window.show_page(page)
 frames = []
 flight.arrived.connect(lambda: frames.append(0))
 said = []
-say = window.picture.say
+say = page.picture.say
 def spoken(message, detail="", share=None):
     said.append(message)
     say(message, detail, share)
-window.picture.say = spoken
+page.picture.say = spoken
 window.show()
 flight.start()
 
@@ -143,28 +147,28 @@ def asked():
 
 until("a frame", lambda: frames)
 for key in (Qt.Key.Key_Q, Qt.Key.Key_Escape):
-    QTest.keyClick(window, key)
+    QTest.keyClick(page, key)
     assert asked(), said
     # The flight goes on under the question, and notices do not hide it.
-    QTest.keyClick(window, Qt.Key.Key_M)
+    QTest.keyClick(page, Qt.Key.Key_M)
     count = len(frames)
     until("more frames", lambda: len(frames) > count + 2)
     assert asked(), said
-    QTest.keyClick(window, Qt.Key.Key_Escape)
+    QTest.keyClick(page, Qt.Key.Key_Escape)
     assert said[-1] == "" and window.isVisible()
-QTest.keyClick(window, Qt.Key.Key_Return)  # answers nothing
+QTest.keyClick(page, Qt.Key.Key_Return)  # answers nothing
 count = len(frames)
 until("more frames", lambda: len(frames) > count + 2)
 # By the mouse: the window's own button asks, too.
 window.close()
 assert asked(), said
-QTest.keyClick(window, Qt.Key.Key_Return)
-until("the end", lambda: window.picture._result is not None)
+QTest.keyClick(page, Qt.Key.Key_Return)
+until("the end", lambda: page.picture._result is not None)
 assert window.isVisible()
 assert flight.flight.result.title == "The flight is over"
 assert len(flight.flight.result.score.target_distance_mm) == 4
 window.grab().save(sys.argv[3])
-QTest.keyClick(window, Qt.Key.Key_Q)
+QTest.keyClick(page, Qt.Key.Key_Q)
 assert not window.isVisible()
 assert flight.stop(60.0)
 window.release()
@@ -379,7 +383,7 @@ def test_an_arm_that_stays_away_leaves_a_picture_that_says_so(
         pixels = np.asarray(picture.convert("RGB"), dtype=np.float64)
     height, width = pixels.shape[:2]
     assert pixels[height // 4 : height * 5 // 8, width // 6 : width * 4 // 10].std() > 5
-    ring = np.abs(pixels - np.array(ImageColor.getrgb(ALARM))).max(axis=-1) < 8
+    ring = np.abs(pixels - np.array(ImageColor.getrgb(ALARM.name()))).max(axis=-1) < 8
     assert ring.sum() > 2000
     report = replay_session(bundle, threads=2, progress=lambda stage, share: None)
     assert report.frames > 0
@@ -416,6 +420,15 @@ class Kept(FlightObserver):
         self.view = where
 
 
+class Exchanging(Kept):
+    """Puts in an angled scope as soon as something was seen by the straight one."""
+
+    def on_frame(self, event: FrameEvent) -> None:
+        super().on_frame(event)
+        assert self.flight is not None
+        self.flight.scopes.choose(30.0)
+
+
 def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     short_scenario: Path, tmp_path: Path
 ) -> None:
@@ -424,7 +437,7 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     path = load_probe_path(path_file)
     played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
     record = tmp_path / "flight.paravol"
-    observer = Kept()
+    observer = Exchanging()
     flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
     observer.flight = flight
     flown = flight.run()
@@ -437,6 +450,8 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     assert load_view(Path(observer.view)).to_camera().key == (
         observer.frames[0].view.camera.key
     )
+    # the replay knows which scope was in hand when
+    assert {f.view.scope_deg for f in observer.frames} == {0.0, 30.0}
     report = replay_session(record, threads=1, progress=lambda stage, share: None)
     assert report.is_exact
     assert report.score == flown.score

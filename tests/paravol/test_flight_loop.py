@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices import Pose
-from paravol.flight_loop import FrameEvent, _arrived, fly
+from paravol import flight_loop
+from paravol.flight_loop import FrameEvent, _arrived, fly, thinned
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -304,3 +307,144 @@ def test_a_frame_tells_what_its_sample_felt() -> None:
     flown(frames.append)
     # without an operation nobody computes a force
     assert {event.signs.force_n for event in frames} == {None}
+
+
+class Passing:
+    """A clock that stands until somebody works, for the loop and for its source."""
+
+    def __init__(self) -> None:
+        self.at_s = 50.0
+
+    def now(self) -> float:
+        return self.at_s
+
+    def sleep(self, seconds: float) -> None:
+        self.at_s += seconds
+
+    monotonic = perf_counter = now
+
+
+class Hundredfold:
+    """A scope that is steered 100 times a second; button 1 is clicked for one pose."""
+
+    def __init__(self, clock: Passing) -> None:
+        self.clock = clock
+        self.given = 0
+
+    def read(self, timeout_s: float) -> Pose:
+        due_s = 50.0 + (self.given + 1) / 100
+        if due_s > self.clock.at_s + timeout_s:
+            raise TimeoutError
+        self.clock.at_s = max(self.clock.at_s, due_s)
+        self.given += 1
+        clicks = int(self.given % 100 == 37)
+        return Pose(self.given / 100, due_s, np.eye(4), clicks)
+
+
+def steered(
+    monkeypatch: pytest.MonkeyPatch, step_s: float, frame_s: float, may_skip: bool
+) -> tuple[list[float], Kept, list[float], set[float]]:
+    """Fly 10 s on a machine that takes so long for a sample and for a frame.
+
+    Returns the ages of shown poses, what was recorded, what was stepped, clicks.
+    """
+    clock = Passing()
+    stepped: list[float] = []
+    clicks: set[float] = set()
+
+    class Working(Still):
+        def step(self, sample: Sample) -> None:
+            clock.sleep(step_s)
+            stepped.append(sample.time_s)
+            if sample.buttons:
+                clicks.add(sample.time_s)
+
+    class Drawing:
+        lens = CLEAN
+
+        def apply(self, changes: Any) -> None:
+            pass
+
+        def settle(self) -> None:
+            pass
+
+        def begin(self, seen: Any, *, then: Any, **_: Any) -> None:
+            clock.sleep(frame_s)
+            empty = GBuffer.empty(2, 2)
+            then(Frame(np.zeros((2, 2, 3), np.uint8), empty, 0.5, CLEAN))
+
+    class Buttons(Marks):
+        def complete(self, pose: Pose) -> Sample:
+            return replace(super().complete(pose), buttons=pose.buttons)
+
+    monkeypatch.setattr(flight_loop, "time", clock)
+    kept = Kept()
+    any_view: Any = Drawing()
+    any_kept: Any = kept
+    any_session: Any = Working()
+    ages: list[float] = []
+    fly(
+        Hundredfold(clock),
+        Buttons(),
+        any_session,
+        any_view,
+        any_kept,
+        until_s=10.0,
+        on_frame=lambda event: ages.append(event.pose_age_ms / 1e3),
+        keeps=lambda time_s: False,
+        may_skip=may_skip,
+    )
+    return ages, kept, stepped, clicks
+
+
+@pytest.mark.parametrize("frame_s", [0.0, 0.02, 0.1])
+def test_a_slow_machine_does_not_fall_behind_a_steered_scope(
+    monkeypatch: pytest.MonkeyPatch, frame_s: float
+) -> None:
+    """A sample takes three times as long as it stands for."""
+    ages, kept, stepped, clicks = steered(monkeypatch, 0.03, frame_s, True)
+    # from one look to the next, and what is done for the pose itself
+    assert max(ages[1:]) < 2 * (0.05 + 0.03 + frame_s)
+    assert max(ages[len(ages) // 2 :]) <= max(ages[1 : len(ages) // 2]) + 0.011
+    assert stepped[-1] > 9.5
+    assert np.all(np.diff(stepped) > 0)
+    # what was flown is what is recorded, and no click is lost
+    samples = [r for r in kept.records if isinstance(r, SampleRecord)]
+    assert [r.time_s for r in samples] == stepped
+    assert sorted(clicks) == pytest.approx([n + 0.37 for n in range(10)])
+    without = steered(monkeypatch, 0.03, frame_s, False)[0]
+    assert without[-1] > 5.0
+
+
+def test_a_quick_machine_leaves_nothing_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even where frames take long."""
+    for step_s, frame_s in ((0.001, 0.01), (0.003, 0.1)):
+        _, _, stepped, clicks = steered(monkeypatch, step_s, frame_s, True)
+        np.testing.assert_allclose(stepped, np.arange(1, len(stepped) + 1) / 100)
+        assert len(stepped) >= 985
+        assert len(clicks) == 10
+
+
+def test_after_a_standstill_a_steered_scope_is_where_the_hand_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ages, _, stepped, _ = steered(monkeypatch, 0.006, 3.0, True)
+    # the last one was the last before the end
+    assert max(ages[1:-1]) < 3.0 + 0.1
+    assert len(stepped) < 100
+
+
+@given(
+    buttons=st.lists(st.integers(0, 1), min_size=1, max_size=40),
+    most=st.integers(1, 50),
+)
+def test_poses_are_left_out_evenly(buttons: list[int], most: int) -> None:
+    poses = [Pose(n, n, np.eye(4), b) for n, b in enumerate(buttons)]
+    kept = thinned(poses, most)
+    edges = {n for n, b in enumerate(buttons) if b != [0, *buttons][n]}
+    at = [int(p.time_s) for p in kept]
+    assert at == sorted(set(at))
+    assert at[-1] == len(poses) - 1
+    assert edges <= set(at)
+    assert min(most, len(poses)) <= len(at) <= min(most, len(poses)) + len(edges)
+    assert max(np.diff([-1, *at])) <= -(-len(poses) // most)

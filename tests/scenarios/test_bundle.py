@@ -37,6 +37,8 @@ def sample(index: int) -> Sample:
         random.normal(size=3),
         random.normal(size=3),
         index % 4,
+        scope_deg=(None, 0.0, 30.0, 70.0)[index % 4],
+        camera_roll_deg=float(index % 3),
     )
 
 
@@ -64,6 +66,8 @@ def test_round_trip_keeps_every_bit(tmp_path: Path) -> None:
     first = read[0]
     assert isinstance(first, SampleRecord)
     assert np.array_equal(first.sample().device_from_tip, sample(0).device_from_tip)
+    samples = [r.sample() for r in read if isinstance(r, SampleRecord)]
+    assert [s.camera_roll_deg for s in samples[:4]] == [0.0, 1.0, 2.0, 0.0]
 
 
 def test_frames_of_older_looks_are_still_read() -> None:

@@ -38,6 +38,23 @@ def test_turning_the_light_post_keeps_the_horizon(roll: float) -> None:
     assert camera.frame[2][2] > 0
 
 
+@given(unit, unit, unit, st.floats(-180, 180), st.floats(-180, 180))
+def test_the_camera_head_turns_the_picture_about_the_view_and_nothing_else(
+    x: float, y: float, z: float, roll: float, turn: float
+) -> None:
+    frame = tip_frame(np.zeros(3), pointing(x, y, z))
+    scope = Endoscope(angle_deg=30.0)
+    upright = scope.camera(frame, roll, (64, 64)).frame
+    turned = scope.camera(frame, roll, (64, 64), turn).frame
+    assert np.array_equal(turned[[0, 3]], upright[[0, 3]])
+    # right-handed about the view: what was up moves to the right
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    assert turned[2] == pytest.approx(c * upright[2] + s * upright[1], abs=1e-12)
+    # right, up and forward: as they were before, no mirror
+    assert np.linalg.det(turned[1:]) == pytest.approx(np.linalg.det(upright[1:]))
+    assert np.allclose(turned[1:] @ turned[1:].T, np.eye(3), atol=1e-12)
+
+
 def test_light_post_up_looks_up_and_right_looks_right() -> None:
     frame = tip_frame(np.zeros(3), np.array([0.0, 1.0, 0.0]))
     scope = Endoscope(angle_deg=30.0)

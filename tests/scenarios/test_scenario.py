@@ -6,7 +6,7 @@ import pytest
 from disk import UserError
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import HeadNames, head_problems
-from scenarios.tasks.task import KeepAway, Limits, Reach, Remove, Task
+from scenarios.tasks.task import KeepAway, Limits, Reach, Remove, Survey, Task
 
 GOOD = """
 name = "own"
@@ -95,6 +95,12 @@ title = "Take the uncinate process"
 after = ["meatus"]
 tissues = {uncinate = {least_mm3 = 20.0}}
 
+[[tasks]]
+kind = "survey"
+name = "see"
+title = "See the middle meatus"
+sites = {"middle meatus, left" = 60.0, septum = 20.0}
+
 [pass]
 tasks = ["meatus"]
 metrics = [{name = "hazard dose: orbit", most = 1.0}]
@@ -124,10 +130,17 @@ def test_an_exercise_needs_no_path(tmp_path: Path) -> None:
         ("uncinate = {", "uncinat = {", 25, "'uncinate'"),
         ('"microdebrider"', '"microdebridder"', 5, "'microdebrider'"),
         ('"concha-bullosa:right"', '"concha-bulosa"', 9, "concha-bullosa"),
-        ('"hazard dose: orbit"', '"hazard doze: orbit"', 29, "'hazard dose'"),
-        (", most = 1.0", "", 29, "least, most"),
-        ('"hazard dose: orbit"', '"unsteadiness"', 29, "measured for targets"),
-        ('tasks = ["meatus"]', 'tasks = ["meatos"]', 28, "'meatus'"),
+        ('"hazard dose: orbit"', '"hazard doze: orbit"', 35, "'hazard dose'"),
+        (", most = 1.0", "", 35, "least, most"),
+        ('"hazard dose: orbit"', '"unsteadiness"', 35, "measured for targets"),
+        ('tasks = ["meatus"]', 'tasks = ["meatos"]', 34, "'meatus'"),
+        (
+            '"middle meatus, left" =',
+            '"midle meatus, left" =',
+            31,
+            "middle meatus, left",
+        ),
+        ("septum = 20.0", "septum = 120.0", 31, "0 to 100 percent"),
         ('name = "uncinate"', 'name = "meatus"', 22, "Two tasks"),
         ('nostril = "left"', "tip_mm = [0, 0, 0]", 11, "neither"),
         ('kind = "look"', 'kind = "lok"', 15, "'look'"),
@@ -160,11 +173,14 @@ def test_a_typo_is_told_with_its_line_and_the_nearest_word(
             "'orbit'",
         ),
         (Remove(name="w", title="", walls={"lamina": Limits()}), 0, "lamina"),
+        (Survey(name="s", title="", sites={"polyp": 50.0}), 0, "middle meatus"),
     ],
 )
 def test_names_are_checked_against_the_head(task: Task, place: int, word: str) -> None:
     scenario = Scenario("s", "S", tasks=(task,))
-    head = HeadNames({"nostril, left"}, {"orbit"}, {"lamina papyracea"})
+    head = HeadNames(
+        {"nostril, left"}, {"orbit"}, {"lamina papyracea"}, {"middle meatus, left"}
+    )
     (problem,) = head_problems(scenario, head)
     assert word in problem.text
     assert problem.at[:2] == ("tasks", place)

@@ -56,6 +56,23 @@ def test_the_clock_stands_between_samples_of_which_one_is_frozen(
         assert flown.clock_s == pytest.approx(time_s - stood_s)
 
 
+@given(st.sampled_from([None, 0.0, 30.0, 45.0, 70.0]), st.sampled_from([0.0, 30.0]))
+def test_a_sample_is_seen_by_the_scope_that_it_names(
+    scope_deg: float | None, own_deg: float
+) -> None:
+    distance = floor_at(10.0).distance
+    flown = Session(Endoscope(angle_deg=own_deg), np.eye(4), distance, {}, (8, 8))
+    frame = tip_frame(ABOVE, np.array([0.0, 1.0, 0.0]))
+    seen = flown.view(replace(sample(0.0), device_from_tip=frame, scope_deg=scope_deg))
+    angle_deg = own_deg if scope_deg is None else scope_deg
+    assert seen.scope_deg == angle_deg
+    turn = np.radians(angle_deg)
+    expected = np.array([0.0, np.cos(turn), np.sin(turn)])
+    np.testing.assert_allclose(seen.camera.frame[3], expected, atol=1e-12)
+    # the shaft is where it was
+    np.testing.assert_array_equal(seen.world_from_tip, frame)
+
+
 def test_what_is_frozen_counts_neither_for_tasks_nor_for_the_score() -> None:
     whole, halved = session(), session()
     for n in range(12):

@@ -7,7 +7,6 @@ its motion by itself, and gives every pose the host's time of its tick.
 import atexit
 import errno
 import os
-import sys
 from collections.abc import Sequence
 
 import serial
@@ -25,21 +24,20 @@ from devices.microscribe.driver.supervisor import (
 from devices.microscribe.wire.line import LinkTiming
 from devices.microscribe.wire.link import ArmDescription
 from devices.microscribe.wire.sign_on import RATES
-from devices.microscribe.wire.terminal_file import TerminalFile
+from devices.microscribe.wire.terminal_file import (
+    TERMINAL_ERRORS,
+    TERMINALS_ARE_FILES,
+    TerminalFile,
+)
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.serial_adapters import absence_remedy, permission_remedy
 from devices.source import QueuedSource
 from disk import UserError
 
-# pyserial lets errors of the terminal itself pass through untranslated.
-_PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
-if sys.platform != "win32":
-    import termios
-
-    _PORT_ERRORS = (OSError, termios.error)
+_DROPPED_AT_ONCE = 4096
 
 # A name with a NUL in it is a ValueError.
-_OPEN_ERRORS = (*_PORT_ERRORS, ValueError)
+_OPEN_ERRORS: tuple[type[Exception], ...] = (*TERMINAL_ERRORS, ValueError)
 
 # Longer than the search for a lost line takes, which then says so itself.
 SILENCE_S = 15.0
@@ -67,9 +65,10 @@ class SerialPort:
                 f"{_port_remedy(name, error)}.",
             ) from error
         self._name = name
-        posix = sys.platform != "win32"
-        # a socket's file answers the same calls
-        self._file = TerminalFile(self._serial.fileno()) if posix else None
+        self._file: TerminalFile | None = None
+        if TERMINALS_ARE_FILES:
+            # a socket's file answers the same calls
+            self._file = TerminalFile(self._serial.fileno())
         self.set_rate(RATES[0])
 
     @property
@@ -84,7 +83,7 @@ class SerialPort:
             if self._file is not None:
                 return self._file.waiting
             return int(self._serial.in_waiting)
-        except _PORT_ERRORS as error:
+        except TERMINAL_ERRORS as error:
             raise self._gone() from error
 
     def read(self, count: int, timeout_s: float) -> bytes:
@@ -99,7 +98,7 @@ class SerialPort:
             self._serial.inter_byte_timeout = quiet_s
             self._serial.timeout = max(timeout_s, 0.0)
             return bytes(self._serial.read(count))
-        except _PORT_ERRORS as error:
+        except TERMINAL_ERRORS as error:
             raise self._gone() from error
 
     def read_some(self, least: int, timeout_s: float) -> bytes:
@@ -109,7 +108,7 @@ class SerialPort:
                 return self._file.read_some(least, timeout_s)
             count = max(least, int(self._serial.in_waiting))
             return self.read(count, timeout_s)
-        except _PORT_ERRORS as error:
+        except TERMINAL_ERRORS as error:
             raise self._gone() from error
 
     def write(self, data: bytes) -> None:
@@ -118,18 +117,24 @@ class SerialPort:
             sent = 0 if self._file is None else self._file.write(data)
             if sent < len(data):
                 self._serial.write(data[sent:])
-        except _PORT_ERRORS as error:
+        except TERMINAL_ERRORS as error:
             raise self._gone() from error
 
     def reset_input(self) -> int:
         """Drop what has arrived unread; return how many bytes that was."""
-        return len(self.read(self.waiting, 0.0))
+        if self._file is not None:
+            return len(self.read(self.waiting, 0.0))
+        count = 0
+        # of a socket pyserial tells only whether anything waits
+        while dropped := len(self.read(_DROPPED_AT_ONCE, 0.0)):
+            count += dropped
+        return count
 
     def set_rate(self, baud: int) -> None:
         """Change the bit rate of both directions."""
         try:
             self._serial.baudrate = baud
-        except _PORT_ERRORS as error:
+        except TERMINAL_ERRORS as error:
             raise self._gone() from error
         if self._file is not None:
             self._file.byte_s = 10.0 / baud

@@ -1,11 +1,12 @@
 """An emulated MicroScribe in a process of its own, held by this one."""
 
 import json
-import select
 import subprocess
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import Any, NoReturn, Self
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.actions import parse_action
 from devices.port import BytePort, DeviceError, DeviceReason
+from machine import group_options
 
 READY_S = 30.0
 STOP_S = 5.0
@@ -41,12 +43,6 @@ class MicroScribeEmulator:
         link: Path | str | None = None,
         fast: bool = False,
     ) -> None:
-        if sys.platform == "win32":
-            raise DeviceError(
-                DeviceReason.NO_PORT,
-                "The emulated arm needs pseudo-terminals, which Windows lacks; attach "
-                "a real one.",
-            )
         points = np.zeros((0, 3)) if fiducials_mm is None else fiducials_mm
         asked = {
             "path": str(path),
@@ -65,8 +61,11 @@ class MicroScribeEmulator:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             # Ctrl-C belongs to the program that holds the emulator, which stops it.
-            start_new_session=True,
+            **group_options(),
         )
+        self._said: SimpleQueue[bytes] = SimpleQueue()
+        self._listener = threading.Thread(target=self._listen, name="emulator")
+        self._listener.start()
         try:
             ready = self._announcement(READY_S) or self._complain()
         except BaseException:
@@ -112,15 +111,19 @@ class MicroScribeEmulator:
 
     def stop(self) -> None:
         """End the child and wait for it; harmless when repeated."""
-        for pipe in (self._child.stdin, self._child.stdout, self._child.stderr):
-            if pipe is not None:
-                pipe.close()
+        assert self._child.stdin is not None
+        self._child.stdin.close()
         self._child.terminate()
         try:
             self._child.wait(STOP_S)
         except subprocess.TimeoutExpired:
             self._child.kill()
             self._child.wait()
+        # only now has the listener come to the end of what it reads
+        self._listener.join()
+        for pipe in (self._child.stdout, self._child.stderr):
+            if pipe is not None:
+                pipe.close()
 
     def __enter__(self) -> Self:
         return self
@@ -134,14 +137,22 @@ class MicroScribeEmulator:
         self.stop()
 
     def _announcement(self, timeout_s: float) -> dict[str, Any] | None:
-        stdout = self._child.stdout
-        assert stdout is not None
-        readable, _, _ = select.select([stdout], [], [], timeout_s)
-        line = stdout.readline() if readable else b""
+        try:
+            line = self._said.get(timeout=timeout_s)
+        except Empty:
+            return None
         if not line:
             return None
         ready: dict[str, Any] = json.loads(line)
         return ready
+
+    def _listen(self) -> None:
+        """Keep what the child says; pipes cannot be waited for everywhere."""
+        stdout = self._child.stdout
+        assert stdout is not None
+        for line in stdout:
+            self._said.put(line)
+        self._said.put(b"")
 
     def _complain(self) -> NoReturn:
         stderr = self._child.stderr

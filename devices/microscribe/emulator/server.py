@@ -2,10 +2,12 @@
 
 import os
 import select
+import socket
 import sys
 import threading
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -84,7 +86,9 @@ class EmulatorServer:
         self._plugged = True
         self._generation = arm.generation
         self._stopped = False
-        self._wake_read, self._wake_write = os.pipe()
+        # sockets: pipes cannot be waited for everywhere
+        self._woken, self._wake = socket.socketpair()
+        self._commands: SimpleQueue[bytes] = SimpleQueue()
         self._thread = threading.Thread(target=self._run_in_thread, name="emulator")
 
     @property
@@ -95,7 +99,7 @@ class EmulatorServer:
     def stop(self) -> None:
         """End ``run``, from any thread or signal handler."""
         self._stopped = True
-        os.write(self._wake_write, b"x")
+        self._wake.send(b"x")
 
     def run(
         self, commands: int | None = None, *, dies_with_parent: bool = False
@@ -109,26 +113,26 @@ class EmulatorServer:
         parent = os.getppid() if dies_with_parent else None
         if self._announce is not None:
             self._announce(self._port.name)
+        if commands is not None:
+            reader = (commands,)
+            threading.Thread(target=self._listen, args=reader, daemon=True).start()
         while not self._stopped and not self.arm.lost_for_good:
-            watched = [self._wake_read, *self._port.sources()]
-            watched += [] if commands is None else [commands]
+            watched = [self._woken.fileno(), *self._port.sources()]
             wait_s = self._wait_s(time.monotonic())
             if wait_s >= IDLE_S and self._idle is not None:
                 self._idle()
             ready, _, _ = select.select(watched, [], [], min(wait_s, IDLE_S))
             if parent is not None and os.getppid() != parent:
                 break
-            if commands in ready and not self._obey(commands or 0):
+            if self._woken.fileno() in ready and not self._obey():
                 break
             self._serve(any(source in ready for source in self._port.sources()))
 
     def close(self) -> None:
         """Take the port away; harmless when repeated."""
         self._port.close()
-        if self._wake_read >= 0:
-            os.close(self._wake_read)
-            os.close(self._wake_write)
-            self._wake_read = self._wake_write = -1
+        self._woken.close()
+        self._wake.close()
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -186,9 +190,28 @@ class EmulatorServer:
         if self._announce is not None:
             self._announce(self._port.name)
 
-    def _obey(self, commands: int) -> bool:
+    def _listen(self, commands: int) -> None:
+        """Pass on what is written, and then its end."""
+        written = b"x"
+        while written:
+            try:
+                written = os.read(commands, _CONTROL_BYTES)
+            except OSError:
+                written = b""
+            self._commands.put(written)
+            try:
+                self._wake.send(b"x")
+            except OSError:
+                return  # the service ended before
+
+    def _obey(self) -> bool:
         """Perform the actions that were written; return whether more may come."""
-        written = os.read(commands, _CONTROL_BYTES)
+        self._woken.recv(1)
+        # one at a time: between an unplugging and the next the port has to follow
+        return self._commands.empty() or self._perform(self._commands.get())
+
+    def _perform(self, written: bytes) -> bool:
+        """Perform actions; return whether there were any, as at the end are none."""
         for line in written.decode(errors="replace").split("\n"):
             if line.strip():
                 try:

@@ -1,6 +1,5 @@
 """From what was asked for to an emulated arm that is ready to serve."""
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,8 +17,8 @@ from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
 from devices.microscribe.emulator.script import ArmScript
 from devices.microscribe.emulator.server import EmulatorServer, ServerPort
-from devices.microscribe.emulator.socket_port import SocketPort, parse_address
-from devices.microscribe.emulator.terminal_port import TerminalPort
+from devices.microscribe.emulator.socket_port import LOOPBACK, SocketPort, parse_address
+from devices.microscribe.emulator.terminal_port import TerminalPort, has_terminals
 from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
 from devices.recording.probe_path import ProbePath
@@ -103,12 +102,14 @@ def _open_port(options: EmulatorSettings) -> ServerPort:
         if options.link is not None:
             raise UserError("a link can point at a terminal only; leave out --listen")
         return SocketPort(parse_address(options.listen))
-    if sys.platform == "win32":
+    if has_terminals():
+        return TerminalPort(options.link)
+    if options.link is not None:
         raise UserError(
-            "Windows has no pseudo-terminals; let the emulated arm --listen at a "
-            "TCP port instead."
+            "A link can point at a terminal only, and this system has no "
+            "pseudo-terminals; leave out --link, and the arm is at a TCP port."
         )
-    return TerminalPort(options.link)
+    return SocketPort((LOOPBACK, 0))
 
 
 def _motion(

@@ -14,6 +14,15 @@ _TCGETS2 = 0x802C542A
 _READ_BYTES = 4096
 
 
+def has_terminals() -> bool:
+    """Return whether this system has pseudo-terminals."""
+    try:
+        import tty  # noqa: F401 (what makes them raw)
+    except ImportError:
+        return False
+    return hasattr(os, "openpty")
+
+
 class TerminalPort:
     """A pseudo-terminal that can be pulled and put in again under another name.
 

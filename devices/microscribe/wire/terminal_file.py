@@ -7,13 +7,20 @@ call takes; a pose passes here a hundred times a second and more.
 
 import os
 import select
-import sys
 import time
 from array import array
 
-if sys.platform != "win32":
+TERMINAL_ERRORS: tuple[type[Exception], ...] = (OSError,)
+"""What goes wrong with a terminal; pyserial lets these pass through untranslated."""
+
+try:
     import fcntl
     import termios
+except ImportError:
+    TERMINALS_ARE_FILES = False
+else:
+    TERMINALS_ARE_FILES = True
+    TERMINAL_ERRORS = (OSError, termios.error)
 
 # A shorter pause is not worth a wake-up of its own.
 SHORT_PAUSE_S = 0.0003
@@ -35,8 +42,6 @@ class TerminalFile:
     @property
     def waiting(self) -> int:
         """Return how many bytes have arrived unread."""
-        if sys.platform == "win32":
-            raise OSError("terminals are files on POSIX systems only")
         fcntl.ioctl(self._file, termios.FIONREAD, self._count)
         return self._count[0]
 

@@ -11,6 +11,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from tempfile import gettempdir
 
@@ -32,6 +33,7 @@ from renderers.art.ranks.transport import TransportError
 _TAG = 1
 
 YIELD_S = 1e-3
+_yield = getattr(os, "sched_yield", partial(time.sleep, 0.0))
 """Time of yielding before sleeping. A bare spin costs 400 times on an oversubscribed
 machine (4 ranks on 2 cores: 8 ms a request against 20 us)."""
 
@@ -146,7 +148,7 @@ class MpiTransport:
         elif now - self._waiting_since > self._stall_s:
             self._give_up()
         if now - self._idle_since < YIELD_S:
-            os.sched_yield()
+            _yield()
         else:
             time.sleep(SLEEP_S)
 

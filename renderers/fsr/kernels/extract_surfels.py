@@ -9,7 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.fsr.kernels.array_types import F32, F64, I32, I64, U8, U16, Lanes
+from renderers.fsr.kernels.array_types import (
+    F32,
+    F64,
+    I32,
+    I64,
+    U8,
+    U16,
+    Flags,
+    Lanes,
+)
 from renderers.fsr.kernels.gradients import FlatVolume, sobel
 
 SETTLED = 1.0
@@ -153,6 +162,7 @@ def _settle(
     px = ei / refine
     py = ej / refine
     pz = ek / refine
+    x0, y0, z0 = px, py, pz
     a = min(int(px), nx - 2)
     b = min(int(py), ny - 2)
     c = min(int(pz), nz - 2)
@@ -181,21 +191,21 @@ def _settle(
     if 4.0 * d * d * g2 > layer:
         return False, px, py, pz, 0.0
     way = 0.0
+    # six divisions a step would take longer than all the rest of it
+    rx, ry, rz = 1.0 / sx, 1.0 / sy, 1.0 / sz
     for _ in range(3):
         s = d / g2
-        px -= s * gx / sx
-        py -= s * gy / sy
-        pz -= s * gz / sz
-        way = max(way, abs(px - ei / refine))
-        way = max(way, abs(py - ej / refine))
-        way = max(way, abs(pz - ek / refine))
+        px -= s * gx * rx
+        py -= s * gy * ry
+        pz -= s * gz * rz
+        way = max(max(way, abs(px - x0)), max(abs(py - y0), abs(pz - z0)))
         a = min(max(math.floor(px), 0), nx - 2)
         b = min(max(math.floor(py), 0), ny - 2)
         c = min(max(math.floor(pz), 0), nz - 2)
         d, gx, gy, gz = _trilinear(values, nx, ny, px, py, pz, a, b, c)
-        gx /= sx
-        gy /= sy
-        gz /= sz
+        gx *= rx
+        gy *= ry
+        gz *= rz
         g2 = max(gx * gx + gy * gy + gz * gz, 1e-12)
     return True, px, py, pz, way
 
@@ -243,8 +253,8 @@ def _gradient_at(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _put(
-    world_from_voxel: F64, spacing: F64, position: F32, normal: F32, n: int, px: float,
-    py: float, pz: float, gx: float, gy: float, gz: float,
+    world_from_voxel: F64, direction: F64, position: F32, normal: F32, n: int,
+    px: float, py: float, pz: float, gx: float, gy: float, gz: float,
 ) -> bool:  # fmt: skip
     """Write a surfel from its place and gradient; False where there is no normal."""
     length = math.sqrt(gx * gx + gy * gy + gz * gz)
@@ -258,18 +268,85 @@ def _put(
             + world_from_voxel[m, 2] * pz
         )
         normal[n, m] = r * (
-            world_from_voxel[m, 0] / spacing[0] * gx
-            + world_from_voxel[m, 1] / spacing[1] * gy
-            + world_from_voxel[m, 2] / spacing[2] * gz
+            direction[m, 0] * gx + direction[m, 1] * gy + direction[m, 2] * gz
         )
     return True
 
 
+class Look(NamedTuple):
+    """Say where surfels are looked for.
+
+    spacing: mm along x, y and z. world_from_voxel: ``(4, 4)``. direction: ``(3, 3)``,
+    the axes in columns. refine: elements per voxel and axis. cache: Sobel sums, which
+    are kept from look to look.
+    """
+
+    volume: FlatVolume
+    spacing: tuple[float, float, float]
+    world_from_voxel: F64
+    direction: F64
+    refine: int
+    cache: GradientCache
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_in_box(
+    look: Look, holds: Flags, first: tuple[int, int, int], rows: tuple[int, int],
+    planes: tuple[int, int], found: FoundSurfels, n: int, far: int,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Append the surfels of a box's elements, in the grid's order.
+
+    holds: ``[k, j, i]``, voxels of the box that may hold some. first: column, row and
+    plane of the first of these. rows, planes: of elements; first and end. n, far:
+    surfels and elements in `found.far` so far. Returns how many there are then, and
+    rows that have some. `found.x` takes columns if there is room for any.
+    """
+    values, nx, ny, nz, half, _ = look.volume
+    sums, tags, refine = look.cache.sums, look.cache.tags, look.refine
+    corner = look.cache.first_i, look.cache.first_j
+    world_from_voxel, direction = look.world_from_voxel, look.direction
+    x, position, normal, led = found
+    sx, sy, sz = look.spacing
+    ex = (nx - 1) * refine + 1
+    keeps_x = x.shape[0] > 0
+    full = 0
+    for ek in range(planes[0], planes[1]):
+        k = ek // refine - first[2]
+        for ej in range(rows[0], rows[1]):
+            j = ej // refine - first[1]
+            before = n
+            for i in range(holds.shape[2]):
+                if not holds[k, j, i]:
+                    continue
+                at = (first[0] + i) * refine
+                for ei in range(at, min(at + refine, ex)):
+                    belongs, px, py, pz, way = _settle(
+                        values, nx, ny, nz, sx, sy, sz, refine, ei, ej, ek
+                    )
+                    if not belongs:
+                        continue
+                    if way >= SETTLED:
+                        led[far, 0], led[far, 1], led[far, 2] = ei, ej, ek
+                        led[far, 3] = math.ceil(min(way, 1e6))
+                        far += 1
+                    gx, gy, gz = _gradient_at(
+                        values, nx, ny, nz, half, sums, tags, corner, px, py, pz
+                    )
+                    if _put(
+                        world_from_voxel, direction, position, normal, n, px, py, pz,
+                        gx, gy, gz,
+                    ):  # fmt: skip
+                        if keeps_x:
+                            x[n] = ei
+                        n += 1
+            full += n > before
+    return n, far, full
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract_surfel_rows(
-    volume: FlatVolume, spacing: F64, world_from_voxel: F64, refine: int, row: int,
-    offsets: I64, cache: GradientCache, found: FoundSurfels, far: int,
-) -> tuple[int, int]:  # fmt: skip
+    look: Look, row: int, offsets: I64, found: FoundSurfels, far: int
+) -> tuple[int, int]:
     """Append the surfels of rows `row`.. of a signed distance field.
 
     The element grid is the voxel grid refined `refine` times per axis; see `_settle`
@@ -277,46 +354,31 @@ def extract_surfel_rows(
     far: elements listed in `found.far` so far. Returns the first row that did not fit,
     and far.
     """
-    values, nx, ny, nz, half, _ = volume
-    sums, tags = cache.sums, cache.tags
-    corner = cache.first_i, cache.first_j
-    x, position, normal, led = found
-    sx, sy, sz = spacing[0], spacing[1], spacing[2]
+    values, nx, ny, nz, _, _ = look.volume
+    spacing, refine = look.spacing, look.refine
     ex = (nx - 1) * refine + 1
     ey = (ny - 1) * refine + 1
     ez = (nz - 1) * refine + 1
-    reach = REACH * max(sx, sy, sz)
-    layer = 1.000001 * LAYER * max(sx, sy, sz) / refine
+    widest = max(spacing[0], spacing[1], spacing[2])
+    reach = REACH * widest
+    layer = 1.000001 * LAYER * widest / refine
+    holds = np.empty((1, 1, nx), np.bool_)
+    is_first = True
     n = offsets[row]
     while row < ey * ez:
-        if n + ex > x.shape[0] or far + ex > led.shape[0]:
+        if n + ex > found.x.shape[0] or far + ex > found.far.shape[0]:
             return row, far
         ek = row // ey
         ej = row - ek * ey
         j = ej // refine
         k = ek // refine
-        for i in range(nx):
-            if not _may_hold(values, nx, ny, nz, i, j, k, reach, layer):
-                continue
-            for ei in range(i * refine, min((i + 1) * refine, ex)):
-                belongs, px, py, pz, way = _settle(
-                    values, nx, ny, nz, sx, sy, sz, refine, ei, ej, ek
-                )
-                if not belongs:
-                    continue
-                if way >= SETTLED:
-                    led[far, 0], led[far, 1], led[far, 2] = ei, ej, ek
-                    led[far, 3] = math.ceil(min(way, 1e6))
-                    far += 1
-                gx, gy, gz = _gradient_at(
-                    values, nx, ny, nz, half, sums, tags, corner, px, py, pz
-                )
-                if _put(
-                    world_from_voxel, spacing, position, normal, n, px, py, pz,
-                    gx, gy, gz,
-                ):  # fmt: skip
-                    x[n] = ei
-                    n += 1
+        if is_first or ej % refine == 0:
+            is_first = False
+            for i in range(nx):
+                holds[0, 0, i] = _may_hold(values, nx, ny, nz, i, j, k, reach, layer)
+        n, far, _ = _find_in_box(
+            look, holds, (0, j, k), (ej, ej + 1), (ek, ek + 1), found, n, far
+        )
         row += 1
         offsets[row] = n
     return row, far
@@ -324,31 +386,27 @@ def extract_surfel_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract_surfel_blocks(
-    volume: FlatVolume, spacing: F64, world_from_voxel: F64, refine: int, blocks: I64,
-    edge: int, cache: GradientCache, found: FoundSurfels, counted: FoundBlocks,
-) -> tuple[int, int]:  # fmt: skip
+    look: Look, blocks: I64, edge: int, found: FoundSurfels, counted: FoundBlocks
+) -> tuple[int, int]:
     """Find the surfels of blocks, block by block and in the grid's order within each.
 
     They are those of `extract_surfel_rows` to the bit. blocks: ``(b, 3)`` places (i, j,
-    k) of blocks of `edge` elements a side. `found.x` stays as it is. Returns how many
+    k) of blocks of `edge` elements a side. `found.x` has no room. Returns how many
     surfels and elements in `found.far` there are; -1, -1 where they do not fit.
     """
-    values, nx, ny, nz, half, _ = volume
-    sums, tags = cache.sums, cache.tags
-    corner = cache.first_i, cache.first_j
-    _, position, normal, led = found
-    sx, sy, sz = spacing[0], spacing[1], spacing[2]
-    ex = (nx - 1) * refine + 1
+    values, nx, ny, nz, _, _ = look.volume
+    spacing, refine = look.spacing, look.refine
     ey = (ny - 1) * refine + 1
     ez = (nz - 1) * refine + 1
-    reach = REACH * max(sx, sy, sz)
-    layer = 1.000001 * LAYER * max(sx, sy, sz) / refine
+    widest = max(spacing[0], spacing[1], spacing[2])
+    reach = REACH * widest
+    layer = 1.000001 * LAYER * widest / refine
     cells = edge // refine
     holds = np.empty((cells, cells, cells), np.bool_)
     n = 0
     far = 0
     for block in range(blocks.shape[0]):
-        if n + edge**3 > position.shape[0] or far + edge**3 > led.shape[0]:
+        if n + edge**3 > found.position.shape[0] or far + edge**3 > found.far.shape[0]:
             return -1, -1
         first = n
         rows = 0
@@ -364,36 +422,17 @@ def extract_surfel_blocks(
                     it = _may_hold(values, nx, ny, nz, i, j, k, reach, layer)
                     holds[k - k0, j - j0, i - i0] = it
                     any_holds |= it
-        for ek in range(
-            k0 * refine, min((k0 + cells) * refine, ez) if any_holds else 0
-        ):
-            for ej in range(j0 * refine, min((j0 + cells) * refine, ey)):
-                j = ej // refine - j0
-                k = ek // refine - k0
-                before = n
-                for i in range(min(cells, nx - i0)):
-                    if not holds[k, j, i]:
-                        continue
-                    first_ei = (i0 + i) * refine
-                    for ei in range(first_ei, min(first_ei + refine, ex)):
-                        belongs, px, py, pz, way = _settle(
-                            values, nx, ny, nz, sx, sy, sz, refine, ei, ej, ek
-                        )
-                        if not belongs:
-                            continue
-                        if way >= SETTLED:
-                            led[far, 0], led[far, 1], led[far, 2] = ei, ej, ek
-                            led[far, 3] = math.ceil(min(way, 1e6))
-                            far += 1
-                        gx, gy, gz = _gradient_at(
-                            values, nx, ny, nz, half, sums, tags, corner, px, py, pz
-                        )
-                        if _put(
-                            world_from_voxel, spacing, position, normal, n, px, py, pz,
-                            gx, gy, gz,
-                        ):  # fmt: skip
-                            n += 1
-                rows += n > before
+        if any_holds:
+            n, far, rows = _find_in_box(
+                look,
+                holds[:, :, : min(cells, nx - i0)],
+                (i0, j0, k0),
+                (j0 * refine, min((j0 + cells) * refine, ey)),
+                (k0 * refine, min((k0 + cells) * refine, ez)),
+                found,
+                n,
+                far,
+            )
         counted.counts[block] = n - first
         counted.rows[block] = rows
     return n, far

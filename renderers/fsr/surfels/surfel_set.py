@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from renderers.fsr.kernels.extract_surfels import (
     FoundSurfels,
     GradientCache,
+    Look,
     extract_surfel_rows,
 )
+from renderers.fsr.kernels.gradients import FlatVolume
 from renderers.fsr.sobel_normals import flat_volume
 from renderers.fsr.sparse_rows import SparseRows
 from renderers.scene import Volume
@@ -59,7 +61,6 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
     """
     if refine < 1:
         raise ValueError(f"refinement must be at least 1, got {refine}")
-    volume = flat_volume(distance)
     nz, ny, nx = distance.shape
     shape = tuple((n - 1) * refine + 1 for n in (nz, ny, nx))
     world_from_voxel = distance.world_from_voxel
@@ -72,19 +73,10 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
         np.empty((4 * shape[2], 4), np.int64),
     )
     cache = make_cache(_PLANES, (ny, nx), (0, 0))
+    look = look_at(distance, flat_volume(distance), refine, cache)
     row = far = 0
     while row < shape[0] * shape[1]:
-        row, far = extract_surfel_rows(
-            volume,
-            distance.spacing_mm,
-            world_from_voxel,
-            refine,
-            row,
-            offsets,
-            cache,
-            found,
-            far,
-        )
+        row, far = extract_surfel_rows(look, row, offsets, found, far)
         if row < shape[0] * shape[1]:
             found = grown(found)
     n = int(offsets[-1])
@@ -98,6 +90,16 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
         float(distance.spacing_mm.max()) / refine,
         found.far[:far].copy(),
     )
+
+
+def look_at(
+    distance: Volume, volume: FlatVolume, refine: int, cache: GradientCache
+) -> Look:
+    """Return where surfels are looked for; volume: the distance's."""
+    x, y, z = distance.spacing_mm.tolist()
+    world_from_voxel = distance.world_from_voxel
+    direction = world_from_voxel[:3, :3] / distance.spacing_mm
+    return Look(volume, (x, y, z), world_from_voxel, direction, refine, cache)
 
 
 def make_cache(

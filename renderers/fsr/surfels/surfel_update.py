@@ -16,11 +16,12 @@ from renderers.fsr.kernels.extract_surfels import (
 from renderers.fsr.kernels.gradients import FlatVolume
 from renderers.fsr.sobel_normals import flat_volume
 from renderers.fsr.surfels.surfel_pool import SurfelPool
-from renderers.fsr.surfels.surfel_set import grown, make_cache
+from renderers.fsr.surfels.surfel_set import grown, look_at, make_cache
 from renderers.scene import Change, Volume
 
-_PLANES = 16
-"""Planes of gradients that are kept: surfels of a layer of blocks ask for nine."""
+_MOST_PLANES = 128
+"""Planes of gradients that are kept, at most: all that a tool changes at once, so that
+fine surfels find those of coarse ones."""
 
 _CACHED = math.ceil(MARGIN) + 5
 """Voxels around a change in which gradients are kept: blocks begin up to three before
@@ -60,8 +61,9 @@ class BlockExtraction:
         """Find the surfels of each set in blocks at places (i, j, k), ``(b, 3)``."""
         first = np.maximum(change.low - _CACHED, 0)
         end = np.minimum(change.high + _CACHED + 1, distance.shape[::-1])
-        (i, j, _), (width, height, _) = first.tolist(), (end - first).tolist()
-        cache = make_cache(_PLANES, (height, width), (j, i))
+        (i, j, _), (width, height, depth) = first.tolist(), (end - first).tolist()
+        planes = min(1 << max(depth - 1, 1).bit_length(), _MOST_PLANES)
+        cache = make_cache(planes, (height, width), (j, i))
         volume = flat_volume(distance)
         return [self._find(distance, volume, pool, places, cache) for pool in pools]
 
@@ -82,18 +84,11 @@ class BlockExtraction:
             np.empty((_FIRST_ROOM, 3), np.float32),
             np.empty((_FIRST_ROOM, 4), np.int64),
         )
+        look = look_at(distance, volume, pool.refine, cache)
         while True:
             self._found[pool.shift] = found
             count, far = extract_surfel_blocks(
-                volume,
-                distance.spacing_mm,
-                distance.world_from_voxel,
-                pool.refine,
-                places,
-                1 << pool.shift,
-                cache,
-                found,
-                counted,
+                look, places, 1 << pool.shift, found, counted
             )
             if count >= 0:
                 return BlockSurfels(

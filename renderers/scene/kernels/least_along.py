@@ -1,34 +1,11 @@
 """The least value along a line in a field: the smallest gap along a shaft."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _interpolated(
-    values: NDArray[np.float32] | NDArray[np.int16],
-    sign: float,
-    x: float,
-    y: float,
-    z: float,
-) -> float:
-    """Interpolate trilinearly at voxel coordinates inside the grid."""
-    nz, ny, nx = values.shape
-    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
-    x -= i
-    y -= j
-    z -= k
-    found = 0.0
-    for corner in range(8):
-        a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
-        weight = x if a else 1 - x
-        weight *= y if b else 1 - y
-        weight *= z if c else 1 - z
-        found += sign * weight * values[k + c, j + b, i + a]
-    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -55,6 +32,24 @@ def _within(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def value_at(values: NDArray[Any], x: float, y: float, z: float) -> float:
+    """Interpolate ``(nz, ny, nx)`` values trilinearly at voxel coordinates within."""
+    nz, ny, nx = values.shape
+    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
+    x -= i
+    y -= j
+    z -= k
+    found = 0.0
+    for corner in range(8):
+        a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
+        weight = x if a else 1 - x
+        weight *= y if b else 1 - y
+        weight *= z if c else 1 - z
+        found += weight * values[k + c, j + b, i + a]
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def least_along(
     values: NDArray[np.float32] | NDArray[np.int16],
     sign: float,
@@ -78,7 +73,7 @@ def least_along(
         z = start[2] + n * step[2]
         found = far
         if 0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1:
-            found = _interpolated(values, sign, x, y, z)
+            found = sign * value_at(values, x, y, z)
         if found < least:
             least = found
             where = n
@@ -127,7 +122,7 @@ def least_along_each(
             for n in range(first, end, _COARSE):
                 x, y, z = sx + n * dx, sy + n * dy, sz + n * dz
                 if x0 <= x <= x1 and y0 <= y <= y1 and z0 <= z <= z1:
-                    found = _interpolated(values, sign, x, y, z)
+                    found = sign * value_at(values, x, y, z)
                     if found < least:
                         least = found
                         at = n
@@ -142,7 +137,7 @@ def least_along_each(
             found = far
             skipped = 0
             if x0 <= x <= x1 and y0 <= y <= y1 and z0 <= z <= z1:
-                found = _interpolated(values, sign, x, y, z)
+                found = sign * value_at(values, x, y, z)
                 if found > least:
                     skipped = int((found - least) / fall)
             elif 0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1:

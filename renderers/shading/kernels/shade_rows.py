@@ -43,7 +43,12 @@ from renderers.shading.kernels.tissue_surface import (
     set_tissue,
 )
 from renderers.shading.kernels.virtual_lights import PLANES, lift, spread_grid
-from renderers.shading.kernels.wound_marks import WoundField, mark_wounds
+from renderers.shading.kernels.wound_marks import (
+    WoundField,
+    find_wounds,
+    hides_surface,
+    mark_wounds,
+)
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
@@ -211,12 +216,14 @@ def shade_rows(
                     # its grid is at hand while the surface's memory is not
                     lift(w, bounced, y0, x0)
                 moved = bring_to_rest(w, wounds.pushed, to_voxel)
-                find_surface(w, mixed, surface, distance.shape, eye_mm)
+                kinds = 0
                 if wounds.cubes.size:
                     shown = block.SHOWN_UX if moved else block.UX
-                    mark_wounds(
-                        w, field, eye_mm, wounds, surface.tile, materials, shown
-                    )
+                    kinds = find_wounds(w, field, wounds, shown)
+                if not hides_surface(w, kinds):
+                    find_surface(w, mixed, surface, distance.shape, eye_mm)
+                if kinds:
+                    mark_wounds(w, eye_mm, wounds, surface.tile, materials, kinds)
                 if moved:
                     show_again(w)
                 if lit:

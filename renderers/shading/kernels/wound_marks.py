@@ -51,6 +51,8 @@ from renderers.shading.kernels.wound_cubes import CUT, LEAST_DEPTH_MM, WET
 
 RIM_MM = 0.10
 """Depth from which a surface is a cut one."""
+TORN_MM = 0.025, 0.015
+"""How ridges and grain move that depth, per standard deviation."""
 RIM_WIDTH_MM = 0.30
 """Of the band of cut mucosa along the rim, which is paler than the flesh below."""
 
@@ -83,11 +85,14 @@ _HALF = f32(0.5)
 _ONE = f32(1)
 _ZERO = f32(0)
 
-DEPTH, FILM = block.LARGE, block.LARGE + N
-FLESH, BONE = block.SMALL, block.SMALL + N
-FILM_X, FILM_Y = block.LARGE + 2 * N, block.LARGE + 3 * N
-FILM_Z = block.SMALL + 2 * N
-"""Where a block's depths and layers are kept: vessels are not wanted any more."""
+DEPTH, FILM, FLESH, BONE = block.LX, block.LY, block.LZ, block.POWER
+FILM_X, FILM_Y, FILM_Z = block.SPREAD, block.E_RED, block.E_GREEN
+"""Where a block's depths and layers are kept: no source has been looked at so far."""
+
+MOST_SD = 6
+"""Standard deviations of a relief's octave that none reaches."""
+SURE_MM = f32(RIM_MM + sum(TORN_MM) * MOST_SD)
+"""So deep no pixel shows anything of the mucosa, whatever the relief of its rim."""
 
 
 class WoundRows(NamedTuple):
@@ -275,14 +280,16 @@ def past(x: Lanes, edge: Lanes, soft: Lanes) -> Lanes:
 def mix_in(w: Floats, slot: int, share: Lanes, value: Lanes) -> None:
     """Blend a value into a quantity of a block."""
     old = load(w, slot, N)
-    store(w, slot, select(share > _ZERO, old + share * (value - old), old))
+    mixed = select(share > _ZERO, old + share * (value - old), old)
+    # to the bit, whatever the old value is: what is hidden need not be found
+    store(w, slot, select(share >= _ONE, value, mixed))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
     """Give cut pixels of a block the colour, the scattering and the film of its layer.
 
-    Leaves in LARGE's place of depths the share of cut surface, in that of the layer's
+    Leaves in place of depths the share of cut surface, in that of the layer's
     depth the share of bone.
     """
     foot = load(w, block.FOOT, N)
@@ -291,7 +298,7 @@ def set_layers(w: Floats, rows: WoundRows, materials: Floats) -> None:
     ridges = load(w, block.MIDDLE, N) * resolved(foot, f32(1 / RIDGES_MM))
     grain = load(w, block.SHORT, N) * resolved(foot, f32(1 / GRAIN_MM))
     half_pixel = _HALF * foot
-    edge = f32(RIM_MM) + f32(0.025) * ridges + f32(0.015) * grain
+    edge = f32(RIM_MM) + f32(TORN_MM[0]) * ridges + f32(TORN_MM[1]) * grain
     cut = past(depth, edge, maximum(half_pixel, f32(0.05)))
     cut *= clamped((depth - f32(LEAST_DEPTH_MM)) * f32(20))
 
@@ -369,9 +376,10 @@ def turned(
     at: bare normals. share: by how much towards them.
     """
     x, y, z = load3(w, slot)
-    u = x + share * (at[0] - x)
-    v = y + share * (at[1] - y)
-    t = z + share * (at[2] - z)
+    whole = share >= _ONE
+    u = select(whole, at[0], x + share * (at[0] - x))
+    v = select(whole, at[1], y + share * (at[1] - y))
+    t = select(whole, at[2], z + share * (at[2] - z))
     k = _ONE / sqrt(u * u + v * v + t * t + f32(1e-20))
     u, v, t = bent(u * k, v * k, t * k, *gradient)
     store3(w, slot, select(marked, u, x), select(marked, v, y), select(marked, t, z))
@@ -463,30 +471,51 @@ def spread_blood(w: Floats, blood: int, materials: Floats) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_wounds(
-    w: Floats,
-    field: DistanceField,
-    eye_mm: Floats,
-    wounds: WoundField,
-    tile: NoiseTile,
-    materials: Floats,
-    shown: int,
-) -> None:
-    """Turn what a block shows of cuts and blood into these, after `find_surface`.
+def find_wounds(w: Floats, field: DistanceField, wounds: WoundField, shown: int) -> int:
+    """Find what a block shows of cuts and blood; return the bits that it has.
 
-    eye_mm: the eye seen from the volume's centre. shown: the slot of the voxel
-    coordinates where the block is seen, `block.UX` if it lies at rest there. Pixels
-    that are neither cut nor wet keep their bits.
+    shown: the slot of the voxel coordinates where the block is seen, `block.UX` if it
+    lies at rest there.
     """
     kinds = wounds_in(w, wounds.cubes, wounds.box, block.UX)
     if shown != block.UX:
         # cuts are marked where they are shown, blood where it lies
         kinds |= wounds_in(w, wounds.cubes, wounds.box, shown)
     if kinds == 0:
-        return
-    kinds = find_depths(w, field, wounds, kinds, shown)
-    if kinds == 0:
-        return
+        return 0
+    return find_depths(w, field, wounds, kinds, shown)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def hides_surface(w: Floats, kinds: int) -> bool:
+    """Say if a block shows nothing but cuts, so that no mucosa need be looked for.
+
+    After `find_wounds`, which returned `kinds`. What `find_surface` would leave for
+    `mark_wounds` is then left so that it can be mixed in by a share of zero.
+    """
+    if kinds & CUT == 0:
+        return False
+    sure = SURE_MM + maximum(_HALF * load(w, block.FOOT, N), f32(0.05))
+    if any_((load(w, block.COVER, N) > _ZERO) & (load(w, DEPTH, N) < sure)):
+        return False
+    store(w, block.SKIN, full(_ZERO, N))
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_wounds(
+    w: Floats,
+    eye_mm: Floats,
+    wounds: WoundField,
+    tile: NoiseTile,
+    materials: Floats,
+    kinds: int,
+) -> None:
+    """Turn what a block shows of cuts and blood into these, after `find_surface`.
+
+    eye_mm: the eye seen from the volume's centre. kinds: of `find_wounds`. Pixels that
+    are neither cut nor wet keep their bits.
+    """
     at = (eye_mm[0], eye_mm[1], eye_mm[2])
     tap_octave(w, tile, wounds.to_tile, 0, at, False, block.LONG)
     tap_octave(w, tile, wounds.to_tile, 1, at, False, block.MIDDLE)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from anatomy import sinus_phantom
 from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.plates import CRIBRIFORM_MM, FOVEA_MM, LATERAL_LAMELLA_MM, plates
@@ -148,3 +149,14 @@ def test_opaque_cells_keep_their_roof() -> None:
     z = roof.ct.origin_mm[2] + 0.5 * np.arange(roof.ct.shape[0])
     peaks = [roof.ct.values[(z > 48) & (z < 55), j, i].max() for j, i in columns]
     assert np.percentile(peaks, 10) > 400
+
+
+def test_the_uncinate_process_stands_on_no_muscle() -> None:
+    """Behind its walls, at most a rim of what lies beside it reads otherwise."""
+    head = sinus_phantom()
+    kinds = head.layers.kinds
+    its = [row for row, kind in enumerate(kinds) if kind.mucosa == Label.UNCINATE]
+    behind = np.isin(head.layers.wall.values, its) & (head.distance.values > 1.1)
+    assert np.count_nonzero(behind) > 2000
+    muscle = head.layers.ground.values[behind] == Label.MUSCLE
+    assert np.count_nonzero(muscle) < 0.05 * muscle.size

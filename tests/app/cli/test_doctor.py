@@ -11,8 +11,8 @@ from app.cli.doctor import examine, run_doctor
 from app.opengl import OpenGL
 from devices.serial_adapters import SerialAdapter
 from paravol import machine_check
+from paravol.device_check import serial_ports
 from paravol.finding import Finding
-from paravol.machine_check import serial_ports
 
 OPENGL = OpenGL("Maker", "Some GPU", "4.6")
 

@@ -44,8 +44,9 @@ class OpenedWindow:
         from paravol.environment import prepare_environment
 
         prepare_environment()
-        from app.window.flight_thread import FlightThread
-        from app.window.main_window import TraineeWindow
+        from app.window.flight.flight_page import FlightPage
+        from app.window.flight.flight_thread import FlightThread
+        from app.window.main_window import MainWindow
         from devices import load_probe_path
         from paravol.flight import FlightOrder
         from paravol.inputs import choose_input
@@ -58,10 +59,14 @@ class OpenedWindow:
         chosen = choose_input(given_input, None, scenario, path, file)
         order = FlightOrder(scenario, path, chosen, size, 1, record)
         self.flight = FlightThread(order)
-        self.window = TraineeWindow(self.flight, edge_samples=0)
+        self.window = MainWindow()
+        self.page = FlightPage(self.flight, edge_samples=0)
+        self.page.left.connect(self.window.shut)
+        self.page.full_screen_wanted.connect(self.window.full_screen.switch)
         self.seen: list[Any] = []
         self._take = self.flight.take
         self.flight.take = self._watched  # type: ignore[method-assign]
+        self.window.show_page(self.page)
         self.window.show()
 
     def _watched(self) -> Any:
@@ -96,6 +101,6 @@ class OpenedWindow:
 
     def close(self) -> None:
         """Close the window, end the flight, and give back what they hold."""
-        self.window.close()
+        self.window.shut()
         assert self.flight.stop(60.0)
         self.window.release()

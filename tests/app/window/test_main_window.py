@@ -72,23 +72,23 @@ from PySide6.QtTest import QTest
 from tests.app.window.opened_window import OpenedWindow
 
 opened = OpenedWindow("first_flight", "emulator")
-flight, window, Key = opened.flight, opened.window, Qt.Key
+flight, window, page, Key = opened.flight, opened.window, opened.page, Qt.Key
 for key, degrees in (
     (Key.Key_Right, 5), (Key.Key_Up, 10), (Key.Key_Left, 5), (Key.Key_Down, 0)
 ):
-    QTest.keyClick(window, key)
+    QTest.keyClick(page, key)
     assert flight.flight.roll.turn_deg == degrees, (key, flight.flight.roll.turn_deg)
 before = window.geometry()
 for leave in (Key.Key_F, Key.Key_Escape):
-    QTest.keyClick(window, Key.Key_F)
+    QTest.keyClick(page, Key.Key_F)
     assert window.isFullScreen()
     assert window.geometry() == window.screen().geometry() != before
-    QTest.keyClick(window, leave)
+    QTest.keyClick(page, leave)
     assert not window.isFullScreen()
     assert window.geometry() == before
 for key in (Key.Key_Q, Key.Key_Escape):
     window.show()
-    QTest.keyClick(window, key)
+    QTest.keyClick(page, key)
     assert not window.isVisible()
 window.release()
 """
@@ -107,33 +107,33 @@ from PySide6.QtTest import QTest
 from tests.app.window.opened_window import OpenedWindow
 
 opened = OpenedWindow(sys.argv[1])
-window, until = opened.window, opened.until
+window, page, until = opened.window, opened.page, opened.until
 def pose(index):
     return opened.seen[index].view.world_from_tip
 
 opened.start()
 pivot, axis = pose(-1)[:3, 3], -pose(-1)[:3, 2]
 assert all(np.array_equal(pose(n), pose(0)) for n in range(len(opened.seen)))
-QTest.keyPress(window, Qt.Key.Key_W)
+QTest.keyPress(page, Qt.Key.Key_W)
 until("depth", lambda: np.linalg.norm(pose(-1)[:3, 3] - pivot) > 10.0)
-QTest.keyRelease(window, Qt.Key.Key_W)
-QTest.mousePress(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
-QTest.mouseMove(window.picture, QPoint(100, 40))
-QTest.mouseRelease(window.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
+QTest.keyRelease(page, Qt.Key.Key_W)
+QTest.mousePress(page.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
+QTest.mouseMove(page.picture, QPoint(100, 40))
+QTest.mouseRelease(page.picture, Qt.MouseButton.LeftButton, pos=QPoint(100, 40))
 until("tilt", lambda: -pose(-1)[:3, 2] @ axis < np.cos(np.radians(2.0)))
 assert -pose(-1)[2, 2] > axis[2]  # dragged up, it points up
 # Keys that are down when the window loses the keyboard do not stick.
-QTest.keyPress(window, Qt.Key.Key_S)
+QTest.keyPress(page, Qt.Key.Key_S)
 opened.application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
 until("a halt", lambda: np.array_equal(pose(-1), pose(-2)))
 depth = np.linalg.norm(pose(-1)[:3, 3] - pivot)
 assert depth > 5.0, depth
 # The head is opened in a thread of its own, while the scope flies on.
-overview = window._overview.scene
+overview = page._overview.scene
 assert not overview.is_open
-QTest.keyClick(window, Qt.Key.Key_C)
+QTest.keyClick(page, Qt.Key.Key_C)
 until("an open head", lambda: overview.is_open)
-QTest.keyClick(window, Qt.Key.Key_C)
+QTest.keyClick(page, Qt.Key.Key_C)
 until("a whole head", lambda: not overview.is_open)
 # Walls push the shaft aside, and the nostril gives way: by .11 mm here.
 poses = [instant.view.world_from_tip for instant in opened.seen]

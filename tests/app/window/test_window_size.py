@@ -17,12 +17,14 @@ from paravol.snapshots.snapshot_queue import MomentPicture
 from tests.app.window.opened_window import OpenedWindow
 
 opened = OpenedWindow("first_flight", size=64)
-window, application = opened.window, opened.application
+window, application, page = opened.window, opened.application, opened.page
 # with all that the column ever holds
-window._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))
+page._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))
+# and all keys over it
+page.switch_help()
 application.processEvents()
 screen = window.screen().availableGeometry()
-parts = [window.picture, window._gauges, window._slices, window._moments]
+parts = [page.picture, page._gauges, page._slices, page._moments]
 parts += [label for label in window.findChildren(QLabel) if label.isVisible()]
 inside = window.rect()
 outside = []
@@ -43,7 +45,7 @@ print(json.dumps({
     "clipped": clipped,
     "labels": len(parts) - 4,
     "text": figure.fontInfo().pixelSize(),
-    "slices": window._slices.height(),
+    "slices": page._slices.height(),
 }))
 window.shut()
 window.release()

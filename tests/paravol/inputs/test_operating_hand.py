@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices import Pose
+from disk import UserError
 from paravol.inputs.operating_hand import (
     CLOSING_S,
     FIRST_AHEAD_MM,
@@ -16,7 +17,7 @@ from paravol.inputs.operating_hand import (
 from paravol.inputs.tool_hold import BITES_MM
 from renderers.scene import Volume
 from scenarios import Endoscope, Sample
-from scenarios.instrument_state import EMPTY_HAND
+from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
 
 SPACING_MM = 0.5
 
@@ -63,6 +64,15 @@ def test_the_tip_stops_at_tissue_and_works_as_far_in_as_a_bite(
     wanted_mm = -tip(free)[2]
     found_mm = -tip(hand, 1.0)[2]
     assert found_mm == pytest.approx(min(wanted_mm, deep_mm - z_mm), abs=1e-3)
+
+
+def test_only_listed_tools_can_be_taken() -> None:
+    hand = OperatingHand(Bare(), Endoscope(), ("curette",))
+    with pytest.raises(UserError, match="not allow the microdebrider"):
+        hand.choose("microdebrider")
+    hand.choose("curette")
+    hand.choose(NO_TOOL)
+    assert hand.tool == NO_TOOL
 
 
 def test_what_tissue_held_back_does_not_gather() -> None:

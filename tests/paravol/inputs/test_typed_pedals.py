@@ -1,14 +1,12 @@
 """What is typed stands for the pedals that a tracker lacks."""
 
-import os
-import sys
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from devices import Pose
-from paravol.inputs.typed_pedals import TAP_S, TypedPedals, typed_in_terminal
+from paravol.inputs.typed_pedals import TAP_S, TypedPedals
 
 
 class Poses:
@@ -44,16 +42,3 @@ def test_half_a_line_and_other_words_press_nothing() -> None:
 def test_where_nobody_can_type_it_says_so() -> None:
     with pytest.raises(ValueError, match="in a terminal"):
         _buttons([None])
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="select needs POSIX here")
-def test_what_is_typed_is_read_without_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    read, write = os.pipe()
-    with os.fdopen(read) as stdin:
-        monkeypatch.setattr(sys, "stdin", stdin)
-        assert typed_in_terminal() == ""
-        os.write(write, b"b\n\n")
-        assert typed_in_terminal() == "b\n\n"
-        assert typed_in_terminal() == ""
-        os.close(write)
-        assert typed_in_terminal() is None

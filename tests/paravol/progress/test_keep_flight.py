@@ -55,7 +55,7 @@ def test_it_is_scored_and_judged_by_its_own_exercise(
     assert entry.scored is not None
     assert entry.scored.percent == kept.assessment.percent
     assert entry.has_passed is False
-    assert any("path length, raw is" in line for line in kept.said)
+    assert any("path length, raw: " in line for line in kept.said)
 
 
 def test_without_its_head_it_is_kept_by_its_motion(

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from renderers.scene import AirSurface, Camera, Change, GBuffer, Material
 from renderers.shading import ScopeLight, ScopeShader, Tier
 from renderers.shading.hairs import HairLayer
+from renderers.shading.kernels.wound_marks import MOST_SD, SURE_MM
 from renderers.shading.materials import material_table
+from renderers.shading.noise import noise_tile
 from renderers.shading.wounds import WallBlood, WoundCubes
 from tests.renderers.shading.conftest import CENTRE_MM, trace
 from tests.renderers.wounded_surface import WoundedSurface
@@ -83,6 +85,21 @@ def test_only_pixels_that_are_cut_or_wet_change(
     assert 0 < np.count_nonzero(wet) < wet.size
 
 
+@pytest.mark.parametrize("tier", TIERS)
+def test_injected_mucosa_pales_and_the_rest_keeps_its_bits(
+    patient: WoundedSurface, camera: Camera, gbuffer: GBuffer, tier: Tier
+) -> None:
+    shader = ScopeShader(patient.surface, tier, threads=1)
+    before = shader.reflectance(gbuffer, camera, LIGHT)
+    shader.update(patient.inject(PLACE, 3.0))
+    after = shader.reflectance(gbuffer, camera, LIGHT)
+    changed = (after != before).any(axis=-1)
+    assert 100 < np.count_nonzero(changed) < 0.7 * changed.size
+    # less blood: more light comes back, the more of green for its share
+    grown = after[changed].sum(axis=0) / before[changed].sum(axis=0)
+    assert 1.0 < grown[0] < grown[1]
+
+
 def test_instruments_stay_what_they_are(
     surface: AirSurface, patient: WoundedSurface, camera: Camera
 ) -> None:
@@ -122,10 +139,30 @@ def test_a_pixel_does_not_depend_on_what_else_is_wanted(
     assert_array_equal(part[only], whole[only])
 
 
+def test_what_a_cut_hides_is_not_looked_for(
+    patient: WoundedSurface, camera: Camera
+) -> None:
+    """Deep pixels alone are the same as beside mucosa, which must be found there."""
+    patient.cut(PLACE, 2.0)
+    patient.wet(PLACE, 2.5, 0.5)
+    buffer = trace(patient.surface, camera)
+    shader = ScopeShader(patient.surface, Tier.FULL, threads=1)
+    whole = shader.shade(buffer, camera, LIGHT)
+    deep = depths(patient, camera, buffer) > SURE_MM + 0.1
+    assert np.count_nonzero(deep) > 50
+    part = shader.shade(buffer, camera, LIGHT, only=deep)
+    assert_array_equal(part[deep], whole[deep])
+
+
+def test_no_relief_reaches_as_deep_as_cuts_are_sure() -> None:
+    for seed in range(5):
+        assert np.abs(noise_tile(4.0, seed)[..., 0]).max() < MOST_SD - 1
+
+
 Edit = tuple[str, float, float, float]
 EDITS = st.lists(
     st.tuples(
-        st.sampled_from(["cut", "wet", "redden", "dry", "heal"]),
+        st.sampled_from(["cut", "wet", "redden", "inject", "dry", "heal"]),
         st.floats(-3, 3),
         st.floats(-4, 6),
         st.floats(0.8, 2.5),
@@ -145,6 +182,8 @@ def edited(
         return patient.wet(place, size, 0.3 * size)
     if kind == "redden":
         return patient.redden(place, size)
+    if kind == "inject":
+        return patient.inject(place, 2.0 * size)
     return patient.dry() if kind == "dry" else patient.heal()
 
 

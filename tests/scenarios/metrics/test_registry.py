@@ -19,6 +19,7 @@ from scenarios.metrics import (
     definitions_named,
     measure,
 )
+from scenarios.metrics.measured import ToolUse
 from tests.scenarios.metrics.tracks import (
     NO_TRACK,
     joined,
@@ -49,6 +50,7 @@ def whole(scope: Track, tool: Track = NO_TRACK) -> Measured:
         tool_hazards=hazards,
         edits=(),
         breaches=(),
+        tool_use=ToolUse(scope.time_s, {"curette": gap > 0.5}),
         coverage=CoverageFigures({"choana": SiteSeen(9.0, 50.0, 2.0)}, {}),
     )
 
@@ -88,6 +90,10 @@ def test_every_metric_has_a_value_in_a_session_that_has_everything() -> None:
         "wanted tissue removed",
         "removed tissue that was wanted",
         "protected tissue removed",
+        "touched area",
+        "cavity distance to expert",
+        "Hausdorff cavity distance to expert",
+        "cavity overlap with expert",
     }
 
 

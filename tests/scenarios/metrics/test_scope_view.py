@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
@@ -51,6 +53,25 @@ def test_a_camera_head_that_is_held_upright_has_no_error() -> None:
     assert value("horizon error", looking((0.3, 1.0, 0.4), (0, 9, 0))).value == (
         pytest.approx(0.0, abs=1e-9)
     )
+
+
+@pytest.mark.parametrize("turn_deg", [-150.0, -20.0, 0.0, 35.0])
+def test_a_turned_camera_head_is_the_horizons_error(turn_deg: float) -> None:
+    upright = looking((0.3, 1.0, 0.4), (0, 9, 0))
+    camera_deg = np.full(len(TIMES), turn_deg)
+    scope = replace(upright.scope, camera_deg=camera_deg)
+    found = value("horizon error", replace(upright, scope=scope)).value
+    assert found == pytest.approx(abs(turn_deg), abs=1e-6)
+
+
+def test_a_camera_head_that_turns_past_180_degrees_has_no_jump() -> None:
+    """From 170 to 190 degrees evenly: the error is 180 less |turn - 180|."""
+    upright = looking((0.0, 1.0, 0.0), (0, 9, 0))
+    camera_deg = np.linspace(170.0, 190.0, len(TIMES))
+    wrapped = (camera_deg + 180.0) % 360.0 - 180.0
+    scope = replace(upright.scope, camera_deg=wrapped)
+    found = value("horizon error", replace(upright, scope=scope)).value
+    assert found == pytest.approx(175.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("angle_deg", "is_centred"), [(0, 1), (10, 1), (20, 0)])

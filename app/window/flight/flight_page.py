@@ -1,0 +1,471 @@
+"""The page of a flight: the endoscope's picture large, the overview at its side."""
+
+import time
+
+from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from app.vtk.head_model import HeadModel
+from app.window.flight.flight_thread import DisplayedFrame, FlightThread
+from app.window.flight.help_overlay import HelpOverlay
+from app.window.flight.keys import TASK_KEYS, WINDOW_KEYS, HandEvents
+from app.window.flight.large_view import LargeView
+from app.window.flight.scope_screen import ScopeScreen
+from app.window.flight.side_panel import SideColumn
+from app.window.flight.sound_keys import SOUND_KEYS, SoundKeys
+from app.window.flight.tool_keys import TOOL_KEYS, ToolKeys
+from app.window.flight.view_keys import SLICE_KEYS, VIEW_KEYS, ViewKeys
+from app.window.page import Page
+from app.window.panels.endoscope_panel import PictureView
+from app.window.panels.gauges import Gauges
+from app.window.panels.notices import Notices
+from app.window.panels.touch_bars import TouchBars, hazard_look
+from app.window.style import OVER
+from paravol.feedback import NO_SIGNS, TouchSigns
+from paravol.flight import FlightEnd, FlightOrder
+from paravol.readings import Readings
+from paravol.side_letters import looks_towards, side_letters
+from paravol.slice_views import SliceViews
+from scenarios.instrument_state import NO_TOOL
+
+OVERVIEW_MS = 100
+"""Shortest time between two pictures of the overview."""
+
+OVERVIEW_SHARE = 0.15
+"""Largest part of the window's time for the overview, where OpenGL is software."""
+
+INJURY_S = 5.0
+"""So long an injury rings the picture."""
+
+ROLL_STEP_DEG = 5.0
+ASKED = "End this flight?"
+FROZEN = "Frozen"
+
+
+class FlightPage(Page):
+    """Show a flight, from its preparation to its result."""
+
+    first_shown = Signal()
+    """The first picture is there."""
+    full_screen_wanted = Signal()
+    """The window shall fill the screen, or no longer."""
+
+    def __init__(self, thread: FlightThread, *, edge_samples: int) -> None:
+        """Lay out the page and listen to the flight.
+
+        edge_samples: samples a pixel for smooth edges in the overview.
+        """
+        super().__init__()
+        self._thread = thread
+        self._flight = thread.flight
+        self._order = order = thread.flight.order
+        self._frame: DisplayedFrame | None = None
+        self._registration_mm: float | None = None
+        self._is_away = False
+        self._is_under_way = False
+        self._may_leave = False
+        self.title = f"PARAVOL: {order.scenario.title}"
+        self.picture = PictureView()
+        self._notices = Notices(self.picture)
+        self._bars = TouchBars()
+        self._gauges = Gauges()
+        self._side = SideColumn(order, edge_samples)
+        self._overview = self._side.overview
+        self._overview.changed.connect(self._on_overview_changed)
+        self._slices = self._side.slices
+        self._moments = self._side.moments
+        self._large = LargeView(self._lay_out(), self.picture, self._side)
+        self._help = HelpOverlay(self, _keys_of(order))
+        self._screen: ScopeScreen | None = None
+        self._hand: HandEvents | None = None
+        controls = order.input.controls
+        if order.instrument is not None and order.instrument.controls is not None:
+            controls = order.instrument.controls
+        if controls is not None:
+            self._hand = HandEvents(controls, self, self.picture)
+        if not order.has_own_tool:
+            self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
+        self._sound = SoundKeys(thread.sound, self, self._notices.notify)
+        self._view_keys = ViewKeys(self, self._slices, self, self._notices.notify)
+        self._injury = ""
+        self._injured_until_s = 0.0
+        self._overview_due_s = 0.0
+        self._is_overview_stale = True
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._refresh)
+        self._timer.start(OVERVIEW_MS)
+        thread.staged.connect(self._on_stage)
+        thread.head_ready.connect(self._on_head)
+        thread.slices_ready.connect(self._on_slices)
+        thread.touching.connect(self._on_touching)
+        thread.registered.connect(self._on_registered)
+        thread.arrived.connect(self._on_frame)
+        thread.moment_kept.connect(self._on_moment)
+        thread.view_kept.connect(self._on_view_kept)
+        thread.pictured.connect(self._moments.show_moment)
+        thread.injured.connect(self._on_injury)
+        thread.unheard.connect(self._sound.fail)
+        thread.tool_device.connect(self._on_tool_device)
+        thread.task_ended.connect(self._on_task)
+        thread.away.connect(self._on_away)
+        thread.back.connect(self._on_back)
+        thread.landed.connect(self._on_landed)
+        thread.finished.connect(self._on_finished)
+        self._on_stage("Starting", 0.0)
+
+    def _lay_out(self) -> QVBoxLayout:
+        middle = QWidget()
+        row = QHBoxLayout(middle)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        column = QVBoxLayout()
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.picture, 1)
+        column.addWidget(self._bars)
+        row.addLayout(column, 5)
+        row.addWidget(self._side, 3)
+        rows = QVBoxLayout(self)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(0)
+        rows.addWidget(middle, 1)
+        rows.addWidget(self._gauges)
+        return column
+
+    def set_scale(self, scale: float) -> None:
+        """Draw everything as large as the window has room for."""
+        for part in (self.picture, self._bars, self._side, self._gauges, self._help):
+            part.set_scale(scale)
+        self.update()
+
+    def switch_help(self) -> None:
+        """Show all keys, or hide them."""
+        self._help.switch()
+
+    def switch_large(self) -> None:
+        """Make the next view large: the scope's picture, slices or the overview."""
+        self._notices.notify(self._large.next(), "F4 makes the next view large.")
+
+    def switch_second_screen(self) -> None:
+        """Show the scope's picture on another screen, or take it away."""
+        if self._screen is not None:
+            self._screen.close()
+            return
+        self._screen = ScopeScreen(self.picture, self)
+        self._screen.closed.connect(self._on_screen_closed)
+        if self._hand is not None:
+            self._screen.installEventFilter(self._hand)
+        self._notices.notify(self._screen.fill(), "F3 or Esc there closes it.")
+
+    @Slot()
+    def _on_screen_closed(self) -> None:
+        self._screen = None
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Obey a key."""
+        match event.key():
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter if self._notices.is_asking:
+                self._end_flight()
+            case Qt.Key.Key_Escape if self._notices.is_asking:
+                self._notices.answered()
+            case Qt.Key.Key_Escape if not self._help.isHidden():
+                self._help.switch()
+            case Qt.Key.Key_Escape if self.window().isFullScreen():
+                self.full_screen_wanted.emit()
+            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
+                if self.may_leave():
+                    self.left.emit()
+            case Qt.Key.Key_F:
+                self.full_screen_wanted.emit()
+            case Qt.Key.Key_Left | Qt.Key.Key_Down:
+                self._flight.roll.turn_deg -= ROLL_STEP_DEG
+            case Qt.Key.Key_Right | Qt.Key.Key_Up:
+                self._flight.roll.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_BracketLeft:
+                self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
+            case Qt.Key.Key_BracketRight:
+                self._flight.camera_head.turn_deg += ROLL_STEP_DEG
+            case Qt.Key.Key_M:
+                self._notices.notify(self._slices.switch(), "Slices at the tip")
+            case Qt.Key.Key_C:
+                self._notices.notify(
+                    self._overview.switch(), "The side wall of the nose"
+                )
+            case Qt.Key.Key_Space:
+                self._keep_moment()
+            case Qt.Key.Key_P if self._order.scenario.tasks:
+                self._freeze()
+            case Qt.Key.Key_I if self._order.scenario.tasks:
+                self._side.tasks.switch_hint()
+            case Qt.Key.Key_V if self._frame is not None:
+                self._flight.keep_view()
+            case _:
+                super().keyPressEvent(event)
+
+    def may_leave(self) -> bool:
+        """Ask while a flight is under way.
+
+        Leaving a second time is an answer, too: a mouse has no other.
+        """
+        if not self._is_under_way or self._may_leave or self._notices.is_asking:
+            return True
+        self._notices.ask(ASKED, "Enter ends it · Esc flies on")
+        return False
+
+    def _leave(self) -> None:
+        """Leave without asking."""
+        self._may_leave = True
+        self.left.emit()
+
+    def _end_flight(self) -> None:
+        """End the flight and show its result, or leave where none has begun."""
+        self._notices.answered()
+        if self._frame is None:
+            self._leave()
+        self._flight.end()
+
+    def catch_up(self) -> None:
+        """Draw the overview now, if it is stale."""
+        if self._is_overview_stale:
+            self._draw_overview()
+
+    def release(self) -> None:
+        """End the flight and free the overview's graphics memory.
+
+        It is not waited for: whoever started its thread does so.
+        """
+        self._timer.stop()
+        self._flight.cancel()
+        if self._screen is not None:
+            self._screen.close()
+        self._overview.release()
+
+    def _keep_moment(self) -> None:
+        if self._flight.result is not None or self._frame is None:
+            return
+        if self._flight.recording.folder is None:
+            self._notices.notify(
+                "This flight is not recorded", "So no moment can be kept."
+            )
+        else:
+            self._flight.keep_moment()
+
+    def _freeze(self) -> None:
+        """Freeze the trainer, or let it go on: nothing counts meanwhile."""
+        hand = self._flight.hand
+        hand.freeze(not hand.is_frozen)
+        if hand.is_frozen:
+            self._notices.say(FROZEN, "The clock stands and nothing counts; P goes on.")
+        else:
+            self._notices.say("")
+
+    @Slot(str, bool, str)
+    def _on_task(self, name: str, is_done: bool, text: str) -> None:
+        title = "Done" if is_done else f"Failed: {name}"
+        self._notices.notify(title, text)
+
+    @Slot()
+    def _on_overview_changed(self) -> None:
+        self._is_overview_stale = True
+
+    @Slot(str, float)
+    def _on_stage(self, stage: str, share: float) -> None:
+        self._notices.say(stage, "This is quick once it was done before.", share)
+
+    @Slot(object)
+    def _on_head(self, head: HeadModel) -> None:
+        self._overview.show_head(head)
+
+    @Slot(object)
+    def _on_slices(self, views: SliceViews) -> None:
+        self._slices.show_head(views)
+
+    @Slot(int)
+    def _on_touching(self, touched: int) -> None:
+        self._is_under_way = True
+        fiducials = self._order.scenario.fiducials
+        positions = self._order.scenario.fiducial_positions()
+        if touched < len(fiducials):
+            how = self._order.input.touch_hint
+            name = fiducials[touched].name
+            self._notices.say(
+                f"Touch the {name} ({touched + 1} of {len(fiducials)})",
+                how,
+                touched / len(fiducials),
+            )
+        self._overview.scene.show_fiducials(positions, touched)
+        self._is_overview_stale = True
+
+    @Slot(object)
+    def _on_registered(self, residual_mm: float | None) -> None:
+        self._registration_mm = residual_mm
+        self._is_under_way = True
+        if residual_mm is None:
+            self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
+        else:
+            fiducials = self._order.scenario.fiducial_positions()
+            self._overview.scene.hide_fiducials(fiducials)
+            self._is_overview_stale = True
+            self._notices.notify(
+                "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
+            )
+        self.picture.mark_recording(self._flight.recording.folder is not None)
+
+    @Slot()
+    def _on_frame(self) -> None:
+        frame = self._thread.take()
+        if frame is None:
+            return
+        before, self._frame = self._frame, frame
+        if before is None:
+            self.first_shown.emit()
+        if frame.cuts != (0 if before is None else before.cuts):
+            self._slices.refresh()
+            self._overview.refresh()
+        self._is_overview_stale = True
+        self._show_signs(NO_SIGNS if before is None else before.signs)
+        self._warn()
+        _, right, up, forward = frame.view.camera.frame
+        self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
+        self.picture.show_picture(frame.pixels)
+
+    def _show_signs(self, before: TouchSigns) -> None:
+        """Show force and nearness; say what broke since the signs before."""
+        frame = self._frame
+        signs = NO_SIGNS if frame is None or self._is_away else frame.signs
+        self._bars.show_signs(signs, self._sound.caption)
+        pointer = frame.pointer if frame is not None and not self._is_away else None
+        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs, OVER)[0])
+        if signs.breaks > before.breaks:
+            self._notices.notify(*signs.break_text())
+
+    @Slot(float)
+    def _on_moment(self, time_s: float) -> None:
+        self._notices.notify(
+            f"Kept the moment at {time_s:.1f} s",
+            "It is being drawn at high quality, beside the flight.",
+        )
+
+    @Slot(str, str)
+    def _on_view_kept(self, said: str, where: str) -> None:
+        self._notices.notify(said, where)
+
+    @Slot(str)
+    def _on_injury(self, text: str) -> None:
+        what, _, how = text.partition(": ")
+        self._injury = f"injury: {what}"
+        self._injured_until_s = time.monotonic() + INJURY_S
+        self._notices.notify(f"Injury: {what}", how)
+        self._warn()
+
+    @Slot(str)
+    def _on_tool_device(self, text: str) -> None:
+        self._notices.notify("The tool's device", text)
+
+    @Slot()
+    def _on_away(self) -> None:
+        """Leave the picture as it is and say that it is not live."""
+        self._is_away = True
+        self._warn()
+        self._notices.say(
+            "The device is away",
+            f"{self._order.input.name}: check plugs and power; "
+            "the session goes on by itself.",
+        )
+
+    @Slot(float)
+    def _on_back(self, away_s: float) -> None:
+        self._is_away = False
+        self._warn()
+        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
+
+    @Slot(object)
+    def _on_landed(self, end: FlightEnd) -> None:
+        self._is_under_way = False
+        self._notices.answered()
+        self.picture.mark_recording(False)
+        self.picture.warn("")
+        self.picture.show_result(end)
+
+    @Slot()
+    def _on_finished(self) -> None:
+        self._is_under_way = False
+        if self._thread.error is not None:
+            self._leave()
+
+    def _warn(self) -> None:
+        """Ring the picture when something is hurt or pressed, or it is not live.
+
+        What it merely touches is only named.
+        """
+        frame, pressed = self._frame, ""
+        touched = "" if frame is None else frame.view.touched
+        if frame is not None and not touched and frame.view.tool_touched:
+            touched = f"{frame.view.tool_touched} (tool)"
+        if self._readings().is_pressing:
+            pressed = f"pressing: {touched}"
+        if time.monotonic() < self._injured_until_s:
+            pressed = self._injury
+        if frame is not None and frame.is_frozen:
+            pressed = "frozen"
+        self.picture.warn("not live" if self._is_away else pressed, touched)
+
+    def _readings(self) -> Readings:
+        frame = self._frame
+        if frame is None:
+            return Readings(registration_mm=self._registration_mm)
+        return Readings(
+            None if self._is_away else frame.fps,
+            None if self._is_away else frame.pose_age_ms,
+            frame.view.clearance_mm,
+            frame.time_s,
+            self._registration_mm,
+            frame.view.hazard,
+            frame.view.hazard is not None,
+            frame.view.drags_mm,
+        )
+
+    @Slot()
+    def _refresh(self) -> None:
+        """Bring up to date what need not change with every frame."""
+        readings = self._readings()
+        self._gauges.show_readings(readings)
+        is_recording = self._flight.recording.folder is not None
+        self._gauges.show_status(readings.status(is_recording=is_recording))
+        self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
+        if self._frame is not None:
+            self._side.show_tool(self._frame.tool)
+            self._side.tasks.show_states(self._frame.tasks)
+            view, tool = self._frame.view, None
+            if view.instrument != NO_TOOL:
+                tool = view.world_from_instrument[:3, 3]
+            self._slices.follow(view.world_from_tip[:3, 3], tool)
+        self._notices.refresh()
+        if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
+            self._draw_overview()
+
+    def _draw_overview(self) -> None:
+        """Draw, and not again before the budget allows."""
+        self._is_overview_stale = False
+        begun = time.monotonic()
+        if self._frame is not None:
+            self._overview.scene.follow(self._frame.view)
+        self._overview.draw()
+        ended = time.monotonic()
+        self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE
+
+
+def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:
+    """Return the keys of a flight by what they are for."""
+    keys = dict(order.input.keys)
+    if order.instrument is not None:
+        keys |= order.instrument.keys
+    tasks = TASK_KEYS if order.scenario.tasks else {}
+    return {
+        "Scope": keys,
+        "Tool": {} if order.has_own_tool else TOOL_KEYS,
+        "Flight": tasks | WINDOW_KEYS | SOUND_KEYS,
+        "Views": VIEW_KEYS,
+        "Slices": SLICE_KEYS,
+    }

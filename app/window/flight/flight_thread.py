@@ -1,0 +1,269 @@
+"""A flight that a window watches: it runs in a thread of its own.
+
+Everything slow happens here (head, renderers, arm, registration, frames), so that the
+window answers at any time. Events are signals, which Qt delivers in the window's
+thread; of the frames only the newest is kept for it.
+"""
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.vtk.head_model import COARSENESS, FINE, head_model
+from devices import DeviceError
+from paravol.cutaway import cutter
+from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
+from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
+from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight_loop import FrameEvent
+from paravol.flight_observers import FlightObservers
+from paravol.patient import PatientScene
+from paravol.session_setup import SEED
+from paravol.snapshots.moments import SnapshotRequestFactory
+from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
+from scenarios import InstrumentState, View
+from scenarios.instrument_state import EMPTY_HAND
+from scenarios.tasks import Status, TaskEvent, TaskState
+
+RATE_OVER_S = 1.0
+"""The frame rate is that of the last second."""
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayedFrame:
+    """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
+
+    cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
+    nearest hazard lies.
+    cuts, tasks: see `FrameEvent`. tool: what the second hand does. is_frozen: the
+    trainer was.
+    """
+
+    pixels: NDArray[np.uint8]
+    view: View
+    time_s: float
+    pose_age_ms: float
+    fps: float
+    cuts: int = 0
+    tool: InstrumentState = EMPTY_HAND
+    signs: TouchSigns = NO_SIGNS
+    pointer: HazardPointer | None = None
+    tasks: tuple[TaskState, ...] = ()
+    is_frozen: bool = False
+
+
+class FlightThread(QObject, FlightObserver):
+    """Run one flight in a thread and report to a window."""
+
+    staged = Signal(str, float)
+    """A preparation and its done share, 0 to 1."""
+    head_ready = Signal(object)
+    """A `HeadModel`."""
+    slices_ready = Signal(object)
+    """`SliceViews` of the head."""
+    touching = Signal(int)
+    """Number of fiducials touched so far; the next one is wanted."""
+    registered = Signal(object)
+    """The recording begins; residual in mm rms, None when nothing had to be touched."""
+    arrived = Signal()
+    """There is a new frame: `take` it."""
+    moment_kept = Signal(float)
+    """A snapshot of this time of the session was asked for."""
+    pictured = Signal(object)
+    """A `MomentPicture`: a kept moment's snapshot, as far as it is drawn."""
+    view_kept = Signal(str, str)
+    """A view was saved as a file, or not: what to say of it, and where it is or why."""
+    injured = Signal(str)
+    """Something was hurt that must not be: what, and through what."""
+    tool_device = Signal(str)
+    """The tool's device was lost, or is back: what to say of it."""
+    unheard = Signal(str)
+    """There is no sound, and why."""
+    task_ended = Signal(str, bool, str)
+    """A task was done (True) or failed: its name, and what to say of it."""
+    away = Signal()
+    """The device was unplugged; it is being looked for."""
+    back = Signal(float)
+    """It is there again; the seconds it was away."""
+    landed = Signal(object)
+    """The flight is over: the path's end was reached or the trainee ended it; the
+    `FlightEnd`."""
+    finished = Signal()
+    """The thread is about to end; see `error`."""
+
+    def __init__(
+        self, order: FlightOrder, *, has_sound: bool = False, volume: float = 1.0
+    ) -> None:
+        """Prepare a flight; has_sound: whether the sound is on. volume: 0 to 1."""
+        super().__init__()
+        self.error: Exception | None = None
+        self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
+        self._feedback = Feedback(self.sound, order.input.rumble)
+        self.flight = Flight(order, FlightObservers(self, *order.watchers))
+        self._queue: SnapshotQueue | None = None
+        self._patient: PatientScene | None = None
+        self._lock = threading.Lock()
+        self._newest: DisplayedFrame | None = None
+        self._frame_times: deque[float] = deque()
+        self._touched = -1
+        self._staged = ("", 0.0)
+        # A daemon: a kernel that is just being compiled must not keep the program.
+        self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self.sound.start()
+        self._thread.start()
+
+    def stop(self, patience_s: float) -> bool:
+        """End the flight, if it began; return whether its thread ended in time."""
+        self.flight.cancel()
+        if self._thread.ident is not None:
+            self._thread.join(patience_s)
+        self._feedback.close()
+        if self._queue is not None:
+            self._queue.close()
+        return not self._thread.is_alive()
+
+    def take(self) -> DisplayedFrame | None:
+        """Take the newest frame; None when it was taken before."""
+        with self._lock:
+            newest, self._newest = self._newest, None
+        return newest
+
+    def _run(self) -> None:
+        try:
+            flown = self.flight.run()
+            if flown is not None:
+                self.landed.emit(self.flight.result)
+        except Exception as error:
+            # An exception of a thread is lost; the window raises this one.
+            self.error = error
+        self._feedback.quiet()
+        self.finished.emit()
+
+    def on_progress(self, stage: str, share: float) -> None:
+        """Report a stage; some report every step of thousands."""
+        staged = stage, round(share, 2)
+        if staged != self._staged:
+            self._staged = staged
+            self.staged.emit(*staged)
+
+    def on_patient(self, patient: PatientScene) -> None:
+        """Build what the overview and the slices show of the head."""
+        self._patient = patient
+        order = self.flight.order
+        targets = patient.positions(order.scenario.targets)
+        self.slices_ready.emit(patient.slice_views())
+        assert self.flight.path is not None
+        cut_open = cutter(patient, self.flight.path)
+        face = None if patient.face is None else patient.face()
+        coarseness = FINE if order.scenario.head.scene else COARSENESS
+        head = head_model(patient.surface, targets, cut_open, face, coarseness)
+        self.head_ready.emit(head)
+
+    def on_touch(self, stage: str, share: float) -> None:
+        """Report each fiducial once."""
+        touched = round(share * len(self.flight.order.scenario.fiducials))
+        if touched != self._touched:
+            self._touched = touched
+            self.touching.emit(touched)
+
+    def on_start(self, residual_mm: float | None) -> None:
+        """Report the start; prepare to draw kept moments, where they can be kept."""
+        self.registered.emit(residual_mm)
+        folder, order = self.flight.recording.folder, self.flight.order
+        if folder is None or self._patient is None:
+            return
+        requests = SnapshotRequestFactory(
+            self._patient.surface,
+            order.scenario.scope.ring_radius_mm,
+            SEED,
+            has_instrument=True,
+        )
+        # It goes on after the flight, as long as the window.
+        self._queue = SnapshotQueue(requests, folder / "snapshots", self.pictured.emit)
+
+    def on_moment(self, event: FrameEvent) -> None:
+        """Have the moment drawn at high quality."""
+        time_s, gain = event.sample.time_s, event.frame.gain
+        self.moment_kept.emit(time_s)
+        if self._queue is not None:
+            moment = SelectedMoment(
+                time_s,
+                event.view,
+                gain,
+                event.number,
+                event.tissue,
+                event.frame.lens,
+            )
+            self._queue.draw(moment)
+
+    def on_view_saved(self, message: str, where: str) -> None:
+        """Tell the window."""
+        self.view_kept.emit(message, where)
+
+    def on_injury(self, text: str) -> None:
+        """Tell the window."""
+        self.injured.emit(text)
+
+    def on_task(self, event: TaskEvent) -> None:
+        """Tell the window of what is done or failed."""
+        if event.status in (Status.DONE, Status.FAILED):
+            is_done = event.status is Status.DONE
+            self.task_ended.emit(event.task, is_done, event.text)
+
+    def on_tool_device(self, text: str) -> None:
+        """Tell the window."""
+        self.tool_device.emit(text)
+
+    def on_loss(self, loss: DeviceError) -> None:
+        """Tell the window; what is not live is neither heard nor felt."""
+        self._feedback.quiet()
+        self.away.emit()
+
+    def on_return(self, away_s: float) -> None:
+        """Tell the window."""
+        self.back.emit(away_s)
+
+    def on_frame(self, event: FrameEvent) -> None:
+        """Keep the frame for the window, with the frame rate of the last second."""
+        now = time.monotonic()
+        times = self._frame_times
+        times.append(now)
+        while times[0] < now - RATE_OVER_S:
+            times.popleft()
+        displayed = DisplayedFrame(
+            event.frame.pixels,
+            event.view,
+            event.sample.time_s,
+            event.pose_age_ms,
+            fps=(len(times) - 1) / max(now - times[0], 1e-3),
+            cuts=event.cuts,
+            tool=event.sample.instrument,
+            signs=event.signs,
+            pointer=self._pointer(event.view),
+            tasks=event.tasks,
+            is_frozen=event.sample.is_frozen,
+        )
+        if event.sample.is_frozen:
+            self._feedback.quiet()
+        else:
+            self._feedback.follow(event.signs)
+        with self._lock:
+            was_taken = self._newest is None
+            self._newest = displayed
+        if was_taken:
+            self.arrived.emit()
+
+    def _pointer(self, view: View) -> HazardPointer | None:
+        """Return where the nearest hazard lies, where hazards are known."""
+        patient = self._patient
+        if patient is None or patient.hazards is None:
+            return None
+        return hazard_pointer(view, patient.hazards)

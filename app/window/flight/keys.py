@@ -1,0 +1,68 @@
+"""Keys of the trainee's window: what they do, and where they go."""
+
+import time
+
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QWidget
+
+from devices.controls.keyboard import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
+
+WINDOW_KEYS = {
+    "[ ]": "turn the camera head",
+    "Space": "keep this moment",
+    "V": "save this view",
+    "Q": "end the flight",
+}
+
+TASK_KEYS = {"P": "freeze, go on", "I": "hint"}
+"""Of exercises with tasks."""
+
+_NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
+_NOTCH = 120.0
+"""Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""
+
+
+class HandEvents(QObject):
+    """Pass a window's keys and a picture's mouse on to the controls of a scope."""
+
+    def __init__(self, controls: MouseKeys, window: QWidget, picture: QWidget) -> None:
+        super().__init__(window)
+        self._controls = controls
+        self._window = window
+        self._last = QPointF()
+        window.installEventFilter(self)
+        picture.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take what belongs to the scope; let the rest pass."""
+        now = time.monotonic()
+        match event:
+            case QKeyEvent() if watched is self._window:
+                return self._take_key(event, now)
+            case QWheelEvent() if watched is not self._window:
+                self._controls.wheel(event.angleDelta().y() / _NOTCH, now)
+                return True
+            case QMouseEvent() if watched is not self._window:
+                return self._take_mouse(event, now)
+        if event.type() == QEvent.Type.WindowDeactivate:
+            self._controls.release(now)
+        return False
+
+    def _take_key(self, event: QKeyEvent, now: float) -> bool:
+        name = _NAMES.get(Qt.Key(event.key()))
+        if name is None or event.type() == QEvent.Type.ShortcutOverride:
+            return False
+        is_down = event.type() == QEvent.Type.KeyPress
+        return event.isAutoRepeat() or self._controls.key(name, is_down, now)
+
+    def _take_mouse(self, event: QMouseEvent, now: float) -> bool:
+        position = event.position()
+        moved = position - self._last
+        self._last = position
+        buttons = event.buttons()
+        if event.type() != QEvent.Type.MouseMove or not buttons:
+            return False
+        rolls = bool(buttons & Qt.MouseButton.RightButton)
+        self._controls.drag(moved.x(), moved.y(), rolls, now)
+        return True

@@ -1,0 +1,67 @@
+"""Flights whose end is missing because the program was ended: what to do with them."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal, SignalInstance
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+
+from paravol.unfinished_sessions import UnfinishedSession
+
+
+class RecoveryCard(QFrame):
+    """Offer one unfinished recording after the other; hidden where there are none."""
+
+    recover_wanted = Signal(object)
+    """Give the recording its end, score it and show its result."""
+    keep_wanted = Signal(object)
+    """Leave it as it is, and do not ask again."""
+    discard_wanted = Signal(object)
+    """Remove it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("card")
+        self.setProperty("marked", True)
+        self._left: list[UnfinishedSession] = []
+        self._text = QLabel()
+        self._text.setObjectName("body")
+        self._text.setWordWrap(True)
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self.recover = QPushButton("Recover")
+        self.keep = QPushButton("Keep as it is")
+        self.discard = QPushButton("Discard")
+        self._row = QHBoxLayout(self)
+        self._row.addWidget(self._text, 1)
+        for button, wanted in (
+            (self.recover, self.recover_wanted),
+            (self.keep, self.keep_wanted),
+            (self.discard, self.discard_wanted),
+        ):
+            self._row.addWidget(button)
+            button.clicked.connect(lambda _=False, wanted=wanted: self._answer(wanted))
+        self.hide()
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._row.setContentsMargins(*(round(n * scale) for n in (14, 8, 14, 8)))
+        self._row.setSpacing(round(8 * scale))
+
+    def show_unfinished(self, found: Sequence[UnfinishedSession]) -> None:
+        """Offer recordings, one after the other."""
+        self._left = list(found)
+        self._show_first()
+
+    def _show_first(self) -> None:
+        self.setVisible(bool(self._left))
+        if self._left:
+            first, more = self._left[0], len(self._left) - 1
+            self._text.setText(
+                f"A flight was cut off: {first.title}, {first.length_s:.0f} s, begun "
+                f"{first.created[:16].replace('T', ' ')}. Its recording is there up to "
+                "the last half second." + f" {more} more follow." * bool(more)
+            )
+
+    def _answer(self, wanted: SignalInstance) -> None:
+        session = self._left.pop(0)
+        self._show_first()
+        wanted.emit(session)

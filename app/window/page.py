@@ -1,0 +1,46 @@
+"""A page of the main window: one of them is shown at a time."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QPushButton, QWidget
+
+
+class Page(QWidget):
+    """Fill the main window. Keys go to the page that is shown, or to its parts."""
+
+    left = Signal()
+    """Whoever sits there is done with the page; it `may_leave` already."""
+
+    title = "PARAVOL"
+    """What the window's frame says while the page is shown."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale fonts and lengths; 1 is the size that the window was designed at."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Press the button that has the focus by Enter, as Space does."""
+        pressed = self.focusWidget()
+        if isinstance(pressed, QPushButton) and event.key() in (
+            Qt.Key.Key_Return,
+            Qt.Key.Key_Enter,
+        ):
+            pressed.click()
+        else:
+            super().keyPressEvent(event)
+
+    def may_leave(self) -> bool:
+        """Return whether the page may be left now; else it asks by itself."""
+        return True
+
+    def catch_up(self) -> None:
+        """Draw what waits: a picture of the window is about to be taken."""
+
+    def release(self) -> None:
+        """End what the page has going on, and free graphics memory.
+
+        Called once, when the page is never shown again.
+        """

@@ -1,0 +1,201 @@
+"""The overview in the window: drawn by VTK off screen, shown as a picture.
+
+One OpenGL widget would make Qt put the whole window together by OpenGL. Without a
+graphics card that cost 34 ms of processor time for each picture of the endoscope
+(measured, 1280 x 860 window); a window of plain pictures needs no OpenGL at all.
+"""
+
+import threading
+
+import pyvista as pv
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal, Slot
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from app.vtk.head_model import HeadModel
+from app.vtk.overview_scene import BACKGROUND, OverviewScene
+from app.window.panels.qt_image import image_of
+from app.window.panels.refresher import Refresher
+from app.window.panels.side_marks import paint_letters
+from paravol.cutaway import Cutaway
+from paravol.side_letters import SideLetter, side_letters
+from scenarios import Endoscope
+
+TURN_DEG = 0.4
+"""For each pixel that the mouse is dragged."""
+
+ZOOM = 1.1
+"""For each notch of the wheel."""
+
+_NOTCH = 120.0
+
+
+class OverviewView(QWidget):
+    """Show the overview; drag turns it, the wheel zooms."""
+
+    changed = Signal()
+    """Its size, its camera or the head: it should be drawn again."""
+    _cut = Signal(object)
+    """A `Cutaway` is ready; emitted by the thread that made it."""
+    _renewed = Signal(object)
+    """The head's mesh and its `Cutaway`, or None, of what was cut meanwhile."""
+
+    def __init__(self, endoscope: Endoscope, edge_samples: int) -> None:
+        """Make the scene.
+
+        edge_samples: samples a pixel for smooth edges; 0 for none.
+        """
+        super().__init__()
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self._plotter = pv.Plotter(off_screen=True)
+        if edge_samples:
+            self._plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
+        else:
+            self._plotter.disable_anti_aliasing()
+        self.scene = OverviewScene(self._plotter, endoscope)
+        self._image = QImage()
+        self._letters: tuple[SideLetter, ...] = ()
+        self._scale = 1.0
+        self._dragged_from: QPointF | None = None
+        self._head: HeadModel | None = None
+        self._cutaway: Cutaway | None = None
+        self._is_open = False
+        self._is_cutting = False
+        self._is_edited = False
+        self._cut.connect(self._on_cut)
+        self._renewed.connect(self._on_renewed)
+        self._refresher = Refresher(self._make_anew, self._renewed.emit)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the text; 1 is the designed size."""
+        self._scale = scale
+        self.setMinimumSize(round(120 * scale), round(90 * scale))
+        # VTK's sizes of text are in points, at 72 to the inch.
+        window = self._plotter.render_window
+        assert window is not None
+        window.SetDPI(round(72 * scale))
+        self.changed.emit()
+
+    def show_head(self, head: HeadModel) -> None:
+        """Show a head, whole."""
+        self._head = head
+        self.scene.show_head(head)
+        self.changed.emit()
+
+    def refresh(self) -> None:
+        """Show what was cut or put back, within about a second."""
+        self._is_edited = True
+        if self._head is not None:
+            self._refresher.ask()
+
+    def _make_anew(self) -> tuple[pv.PolyData, Cutaway | None]:
+        """Make the head's mesh, and its cutaway where there is one."""
+        head = self._head
+        assert head is not None
+        assert head.renew is not None
+        cut_open = None if self._cutaway is None else head.cut_open
+        return head.renew(), None if cut_open is None else cut_open()
+
+    @Slot(object)
+    def _on_renewed(self, made: tuple[pv.PolyData, Cutaway | None]) -> None:
+        mesh, cutaway = made
+        self.scene.renew_head(mesh)
+        if cutaway is not None:
+            before, self._cutaway = self._cutaway, cutaway
+            self._show()
+            if before is not None:
+                before.close()
+        self.changed.emit()
+
+    def switch(self) -> str:
+        """Open the head from the side, or close it; say what happens."""
+        if self._head is None or self._head.cut_open is None:
+            return "There is no head to open yet"
+        self._is_open = not self._is_open
+        if self._is_open and self._cutaway is None:
+            if not self._is_cutting:
+                self._is_cutting = True
+                cut_open, report = self._head.cut_open, self._cut.emit
+                # seconds of work that nothing waits for
+                threading.Thread(
+                    target=lambda: report(cut_open()), name="cut", daemon=True
+                ).start()
+            return "Opening the head"
+        self._show()
+        return "Head opened" if self._is_open else "Head closed"
+
+    @Slot(object)
+    def _on_cut(self, cutaway: Cutaway) -> None:
+        self._cutaway = cutaway
+        self._is_cutting = False
+        self._show()
+        if self._is_edited:
+            # perhaps after it was made
+            self.refresh()
+
+    def _show(self) -> None:
+        self.scene.open_head(self._cutaway if self._is_open else None)
+        self.changed.emit()
+
+    def draw(self) -> None:
+        """Draw the scene as it is now."""
+        scale = self.devicePixelRatioF()
+        size = [round(self.width() * scale), round(self.height() * scale)]
+        if list(self._plotter.window_size) != size:
+            self._plotter.window_size = size
+        self._image = image_of(self.scene.picture())
+        self._letters = side_letters(*self.scene.picture_axes)
+        self.update()
+
+    def release(self) -> None:
+        """Free the graphics memory; end the threads."""
+        self._refresher.close()
+        self._plotter.close()
+        if self._cutaway is not None:
+            self._cutaway.close()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the newest picture."""
+        painter = QPainter(self)
+        if self._image.isNull():
+            painter.fillRect(self.rect(), QColor(BACKGROUND))
+        else:
+            painter.drawImage(self.rect(), self._image)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            room = QRectF(self.rect())
+            paint_letters(painter, room, self._letters, self._scale, is_round=False)
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Ask to be drawn in the new size."""
+        self.changed.emit()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin to turn the head."""
+        self._dragged_from = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn the head about its middle, the patient's up staying up."""
+        if self._dragged_from is None:
+            return
+        moved = event.position() - self._dragged_from
+        self._dragged_from = event.position()
+        self.scene.turn(-TURN_DEG * moved.x(), TURN_DEG * moved.y())
+        self.changed.emit()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the head."""
+        self._dragged_from = None
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom."""
+        self.scene.zoom(ZOOM ** (event.angleDelta().y() / _NOTCH))
+        self.changed.emit()

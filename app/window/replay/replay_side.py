@@ -1,0 +1,227 @@
+"""The column beside a replay: where the scope is, what happened, figures, notes."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QTabWidget,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.window.panels.moments import MomentView
+from app.window.panels.overview_panel import OverviewView
+from app.window.panels.slices_panel import SlicesView
+from app.window.panels.task_panel import TaskPanel
+from app.window.replay.time_line import clock_text
+from paravol.replay.replay_worker import Row
+from paravol.replay.time_marks import TimeMark
+from scenarios import Scenario
+from scenarios.bundle import Note
+from scenarios.bundle.notes import LONGEST_NOTE
+
+_TIME = Qt.ItemDataRole.UserRole
+
+KEYS = (
+    ("Space", "play, pause"),
+    ("← →", "a frame back, ahead; Shift: a second"),
+    ("↑ ↓", "faster, slower"),
+    ("Pg↑ Pg↓", "event before, after"),
+    ("Home End", "to the begin, to the end"),
+    ("V", "leave the recorded view, come back"),
+    ("drag, wheel", "look around, go ahead"),
+    ("W S A D", "ahead, back, left, right"),
+    ("R F  Z X", "up, down; roll"),
+    ("K", "draw this moment at high quality"),
+    ("N", "write a note"),
+    ("B  L", "compare with another; align"),
+    ("M  C", "slices: CT, MR, both; open the head"),
+    ("I", "hint to the task"),
+    ("O", "open another session"),
+    ("F  Q", "full screen; leave"),
+)
+
+
+class EventList(QListWidget):
+    """List what happened; an entry that is chosen is gone to."""
+
+    sought = Signal(float)
+    """Somebody wants to go to this second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Events")
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setWordWrap(True)
+        self.itemActivated.connect(self._seek)
+        self.itemClicked.connect(self._seek)
+
+    def _seek(self, item: QListWidgetItem) -> None:
+        self.sought.emit(item.data(_TIME))
+
+    def show_marks(self, marks: Sequence[TimeMark]) -> None:
+        """List these marks."""
+        self.clear()
+        for mark in marks:
+            item = QListWidgetItem(f"{clock_text(mark.time_s)}  {mark.text}")
+            item.setData(_TIME, mark.time_s)
+            self.addItem(item)
+
+
+class MetricTable(QTreeWidget):
+    """Show a session's metrics, beside another's where two are compared."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Metrics")
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setRootIsDecorated(False)
+        self.setColumnCount(2)
+        self.setHeaderLabels(["Metric", "Value"])
+        self.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+
+    def say(self, text: str) -> None:
+        """Say why there is nothing to show, or not yet."""
+        self.setColumnCount(1)
+        self.setHeaderLabels([text])
+        self.clear()
+
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        """Show these rows."""
+        is_compared = any(other for _, _, other in rows)
+        labels = ["Metric", "This session", "The other"]
+        self.setColumnCount(3 if is_compared else 2)
+        self.setHeaderLabels(labels if is_compared else ["Metric", "Value"])
+        self.clear()
+        for row in rows:
+            item = QTreeWidgetItem(list(row))
+            for column, text in enumerate(row):
+                item.setToolTip(column, text)
+            self.addTopLevelItem(item)
+
+
+class NoteBook(QWidget):
+    """Show a teacher's notes; write one about now, remove the chosen one."""
+
+    sought = Signal(float)
+    """Somebody wants to go to this second."""
+    written = Signal(str)
+    """A note about what is shown now."""
+    removed = Signal(int)
+    """The note of this number, from 1 on, is to go."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.notes = QListWidget()
+        self.notes.setAccessibleName("Notes")
+        self.notes.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.notes.setWordWrap(True)
+        self.notes.itemActivated.connect(self._seek)
+        self.notes.itemClicked.connect(self._seek)
+        self.line = QLineEdit()
+        self.line.setAccessibleName("Note about this moment")
+        self.line.setPlaceholderText("Note about this moment; Enter keeps it")
+        self.line.setMaxLength(LONGEST_NOTE)
+        self.line.returnPressed.connect(self._write)
+        self.remove = QPushButton("Remove")
+        self.remove.clicked.connect(self._remove)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.notes, 1)
+        row = QHBoxLayout()
+        row.addWidget(self.line, 1)
+        row.addWidget(self.remove)
+        column.addLayout(row)
+
+    def _seek(self, item: QListWidgetItem) -> None:
+        self.sought.emit(item.data(_TIME))
+
+    def show_notes(self, notes: Sequence[Note]) -> None:
+        """Show these notes."""
+        self.notes.clear()
+        for note in notes:
+            item = QListWidgetItem(f"{clock_text(note.at_s)}  {note.text}")
+            item.setData(_TIME, note.at_s)
+            self.notes.addItem(item)
+
+    def _write(self) -> None:
+        text = self.line.text().strip()
+        if text:
+            self.written.emit(text)
+            self.line.clear()
+
+    def _remove(self) -> None:
+        if self.notes.currentRow() >= 0:
+            self.removed.emit(self.notes.currentRow() + 1)
+
+
+class ReplaySide(QWidget):
+    """Show overview, slices and tasks of one session, and its tabs."""
+
+    def __init__(self, scenario: Scenario, edge_samples: int) -> None:
+        """Lay out the column; edge_samples: for the overview."""
+        super().__init__()
+        self.setObjectName("side")
+        self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
+        self.slices = SlicesView()
+        self.tasks = TaskPanel(scenario)
+        self.moments = MomentView()
+        self.events = EventList()
+        self.metrics = MetricTable()
+        self.book = NoteBook()
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.tabBar().setDrawBase(False)
+        self.tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.tabs.addTab(self.events, "Events")
+        self.tabs.addTab(self.metrics, "Metrics")
+        self.tabs.addTab(self.book, "Notes")
+        self.tabs.addTab(_keys(), "Keys")
+        column = self._column = QVBoxLayout(self)
+        column.addWidget(self.tasks)
+        column.addWidget(self.overview, 3)
+        column.addWidget(self.slices)
+        column.addWidget(self.tabs, 4)
+        column.addWidget(self.moments)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._column.setContentsMargins(*(round(n * scale) for n in (12, 8, 12, 8)))
+        self._column.setSpacing(round(6 * scale))
+        for part in (self.overview, self.slices, self.tasks, self.moments):
+            part.set_scale(scale)
+
+    def write_note(self) -> None:
+        """Let somebody type a note."""
+        self.tabs.setCurrentWidget(self.book)
+        self.book.line.setFocus()
+
+
+def _keys() -> QWidget:
+    words = QTreeWidget()
+    words.setAccessibleName("Keys")
+    words.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    words.setRootIsDecorated(False)
+    words.setColumnCount(2)
+    words.setHeaderHidden(True)
+    for key, does in KEYS:
+        words.addTopLevelItem(QTreeWidgetItem([key, does]))
+    words.resizeColumnToContents(0)
+    return words
+
+
+def caption() -> QLabel:
+    """Return a line below a picture that says which session it is, and when."""
+    label = QLabel()
+    label.setObjectName("caption")
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    return label

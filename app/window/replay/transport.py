@@ -1,0 +1,131 @@
+"""Buttons of a playback: play, step, speed, events, and what else can be done."""
+
+from PySide6.QtCore import Qt, Signal, SignalInstance
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.window.replay.time_line import clock_text
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+PLAY, PAUSE = "▶ Play", "❚❚ Pause"
+
+
+class Transport(QWidget):
+    """Show the buttons below a time line; each emits what it is for."""
+
+    played = Signal()
+    stepped = Signal(int)
+    """So many frames ahead."""
+    event_wanted = Signal(int)
+    """The next event (1) or the one before (-1)."""
+    sped = Signal(float)
+    """Seconds of the session in one second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.play = self._button(PLAY, "Play or pause (Space)")
+        self.play.clicked.connect(lambda: self.played.emit())
+        self.speed = QComboBox()
+        self.speed.setAccessibleName("Speed")
+        self.speed.setToolTip("Speed (↑ ↓)")
+        for speed in SPEEDS:
+            self.speed.addItem(f"{speed:g}x", speed)
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        self.speed.activated.connect(lambda _: self._speed())
+        self.clock = QLabel(clock_text(0.0))
+        self.clock.setObjectName("clock")
+        self.state = QLabel()
+        self.state.setObjectName("caption")
+        self.own = self._button("Own view", "Leave the recorded view, come back (V)")
+        self.own.setCheckable(True)
+        self.keep = self._button("High quality", "Draw this moment anew (K)")
+        self.note = self._button("Note", "Write a note about this moment (N)")
+        self.compare = self._button("Compare…", "Show another session beside it (B)")
+        self.align = QComboBox()
+        self.align.setAccessibleName("Align by")
+        self.align.setToolTip("What ties both sessions together (L)")
+        self.align.addItems(["by landmarks", "by time"])
+        self.align.hide()
+        self.open = self._button("Open…", "Open another session (O)")
+        rows = self._rows = QVBoxLayout(self)
+        first, second = QHBoxLayout(), QHBoxLayout()
+        for text, tip, signal, step in (
+            ("«", "The event before (Page up)", self.event_wanted, -1),
+            ("◂", "A frame back (←)", self.stepped, -1),
+        ):
+            first.addWidget(self._stepper(text, tip, signal, step))
+        first.addWidget(self.play)
+        for text, tip, signal, step in (
+            ("▸", "A frame ahead (→)", self.stepped, 1),
+            ("»", "The next event (Page down)", self.event_wanted, 1),
+        ):
+            first.addWidget(self._stepper(text, tip, signal, step))
+        first.addWidget(self.speed)
+        first.addWidget(self.clock)
+        first.addStretch(1)
+        first.addWidget(self.state)
+        for button in (self.own, self.keep, self.note, self.compare):
+            second.addWidget(button)
+        second.addWidget(self.align)
+        second.addStretch(1)
+        second.addWidget(self.open)
+        rows.addLayout(first)
+        rows.addLayout(second)
+        self._lines = first, second
+        for part in self.findChildren(QWidget):
+            # who clicks wants the page to have the keys
+            if part.focusPolicy() != Qt.FocusPolicy.NoFocus:
+                part.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+
+    def _button(self, text: str, tip: str) -> QPushButton:
+        button = QPushButton(text)
+        button.setToolTip(tip)
+        button.setAccessibleName(tip)
+        return button
+
+    def _stepper(
+        self, text: str, tip: str, signal: SignalInstance, step: int
+    ) -> QPushButton:
+        button = self._button(text, tip)
+        button.setAutoRepeat(True)
+        button.clicked.connect(lambda: signal.emit(step))
+        return button
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._rows.setContentsMargins(*(round(n * scale) for n in (10, 4, 10, 6)))
+        self._rows.setSpacing(round(4 * scale))
+        for line in self._lines:
+            line.setSpacing(round(6 * scale))
+
+    def show_playing(self, is_playing: bool) -> None:
+        """Say what the button does next."""
+        text = PAUSE if is_playing else PLAY
+        if self.play.text() != text:
+            self.play.setText(text)
+
+    def show_clock(self, time_s: float, end_s: float) -> None:
+        """Show where one is, and where the end is."""
+        text = f"{clock_text(time_s)} / {clock_text(end_s)}"
+        if self.clock.text() != text:
+            self.clock.setText(text)
+
+    def say(self, text: str) -> None:
+        """Say what is shown."""
+        if self.state.text() != text:
+            self.state.setText(text)
+
+    def change_speed(self, step: int) -> None:
+        """Take the next higher or lower speed."""
+        place = min(max(self.speed.currentIndex() + step, 0), len(SPEEDS) - 1)
+        self.speed.setCurrentIndex(place)
+        self._speed()
+
+    def _speed(self) -> None:
+        self.sped.emit(self.speed.currentData())

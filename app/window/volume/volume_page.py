@@ -1,0 +1,161 @@
+"""The page of a scan: seen whole as a volume or a surface, its look beside it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout
+
+from app.window.page import Page
+from app.window.page_style import page_sheet
+from app.window.volume.volume_controls import VolumeControls
+from app.window.volume.volume_picture import VolumePicture
+from app.window.volume.volume_thread import Order, VolumeThread
+from disk import UserError
+from paravol.volume import Drawn, Method, Orbit, Scan, Wish, load_look, save_look
+
+LOOKS = "Looks (*.json)"
+KEYS = (
+    "Drag turns · right button shifts · wheel or + - nearer · arrows turn · "
+    "Ctrl+O open look · Ctrl+S save look · F11 full screen · Esc back"
+)
+SETTLED_MS = 150
+"""So long after the last resize the picture is drawn anew."""
+
+MOST_PX = 1024
+"""Of the picture's sides: a larger one is shown larger, not finer."""
+
+
+class VolumePage(Page):
+    """Show scans of one patient."""
+
+    full_screen_wanted = Signal()
+
+    def __init__(self, title: str, scans: Sequence[Scan], threads: int) -> None:
+        """Lay the page out; title: of the patient."""
+        super().__init__()
+        self.setObjectName("page")
+        self.title = f"PARAVOL: {title}"
+        self._orbit = Orbit.round(scans[0].volume)
+        self.picture = VolumePicture()
+        self.picture.start(self._orbit)
+        self.controls = VolumeControls(scans)
+        self.drawing = VolumeThread(scans, threads)
+        self._heading = QLabel(title)
+        self._heading.setObjectName("heading")
+        self._back = QPushButton("Back")
+        self._lay_out()
+        self._settling = QTimer(self)
+        self._settling.setSingleShot(True)
+        self._settling.timeout.connect(self._ask)
+        self.picture.resized.connect(lambda: self._settling.start(SETTLED_MS))
+        self.picture.turned.connect(self._on_turned)
+        self.controls.changed.connect(self._ask)
+        self.controls.load_wanted.connect(self._on_load)
+        self.controls.save_wanted.connect(self._on_save)
+        self._back.clicked.connect(self.left)
+        self.drawing.drawn.connect(self._on_drawn)
+        self.drawing.growing.connect(self._on_growing)
+        self.drawing.failed.connect(self.picture.say)
+        for keys, does in (
+            ("Ctrl+O", self._on_load),
+            ("Ctrl+S", self._on_save),
+            ("F11", self.full_screen_wanted.emit),
+            ("Esc", self.left.emit),
+        ):
+            QShortcut(QKeySequence(keys), self).activated.connect(does)
+        self.drawing.start()
+
+    def _lay_out(self) -> None:
+        self._rows = QVBoxLayout(self)
+        head = QHBoxLayout()
+        head.addWidget(self._heading, 1)
+        head.addWidget(self._back)
+        middle = QHBoxLayout()
+        middle.addWidget(self.picture, 5)
+        middle.addWidget(self.controls, 3)
+        keys = QLabel(KEYS)
+        keys.setWordWrap(True)
+        self._rows.addLayout(head)
+        self._rows.addLayout(middle, 1)
+        self._rows.addWidget(keys)
+        self.setFocusProxy(self.picture)
+
+    def set_scale(self, scale: float) -> None:
+        """Draw everything as large as the window has room for."""
+        self.setStyleSheet(page_sheet(scale))
+        margin = round(12 * scale)
+        self._rows.setContentsMargins(margin, margin, margin, margin // 2)
+        self._rows.setSpacing(round(8 * scale))
+        self.picture.set_scale(scale)
+        self.controls.set_scale(scale)
+
+    def release(self) -> None:
+        """End the thread."""
+        self._settling.stop()
+        self.drawing.close()
+
+    def open_look(self, file: Path) -> None:
+        """Take over a look of a file; what is wrong with it is said."""
+        try:
+            self.controls.show_look(load_look(file))
+        except UserError as error:
+            self.picture.say(str(error))
+
+    def keep_look(self, file: Path) -> None:
+        """Write the look into a file; what goes wrong is said."""
+        if file.suffix.lower() != ".json":
+            file = file.with_name(file.name + ".json")
+        try:
+            save_look(self.controls.look, file)
+        except OSError as error:
+            self.picture.say(f"{file} cannot be written: {error.strerror}.")
+        else:
+            self.picture.say(f"The look is saved in {file}")
+
+    def _on_load(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(self, "Open a look", "", LOOKS)
+        if name:
+            self.open_look(Path(name))
+
+    def _on_save(self) -> None:
+        name, _ = QFileDialog.getSaveFileName(self, "Save the look", "", LOOKS)
+        if name:
+            self.keep_look(Path(name))
+
+    @Slot(object, bool)
+    def _on_turned(self, orbit: Orbit, is_moving: bool) -> None:
+        self._orbit = orbit
+        self._ask(is_moving=is_moving)
+
+    def _ask(self, *, is_moving: bool = False) -> None:
+        """Have drawn what is chosen, as it is seen now."""
+        scale = self.picture.devicePixelRatioF()
+        wide, high = self.picture.width() * scale, self.picture.height() * scale
+        shrunk = min(1.0, MOST_PX / max(wide, high))
+        size = max(round(wide * shrunk), 8), max(round(high * shrunk), 8)
+        controls, method = self.controls, self.controls.chosen_method
+        wish = Wish(
+            controls.scan.name,
+            controls.look,
+            Method.SPLATS if method is None else method,
+            self._orbit,
+            size,
+        )
+        surface = controls.surface_colour if method is None else ""
+        if surface:
+            self.picture.say("drawing the surface; a new density takes seconds")
+        self.drawing.ask(Order(wish, surface, is_moving))
+
+    @Slot(object)
+    def _on_drawn(self, drawn: Drawn) -> None:
+        self.picture.show_picture(drawn.pixels)
+        told = f"{1e3 * drawn.seconds:.0f} ms"
+        if drawn.splats is not None:
+            told += f" · {drawn.splats:,} splats"
+        self.picture.say(told)
+
+    @Slot(float)
+    def _on_growing(self, share: float) -> None:
+        self.picture.say(f"rays: {share:.0%}")

@@ -1,0 +1,118 @@
+"""Draw a scan in a thread: the newest wish wins, and rays grow from splats."""
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from PySide6.QtCore import QObject, Signal
+
+from app.vtk.volume_surface import SurfaceDrawer
+from app.window.background_work import words_for
+from paravol.volume import Drawn, Method, Scan, VolumeView, Wish
+from paravol.volume.volume_view import half
+from renderers.art.tracer import RenderStoppedError
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Ask for a picture. surface: its colour where the surface is wanted, else empty.
+
+    is_moving: the view still turns, and quick is better than fine.
+    """
+
+    wish: Wish
+    surface: str = ""
+    is_moving: bool = False
+
+
+class VolumeThread(QObject):
+    """Draw for a page."""
+
+    drawn = Signal(object)
+    """A `Drawn`."""
+    growing = Signal(float)
+    """The share of a picture by rays that is done."""
+    failed = Signal(str)
+    """Why there is no picture, in a sentence."""
+
+    def __init__(self, scans: Sequence[Scan], threads: int) -> None:
+        super().__init__()
+        self._volumes = {scan.name: scan.volume for scan in scans}
+        self._view = VolumeView(scans, threads)
+        self._changed = threading.Condition()
+        self._wanted: Order | None = None
+        self._is_closed = False
+        self._is_drawing = False
+        self._thread = threading.Thread(target=self._run, name="volume", daemon=True)
+
+    @property
+    def is_idle(self) -> bool:
+        """Return whether nothing is drawn, nor waits to be."""
+        with self._changed:
+            return self._wanted is None and not self._is_drawing
+
+    def start(self) -> None:
+        """Begin to draw."""
+        self._thread.start()
+
+    def ask(self, order: Order) -> None:
+        """Have a picture drawn; one that is being drawn by rays is given up."""
+        with self._changed:
+            self._wanted = order
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End; a picture by rays is given up."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+        if self._thread.ident is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        surfaces = SurfaceDrawer()
+        while True:
+            with self._changed:
+                self._is_drawing = False
+                self._changed.wait_for(lambda: self._wanted or self._is_closed)
+                order, self._wanted = self._wanted, None
+                if self._is_closed or order is None:
+                    break
+                self._is_drawing = True
+            try:
+                self._draw(order, surfaces)
+            except RenderStoppedError:
+                continue
+            except Exception as error:
+                self.failed.emit(words_for(error))
+        surfaces.close()
+        self._view.close()
+
+    def _draw(self, order: Order, surfaces: SurfaceDrawer) -> None:
+        wish = order.wish
+        if order.surface:
+            volume, camera = self._volumes[wish.scan], wish.orbit.camera(wish.size)
+            begun = time.monotonic()
+            pixels = surfaces.draw(volume, wish.look, order.surface, camera)
+            self.drawn.emit(Drawn(pixels, time.monotonic() - begun))
+            return
+        is_quick = wish.method.splat_mode is not None
+        if order.is_moving:
+            self.drawn.emit(self._view.draw(half(_quick(wish))))
+            return
+        if not is_quick:
+            # something to look at until the rays are there
+            self.drawn.emit(self._view.draw(half(_quick(wish))))
+        self.drawn.emit(self._view.draw(wish, self._goes_on))
+
+    def _goes_on(self, share: float) -> bool:
+        self.growing.emit(share)
+        return self._wanted is None and not self._is_closed
+
+
+def _quick(wish: Wish) -> Wish:
+    """Return the wish by splats."""
+    if wish.method.splat_mode is not None:
+        return wish
+    return replace(wish, method=Method.SPLATS)

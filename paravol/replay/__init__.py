@@ -1,0 +1,1 @@
+"""A recorded session looked through by a person: moments, marks, another camera."""

@@ -1,0 +1,109 @@
+"""What a session that was just flown was worth: passed, points, what to practise.
+
+Here the session enters the progress store.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from disk import UserError
+from paravol.debrief.advice import Advice, advice_on
+from paravol.patient import PatientScene, Progress, no_progress
+from paravol.progress import ProgressStore, SessionEntry, entry_of_session
+from paravol.session_metrics import session_metrics
+from paravol.session_scoring import assessment_of, usual_rubric
+from scenarios import Scenario, Score
+from scenarios.bundle import read_recording
+from scenarios.passing import PassMark, pass_marks
+from scenarios.rubrics import Assessment, load_rubric
+
+KEPT = "Kept in your progress."
+
+
+@dataclass(frozen=True, slots=True)
+class ResultOrder:
+    """Say which session's result is wanted.
+
+    record: its folder. trainee: made-up name of who flew. has_store: it goes into the
+    progress store. store: its file, None for the user's. patient: that was flown
+    through, None to load it.
+    """
+
+    record: Path
+    trainee: str = ""
+    has_store: bool = True
+    store: Path | None = None
+    patient: PatientScene | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionResult:
+    """Hold what a session was worth.
+
+    has_passed: None where nothing says. marks: what was asked, one by one.
+    assessment: every point with its reason. advice: what to practise, the most urgent
+    first. kept: a sentence about the progress store; is_kept: the session is in it.
+    """
+
+    scenario: Scenario
+    score: Score
+    has_passed: bool | None
+    marks: tuple[PassMark, ...]
+    assessment: Assessment
+    advice: tuple[Advice, ...]
+    kept: str = ""
+    is_kept: bool = False
+
+
+def result_of_session(
+    order: ResultOrder, progress: Progress = no_progress
+) -> SessionResult:
+    """Score a session and put it into the progress store.
+
+    Its recording is trusted where it can be checked, else it is stepped again. A store
+    that cannot be used is told and costs nothing else. UserError where the session
+    cannot be read or scored.
+    """
+    progress("Reading the recording", 0.0)
+    rubric = load_rubric(usual_rubric(read_recording(order.record)))
+    # all metrics: an exercise's pass marks may be about any
+    found = session_metrics(
+        order.record,
+        settings=rubric.settings,
+        progress=progress,
+        patient=order.patient,
+        trusts=True,
+    )
+    assessment = assessment_of(order.record, rubric, found)
+    scenario, score = found.scenario, found.score
+    assert scenario is not None
+    assert score is not None
+    entry = entry_of_session(
+        order.record,
+        trainee=order.trainee,
+        metrics=found.metrics,
+        assessment=assessment,
+    )
+    marks = tuple(pass_marks(scenario, entry.tasks, found.metrics))
+    kept, is_kept = "This session is left out of your progress.", False
+    if order.has_store:
+        kept, is_kept = _kept(entry, order.store)
+    return SessionResult(
+        scenario,
+        score,
+        entry.has_passed,
+        marks,
+        assessment,
+        tuple(advice_on(score, scenario, assessment)),
+        kept,
+        is_kept,
+    )
+
+
+def _kept(entry: SessionEntry, file: Path | None) -> tuple[str, bool]:
+    try:
+        store = ProgressStore(file)
+        store.add(entry)
+    except (UserError, OSError) as error:
+        return f"Not kept in your progress: {error}", False
+    return f"{store.told} {KEPT}".strip(), True

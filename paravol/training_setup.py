@@ -1,0 +1,131 @@
+"""How somebody trains: devices, picture, recording; it makes orders for flights.
+
+The command line makes one; a window with a home page makes an order from it for each
+exercise that is chosen there.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from devices import ProbePath
+from disk import UserError
+from paravol.case_scenario import scenario_of_case
+from paravol.exercise_path import recorded_path, recorded_path_file
+from paravol.flight import FlightObserver, FlightOrder
+from paravol.inputs import FlightInput, choose_input
+from paravol.inputs.haptic import felt_input
+from paravol.inputs.instrument_choice import choose_instrument
+from paravol.inputs.instrument_input import InstrumentInput
+from paravol.pose_streaming import listening_address
+from paravol.session_store import SessionStore
+from scenarios import Scenario, load_scenario
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DeviceSetup:
+    """Say what moves the scope and the tool, and what pushes back.
+
+    scope: words of `--input`, None for the arm at the port, or the mouse without one.
+    port: of a MicroScribe. registration: where the arm or tracker stands. roll: what
+    knows the roll of the arm's scope. instrument: words of a second device, with its
+    own registration and nostril. haptics: what pushes back, with the fault it has.
+    """
+
+    scope: str | None = None
+    port: str | None = None
+    registration: Path | None = None
+    roll: str | None = None
+    instrument: str | None = None
+    instrument_registration: Path | None = None
+    instrument_side: str | None = None
+    haptics: str = "none"
+    haptics_fault: str | None = None
+
+    def scope_input(
+        self, scenario: Scenario, path: ProbePath | None, path_file: Path | None
+    ) -> FlightInput:
+        """Return what moves the scope; UserError for words that name nothing."""
+        flown = choose_input(
+            self.scope,
+            self.port,
+            scenario,
+            path,
+            path_file,
+            self.registration,
+            self.roll,
+        )
+        if self.haptics == "none" and self.haptics_fault is None:
+            return flown
+        if self.haptics == "force-dimension" and (self.scope or self.port):
+            raise UserError(
+                "--haptics force-dimension steers by itself; leave out --input and "
+                "--device."
+            )
+        return felt_input(self.haptics, self.haptics_fault, flown, scenario)
+
+    def tool_input(
+        self, scenario: Scenario, path: ProbePath | None
+    ) -> InstrumentInput | None:
+        """Return the tool's own device, None without one."""
+        if self.instrument is None:
+            if self.instrument_registration is None and self.instrument_side is None:
+                return None
+            raise UserError(
+                "--instrument-registration and --instrument-side go with --instrument."
+            )
+        return choose_instrument(
+            self.instrument,
+            self.scope,
+            self.port,
+            scenario,
+            path,
+            self.instrument_registration,
+            self.instrument_side,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TrainingSetup:
+    """Hold what all flights of a training have in common.
+
+    size: of the square picture, pixels. record: folder of the recording; None keeps the
+    newest in the user's store. stream_igtl: the words of `--stream-igtl`. watcher:
+    makes who looks on at each flight; None where nobody does.
+    """
+
+    devices: DeviceSetup
+    size: int
+    threads: int
+    record: Path | None = None
+    stream_igtl: str | None = None
+    watcher: Callable[[Scenario], FlightObserver] | None = None
+
+    def order(self, scenario: str) -> FlightOrder:
+        """Return the order for an exercise: a bundled one's name, or a file.
+
+        Raises UserError for what cannot be flown, DeviceError for a missing device.
+        """
+        exercise, folder = load_scenario(scenario)
+        path_file = recorded_path_file(exercise, folder)
+        path = None if path_file is None else recorded_path(exercise, folder)
+        stream = None
+        if self.stream_igtl is not None:
+            stream = listening_address(self.stream_igtl)
+        second = self.devices.tool_input(exercise, path)
+        return FlightOrder(
+            exercise,
+            path,
+            self.devices.scope_input(exercise, path, path_file),
+            self.size,
+            self.threads,
+            self.record,
+            stream,
+            SessionStore.of_the_user(),
+            instrument=second,
+            watchers=() if self.watcher is None else (self.watcher(exercise),),
+        )
+
+    def order_for_case(self, case: Path) -> FlightOrder:
+        """Return the order for a flight through a case folder."""
+        return self.order(str(scenario_of_case(case)))

@@ -1,0 +1,92 @@
+"""Whether a run of an exercise was good enough, mark by mark."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from scenarios.metrics import Definition, Metric, definitions_named
+from scenarios.metrics.unlisted_tools import UNLISTED
+from scenarios.scenario import MetricLimit, Scenario
+from scenarios.tasks.engine import Status
+
+FAR = "nothing came nearer"
+"""How the reason begins why a hazard has no smallest distance: it was never near."""
+
+
+@dataclass(frozen=True, slots=True)
+class PassMark:
+    """Hold one mark of an exercise.
+
+    is_met: None where nothing says. why: what was reached, or why nobody knows.
+    """
+
+    title: str
+    is_met: bool | None
+    why: str = ""
+
+
+def pass_marks(
+    scenario: Scenario, tasks: Mapping[str, str], metrics: Sequence[Metric]
+) -> list[PassMark]:
+    """Return how a run stands to its marks: tasks, metrics, the tools it may use.
+
+    tasks: status of each at the end, by name; empty where nobody followed them.
+    metrics: those that were computed. A rubric's percent is not looked at.
+    """
+    needed = scenario.marks.tasks or [
+        t.name for t in scenario.tasks if not t.is_optional
+    ]
+    found = []
+    for name in needed:
+        status = tasks.get(name)
+        is_done = None if status is None else status == Status.DONE
+        found.append(PassMark(name, is_done, "" if status is None else str(status)))
+    found += [_limited(limit, metrics) for limit in scenario.marks.metrics]
+    if scenario.tools:
+        found.append(_limited(MetricLimit(UNLISTED, most=0.0), metrics))
+    return found
+
+
+def limited_metrics(scenario: Scenario) -> tuple[Definition, ...]:
+    """Return the definitions of the metrics that the exercise's pass mark reads."""
+    names = {limit.name.partition(": ")[0] for limit in scenario.marks.metrics}
+    if scenario.tools:
+        names.add(UNLISTED)
+    return definitions_named(names)
+
+
+def _limited(limit: MetricLimit, metrics: Sequence[Metric]) -> PassMark:
+    """Compare a value as it was measured; of several each has to keep the limit."""
+    rows = [
+        metric
+        for metric in metrics
+        if (metric.name == limit.name or metric.name.startswith(f"{limit.name}: "))
+        and limit.role in ("", metric.role)
+    ]
+    values = [metric for metric in rows if metric.value is not None]
+    if not values:
+        if not rows:
+            return PassMark(limit.name, None, "not measured")
+        is_far = all(row.reason.startswith(FAR) for row in rows)
+        is_met = True if is_far and limit.most is None else None
+        return PassMark(limit.name, is_met, rows[0].reason)
+    worst = max(values, key=lambda metric: _beyond(limit, metric))
+    beyond = _beyond(limit, worst)
+    unit = "" if worst.unit in ("1", "count") else f" {worst.unit}"
+    sigma = f" ± {worst.sigma:.2g}" if worst.sigma else ""
+    why = f"{worst.value:.4g}{sigma}{unit}"
+    if limit.least is not None:
+        why += f", at least {limit.least:g} is asked for"
+    if limit.most is not None:
+        why += f", at most {limit.most:g} is allowed"
+    if worst.sigma and abs(beyond) < worst.sigma:
+        why += "; nearer to it than its noise"
+    return PassMark(worst.name, beyond <= 0.0, why)
+
+
+def _beyond(limit: MetricLimit, metric: Metric) -> float:
+    """Return how far a value lies outside of the limits; at most 0 within them."""
+    assert metric.value is not None
+    under = -math.inf if limit.least is None else limit.least - metric.value
+    over = -math.inf if limit.most is None else metric.value - limit.most
+    return max(under, over)

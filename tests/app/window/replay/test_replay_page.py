@@ -1,0 +1,150 @@
+"""The replay page in the real window: sessions are dropped, scrubbed and compared."""
+
+from pathlib import Path
+
+import pytest
+
+from paravol.patient import load_patient, no_progress
+from scenarios import load_scenario
+from tests.app.window.opened_window import run_script
+from tests.paravol.replay.flown_session import along_the_path, record_flight
+
+pytestmark = [pytest.mark.display, pytest.mark.slow]
+
+REPLAY = """
+import sys, time
+from pathlib import Path
+from PySide6.QtCore import QEventLoop, QMimeData, QPoint, QPointF, Qt, QTimer, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from paravol.environment import prepare_environment
+
+prepare_environment()
+from app.window.main_window import MainWindow
+from app.window.panels.qt_image import image_of
+from app.window.replay.replay_page import ReplayPage
+from scenarios.bundle import FrameRecord, read_notes, read_recording
+
+slow, fast, bad = map(Path, sys.argv[1:])
+application = QApplication([])
+window, page = MainWindow(), ReplayPage()
+Key, Button = Qt.Key, Qt.MouseButton
+window.dropped.connect(page.open)
+window.show_page(page)
+window.show()
+
+def until(holds, limit_s=100.0):
+    began = time.monotonic()
+    while not holds():
+        assert time.monotonic() - began < limit_s, page.problem.text()
+        loop = QEventLoop()
+        QTimer.singleShot(10, loop.quit)
+        loop.exec()
+
+def drop(*paths):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    none, copy = Qt.KeyboardModifier.NoModifier, Qt.DropAction.CopyAction
+    entered = QDragEnterEvent(QPoint(99, 99), copy, data, Button.LeftButton, none)
+    application.sendEvent(window, entered)
+    assert entered.isAccepted()
+    dropped = QDropEvent(QPointF(99, 99), copy, data, Button.LeftButton, none)
+    application.sendEvent(window, dropped)
+
+def settled():
+    return page._seen is not None and page._seen.jump == page._jump
+
+def pixels():
+    return page._seen.here.frame.pixels
+
+frames = [r for r in read_recording(slow).records if isinstance(r, FrameRecord)]
+drop(slow)
+until(lambda: page._opened is not None and settled())
+times = page._opened.frame_times_s
+for number in (8, 3, 5):
+    at = QPointF(page.line.x_of(times[number]), page.line.height() - 2.0).toPoint()
+    QTest.mouseClick(page.line, Button.LeftButton, pos=at)
+    QTest.keyClick(page, Key.Key_Left)
+    QTest.keyClick(page, Key.Key_Right)
+    until(settled)
+    shown = page._seen.here
+    assert shown.frame.fingerprint() == frames[shown.recorded.number].xxh3_128
+    assert shown.is_recorded and abs(shown.recorded.number - number) <= 1
+    assert page.picture._image == image_of(shown.frame.pixels)
+    before = shown.recorded.number
+    QTest.keyClick(page, Key.Key_Right)
+    until(settled)
+    assert page._seen.here.recorded.number == before + 1 and page._seen.here.is_recorded
+
+# at twice the speed, from the begin to the end
+QTest.keyClick(page, Key.Key_Home)
+QTest.keyClick(page, Key.Key_Up)
+until(settled)
+assert page._player.speed == 2.0
+QTest.keyClick(page, Key.Key_Space)
+assert page._player.is_playing
+until(lambda: not page._player.is_playing)
+until(lambda: page._seen.here.sample.time_s == page._opened.end_s)
+
+# to what happened: back from the end to the change of the tool
+QTest.keyClick(page, Key.Key_PageUp)
+until(settled)
+assert abs(page._seen.here.sample.time_s - 1.0) < 1e-6
+
+# away from the recorded view, and back to the same bits
+recorded = pixels().copy()
+QTest.mousePress(page.picture, Button.LeftButton, pos=QPoint(100, 100))
+QTest.mouseMove(page.picture, QPoint(180, 130))
+QTest.mouseRelease(page.picture, Button.LeftButton, pos=QPoint(180, 130))
+QTest.keyClick(page, Key.Key_S)
+until(lambda: page._seen.is_free and (pixels() != recorded).mean() > 0.05)
+QTest.keyClick(page, Key.Key_V)
+until(lambda: not page._seen.is_free)
+assert (pixels() == recorded).all()
+
+# a note about this moment, read and removed again
+QTest.keyClick(page, Key.Key_N)
+QTest.keyClicks(page._side.book.line, "Watch the tip")
+QTest.keyClick(page._side.book.line, Key.Key_Return)
+until(lambda: [n.text for n in read_notes(slow)] == ["Watch the tip"])
+until(lambda: page._side.book.notes.count() == 1)
+page._side.book.notes.setCurrentRow(0)
+page._side.book.remove.click()
+until(lambda: not read_notes(slow) and not page._side.book.notes.count())
+
+# what is no session changes nothing of what is shown
+drop(bad)
+until(lambda: page.problem.isVisible())
+assert "is not a session" in page.problem.text()
+assert (pixels() == recorded).all() and page._opened.order.folder == slow
+QTest.keyClick(page, Key.Key_Left)
+until(settled)
+
+# two together, by landmarks and by time
+drop(slow, fast)
+until(lambda: page._opened.order.beside == fast and page._seen and page._seen.there)
+assert not page.problem.isVisible() and page._halves[1].isVisible()
+page.seek(0.8)
+until(lambda: settled() and abs(page._seen.here.sample.time_s - 0.8) < 1e-6)
+QTest.keyClick(page, Key.Key_L)
+until(lambda: abs(page._seen.there.sample.time_s - 0.8) < 1e-6)
+assert page._side.metrics.topLevelItemCount() or page._side.metrics.columnCount()
+window.shut()
+window.release()
+assert not any(ending.is_alive() for ending in page._endings)
+"""
+
+
+def test_a_dropped_session_is_scrubbed_left_annotated_and_compared(
+    screen: str, coarse_scenario: Path, tmp_path: Path
+) -> None:
+    scenario, _ = load_scenario(str(coarse_scenario))
+    patient = load_patient(scenario, no_progress)
+    poses = along_the_path(coarse_scenario)
+    slow, fast = tmp_path / "slow.paravol", tmp_path / "fast.paravol"
+    record_flight(slow, scenario, patient, poses)
+    record_flight(fast, scenario, patient, poses, speed=2.0)
+    bad = tmp_path / "bad.paravol"
+    bad.mkdir()
+    run_script(REPLAY, slow, fast, bad)

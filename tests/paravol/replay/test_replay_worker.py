@@ -1,0 +1,262 @@
+"""A replay shows what was wanted last, to the bit what was seen in flight."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paravol.patient import PatientScene
+from paravol.replay.free_camera import CameraMove
+from paravol.replay.replay_worker import (
+    OpenedReplay,
+    ReplayObserver,
+    ReplayOrder,
+    ReplayWorker,
+    Row,
+    ShownReplay,
+)
+from paravol.replay.time_marks import MarkKind, TimeMark
+from paravol.session_timeline import SessionTimeline
+from scenarios import load_scenario
+from scenarios.bundle import FrameRecord, Note, read_notes, read_recording
+from tests.paravol.operated_head import head_round_an_orbit
+from tests.paravol.replay.flown_session import (
+    EVERY_S,
+    LASTS_S,
+    SHOWN_EVERY,
+    Doubles,
+    record_flight,
+)
+
+SIZE = 32
+
+
+class Heard(ReplayObserver):
+    """Keep what is told."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.opened: OpenedReplay | None = None
+        self.shown: list[ShownReplay] = []
+        self.seeking: list[float] = []
+        self.notes: list[tuple[Note, ...]] = []
+        self.failed: list[tuple[Exception, bool]] = []
+        self.told: list[str] = []
+        self.measured: tuple[list[TimeMark], list[Row]] | None = None
+        self.unmeasured = ""
+
+    def _tell(self) -> None:
+        with self.changed:
+            self.changed.notify_all()
+
+    def on_opened(self, opened: OpenedReplay) -> None:
+        self.opened = opened
+        self._tell()
+
+    def on_shown(self, shown: ShownReplay) -> None:
+        self.shown.append(shown)
+        self._tell()
+
+    def on_seeking(self, share: float) -> None:
+        self.seeking.append(share)
+        self._tell()
+
+    def on_notes(self, notes: tuple[Note, ...]) -> None:
+        self.notes.append(notes)
+        self._tell()
+
+    def on_failed(self, error: Exception, lacks_case: bool) -> None:
+        self.failed.append((error, lacks_case))
+        self._tell()
+
+    def on_told(self, title: str, detail: str) -> None:
+        self.told.append(detail)
+        self._tell()
+
+    def on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
+        self.measured = marks, rows
+        self._tell()
+
+    def on_unmeasured(self, problem: str) -> None:
+        self.unmeasured = problem
+        self._tell()
+
+    def until(self, holds: Callable[[], object]) -> None:
+        with self.changed:
+            assert self.changed.wait_for(holds, 60.0), (self.failed, self.unmeasured)
+
+
+def straight(
+    patient: PatientScene,
+) -> Callable[[float], tuple[Doubles, Doubles, Doubles, Doubles]]:
+    centre = patient.scene.volume.center_mm
+    way = np.array([0.0, 1.0, 0.2]) / np.hypot(1.0, 0.2)
+
+    def poses(share: float) -> tuple[Doubles, Doubles, Doubles, Doubles]:
+        tip = centre + way * (3.0 * share - 2.0)
+        return tip, way, tip + 1.5 * way, way
+
+    return poses
+
+
+@pytest.fixture(scope="module")
+def patient() -> PatientScene:
+    return head_round_an_orbit(load_scenario("first_flight")[0])
+
+
+@pytest.fixture(scope="module")
+def slow(tmp_path_factory: pytest.TempPathFactory, patient: PatientScene) -> Path:
+    folder = tmp_path_factory.mktemp("flown") / "slow.paravol"
+    scenario, _ = load_scenario("first_flight")
+    return record_flight(folder, scenario, patient, straight(patient), size=SIZE)
+
+
+@pytest.fixture(scope="module")
+def fast(tmp_path_factory: pytest.TempPathFactory, patient: PatientScene) -> Path:
+    folder = tmp_path_factory.mktemp("flown") / "fast.paravol"
+    scenario, _ = load_scenario("first_flight")
+    poses = straight(patient)
+    return record_flight(folder, scenario, patient, poses, speed=2.0, size=SIZE)
+
+
+@pytest.fixture
+def begun(
+    slow: Path, patient: PatientScene
+) -> Iterator[Callable[..., tuple[ReplayWorker, Heard]]]:
+    workers: list[ReplayWorker] = []
+
+    def begin(
+        folder: Path = slow, beside: Path | None = None
+    ) -> tuple[ReplayWorker, Heard]:
+        heard = Heard()
+        order = ReplayOrder(folder, beside, patient=patient, threads=1)
+        worker = ReplayWorker(order, heard)
+        workers.append(worker)
+        worker.start()
+        return worker, heard
+
+    yield begin
+    for worker in workers:
+        assert worker.stop(30.0)
+
+
+Begun = Callable[..., tuple[ReplayWorker, Heard]]
+
+
+def shown_at(worker: ReplayWorker, heard: Heard, time_s: float) -> ShownReplay:
+    jump = worker.jump_to(time_s)
+    heard.until(lambda: heard.shown and heard.shown[-1].jump == jump)
+    return heard.shown[-1]
+
+
+def test_any_moment_has_the_bits_of_the_flight(begun: Begun, slow: Path) -> None:
+    worker, heard = begun()
+    records = read_recording(slow).records
+    frames = [r for r in records if isinstance(r, FrameRecord)]
+    for number in (7, 2, 10, 0):
+        shown = shown_at(worker, heard, SHOWN_EVERY * EVERY_S * number)
+        assert shown.here.is_recorded is True
+        assert shown.here.frame.fingerprint() == frames[number].xxh3_128
+    # a sample that no frame has shown is compared with none
+    assert shown_at(worker, heard, EVERY_S).here.is_recorded is None
+    assert heard.opened is not None
+    assert heard.opened.frame_times_s == pytest.approx(
+        [SHOWN_EVERY * EVERY_S * n for n in range(len(frames))]
+    )
+
+
+def test_a_newer_wish_overtakes_a_long_way(
+    begun: Begun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = SessionTimeline._step
+    is_slow = threading.Event()
+    is_slow.set()
+
+    def slowly(timeline: SessionTimeline) -> None:
+        if is_slow.is_set():
+            time.sleep(0.05)
+        step(timeline)
+
+    monkeypatch.setattr(SessionTimeline, "_step", slowly)
+    worker, heard = begun()
+    shown_at(worker, heard, 0.0)
+    worker.jump_to(LASTS_S)
+    heard.until(lambda: heard.seeking)
+    is_slow.clear()
+    shown = shown_at(worker, heard, 0.2)
+    assert shown.here.sample.time_s == pytest.approx(0.2)
+    assert shown.here.is_recorded is True
+    assert heard.seeking == sorted(heard.seeking)
+    assert max(heard.seeking) < 1.0
+    # the way that was given up has shown nothing
+    assert [s.jump for s in heard.shown] == [1, 3]
+
+
+def test_another_camera_looks_on_and_the_way_back_is_exact(begun: Begun) -> None:
+    worker, heard = begun()
+    before = shown_at(worker, heard, 1.0).here.frame.pixels
+    worker.leave_view(True)
+    worker.look(CameraMove(right_deg=25.0, ahead_mm=-2.0))
+    heard.until(lambda: heard.shown[-1].is_free)
+    worker.look(CameraMove(up_deg=10.0))
+    count = len(heard.shown)
+    heard.until(lambda: len(heard.shown) > count)
+    own = heard.shown[-1].here
+    assert own.is_recorded is None
+    assert not np.array_equal(own.frame.pixels, before)
+    worker.leave_view(False)
+    heard.until(lambda: not heard.shown[-1].is_free)
+    assert np.array_equal(heard.shown[-1].here.frame.pixels, before)
+    assert heard.shown[-1].here.is_recorded is True
+
+
+def test_two_sessions_are_tied_by_landmarks_or_by_time(
+    begun: Begun, slow: Path, fast: Path
+) -> None:
+    worker, heard = begun(slow, fast)
+    for by_landmarks, other_s in ((True, 0.2), (False, 0.4)):
+        worker.align_by(landmarks=by_landmarks)
+        shown = shown_at(worker, heard, 0.4)
+        assert shown.there is not None
+        assert shown.there.sample.time_s == pytest.approx(other_s, abs=EVERY_S)
+
+
+@pytest.mark.slow
+def test_the_other_sessions_figures_stand_beside(
+    begun: Begun, slow: Path, fast: Path
+) -> None:
+    worker, heard = begun(slow, fast)
+    shown_at(worker, heard, 0.0)
+    heard.until(lambda: heard.measured or heard.unmeasured)
+    assert heard.measured is not None, heard.unmeasured
+    marks, rows = heard.measured
+    assert any(mark.kind is MarkKind.TOOL for mark in marks)
+    own, other = next(r[1:] for r in rows if r[0] == "scope: task time")
+    assert (own, other) == ("2 s", "1 s")
+
+
+def test_notes_are_written_and_removed(begun: Begun, slow: Path) -> None:
+    worker, heard = begun()
+    shown_at(worker, heard, 0.0)
+    worker.note(1.25, "Hold still here")
+    heard.until(lambda: heard.notes)
+    assert read_notes(slow) == heard.notes[-1] == (Note(1.25, "Hold still here"),)
+    worker.remove_note(2)
+    heard.until(lambda: heard.told)
+    assert "no number 2" in heard.told[-1]
+    worker.remove_note(1)
+    heard.until(lambda: len(heard.notes) == 2)
+    assert read_notes(slow) == ()
+
+
+def test_what_is_no_session_is_refused_in_a_sentence(
+    begun: Begun, tmp_path: Path
+) -> None:
+    _, heard = begun(tmp_path)
+    heard.until(lambda: heard.failed)
+    ((error, lacks_case),) = heard.failed
+    assert "is not a session" in str(error)
+    assert not lacks_case
