@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -236,7 +235,7 @@ def _sample_records(recording: Recording) -> list[SampleRecord]:
 
 
 def _scenario(info: SessionInfo) -> Scenario:
-    return msgspec.json.decode(info.scenario, type=Scenario)
+    return info.exercise()
 
 
 def _measured(

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 
-import msgspec
-
 from disk import UserError
 from paravol.patient import (
     PatientScene,
@@ -18,7 +16,7 @@ from paravol.patient import (
 )
 from paravol.session_setup import reopen_session
 from renderers.scene import Change
-from scenarios import Sample, Scenario, Score
+from scenarios import Sample, Score
 from scenarios.bundle import FrameRecord, Recording, SampleRecord, read_recording
 from scenarios.session import SessionState
 
@@ -86,7 +84,7 @@ class SessionTimeline:
                 if place is not None:
                     self._frames.append((self._times[place], record))
         if patient is None:
-            scenario = msgspec.json.decode(info.scenario, type=Scenario)
+            scenario = info.exercise()
             patient = load_patient(scenario, progress)
         self.patient, self.session = reopen_session(self._folder, info, patient, size)
         self.steps = 0

@@ -159,7 +159,7 @@ def entry_of_session(
         raise UserError(
             f"The assessment is of {assessment.session}, not of {name}; score this one."
         )
-    scenario = msgspec.json.decode(recording.info.scenario, type=Scenario)
+    scenario = recording.info.exercise()
     score = _score(folder)
     tasks = [] if score is None else score.tasks
     values = [

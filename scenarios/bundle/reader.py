@@ -119,6 +119,11 @@ def read_recording(folder: Path) -> Recording:
             f"({error.strerror})."
         ) from error
     info = decode_json(raw, SessionInfo, folder / "session.json", "a session")
+    if len(info.world_from_device) != 16:
+        raise UserError(
+            f"{folder / 'session.json'}: world_from_device has 16 numbers, got "
+            f"{len(info.world_from_device)}; the file was changed."
+        )
     stream = read_stream(folder / "stream.mcap")
     return Recording(
         info, stream.records, stream.complete, stream.damages, stream.places
