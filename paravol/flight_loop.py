@@ -369,7 +369,8 @@ class _Punctual:
     """
 
     def __init__(self) -> None:
-        self._each_s = 0.0
+        # until that is known; what waits before the first picture is of no use
+        self._each_s = STEPPING_S / 5
         self._buttons = 0
 
     def __call__(self, source: OrderedPoses) -> Iterator[Pose]:
