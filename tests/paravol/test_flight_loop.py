@@ -109,6 +109,7 @@ class Still:
 
     operation: Any = None
     tasks: Any = None
+    clock_s = 0.0
 
     def step(self, sample: Sample) -> None:
         pass
