@@ -4,6 +4,7 @@ import io
 import math
 import threading
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from devices import DeviceError
@@ -33,8 +34,14 @@ class FlightWatcher(FlightObserver):
     distances measured by who asks for them, once for all who do.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        begun: "Callable[[FlightWatcher], object] | None" = None,
+    ) -> None:
+        """Prepare to hear of a flight; begun: called once, when there is one."""
         self.scenario = scenario
+        self._begun = begun
         self._changed = threading.Condition()
         self._version = 0
         self._event: FrameEvent | None = None
@@ -163,6 +170,9 @@ class FlightWatcher(FlightObserver):
         return told
 
     def _tell(self, **news: object) -> None:
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            begun(self)
         with self._changed:
             for name, value in news.items():
                 setattr(self, name, value)

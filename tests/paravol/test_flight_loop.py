@@ -112,7 +112,7 @@ class Still:
     clock_s = 0.0
 
     def step(self, sample: Sample) -> None:
-        pass
+        self.clock_s = sample.time_s / 2
 
     def take_task_events(self) -> list[Any]:
         return []
@@ -239,6 +239,7 @@ def test_every_frame_is_recorded_and_told_once_in_order() -> None:
         # whatever was measured while the frame was in the making
         assert samples[record.sample].time_s == shown.sample.time_s
         assert record.clearance_mm == shown.sample.time_s
+        assert shown.clock_s == shown.sample.time_s / 2
     assert sum(timing.frame_ms) / 1e3 == pytest.approx(timing.wall_s)
     assert all(age >= 2.0 for age in timing.pose_age_ms)
 
