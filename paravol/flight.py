@@ -219,6 +219,7 @@ class Flight:
     roll: turns the light post by hand, camera_head the camera. scopes: those that may
     be put in. hand: holds the instruments. recording: where
     the flight is recorded.
+    head: as before anybody operated; None until it is there.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
     """
@@ -235,6 +236,7 @@ class Flight:
             self.camera_head, scope.endoscope(), order.scenario.tools
         )
         self.recording = Recording(order)
+        self.head: PatientScene | None = None
         self.path = order.path
         self.result: FlightEnd | None = None
         self._observer = observer
@@ -278,6 +280,7 @@ class Flight:
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
         check_for_head(scenario, before)
+        self.head = before
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
         order.input.operated(operation.patient)

@@ -3,8 +3,9 @@
 import math
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
@@ -15,23 +16,29 @@ from disk import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from app.window.desk import DeskOrder
     from paravol.flight import FlightEnd, FlightObserver
-    from paravol.inputs.flight_input import FlightInput
     from paravol.training_setup import TrainingSetup
     from scenarios import Scenario
 
 SIZES = (64, 2048)
 """Smallest and largest picture, pixels."""
 
+TRIAL = "first_flight"
+"""Exercise by which devices are tried that were typed, when none is named."""
+
+KEPT = "Kept in paravol progress; --no-store leaves a session out."
+
 EDGE_SAMPLES = 8
 """For smooth edges, where a graphics card draws them."""
 
 
 def run_train(options: TrainOptions) -> int:
-    """Open the window, fly until it is closed and print the result.
+    """Open the window, let fly until it is closed and print the results.
 
-    Raises ValueError for bad input, UserError where no window can open, the device's
-    error when the arm fails, KeyboardInterrupt after Ctrl-C.
+    Without a scenario or a case it opens at the home page. Raises ValueError for bad
+    input, UserError where no window can open, the device's error when the arm fails in
+    a flight that was named, KeyboardInterrupt after Ctrl-C.
     """
     _check(options)
     with ExitStack() as stack:
@@ -58,7 +65,8 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
     if options.case is not None:
         order = setup.order_for_case(options.case)
     else:
-        order = setup.order(options.scenario)
+        # without a name a trial: what was typed wrongly is told before a window opens
+        order = setup.order(options.scenario or TRIAL)
     demand_port(options.device)
     graphics = probe_window()
     if not graphics.works:
@@ -68,22 +76,17 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QApplication
 
-    from app.window.flight.flight_page import FlightPage
-    from app.window.flight.flight_thread import FlightThread
+    from app.window.desk import Desk
     from app.window.main_window import MainWindow
 
     application = QApplication(["paravol"])
-    thread = FlightThread(order, has_sound=options.sound == "on", volume=options.volume)
     window = MainWindow(options.screenshot)
-    page = FlightPage(thread, edge_samples=0 if graphics.is_software else EDGE_SAMPLES)
-    page.left.connect(window.shut)
-    page.full_screen_wanted.connect(window.full_screen.switch)
-    seconds = options.seconds
-    if seconds is not None:
-        page.first_shown.connect(
-            lambda: QTimer.singleShot(round(seconds * 1e3), window.shut)
-        )
+    desk = Desk(window, _desk_order(options, setup, graphics.is_software))
     interrupted = False
+
+    def shut_later() -> None:
+        if options.seconds is not None:
+            QTimer.singleShot(round(options.seconds * 1e3), window.shut)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal interrupted
@@ -91,25 +94,55 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
         window.shut()
 
     with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
-        window.show_page(page)
         window.show()
-        thread.start()
+        if options.case is not None:
+            desk.first_shown.connect(shut_later)
+            desk.take_off(order, partial(desk.fly_case, options.case))
+        elif options.scenario is not None:
+            desk.first_shown.connect(shut_later)
+            desk.take_off(order, partial(desk.fly, options.scenario))
+        else:
+            desk.open_home()
+            shut_later()
         application.exec()
+    desk.close()
     window.release()
-    if thread.flight.result is not None:
-        _tell(order.scenario.title, thread.flight.result, order.input)
-        if not options.no_store:
-            keep_session(
-                thread.flight.result.record,
-                options.trainee,
-                has_head=bool(order.scenario.marks.metrics),
-            )
-    errors += [thread.error] if thread.error is not None else []
+    for flown in desk.flown:
+        if flown.end is not None:
+            _tell(flown.scenario.title, flown.end, flown.last_lines)
+            if flown.is_kept:
+                print(KEPT)
+            elif not options.no_store:
+                keep_session(
+                    flown.end.record,
+                    flown.trainee,
+                    has_head=bool(flown.scenario.marks.metrics),
+                )
+    errors += [desk.error] if desk.error is not None else []
     if errors:
         raise errors[0]
     if interrupted:
         raise KeyboardInterrupt
     return 0
+
+
+def _desk_order(
+    options: TrainOptions, setup: "TrainingSetup", is_software: bool
+) -> "DeskOrder":
+    from app.window.desk import DeskOrder
+
+    is_named = options.scenario is not None or options.case is not None
+    named = (options.input, options.device, options.haptics_fault)
+    return DeskOrder(
+        setup,
+        # at home whoever was there last is offered; a flight that is named has nobody
+        trainee=options.trainee if is_named else options.trainee or None,
+        has_store=not options.no_store,
+        has_sound=options.sound == "on",
+        volume=options.volume,
+        edge_samples=0 if is_software else EDGE_SAMPLES,
+        has_typed_devices=any(named) or options.haptics != "none",
+    )
 
 
 def training_setup(
@@ -144,12 +177,12 @@ def training_setup(
     )
 
 
-def _tell(title: str, end: "FlightEnd", flown: "FlightInput") -> None:
+def _tell(title: str, end: "FlightEnd", last_lines: Sequence[str]) -> None:
     """Print a flight's result: a window takes it along when it closes."""
     from app.cli.terminal import print_table
 
     print_table(title, end.rows())
-    print("\n".join([*end.lines(), *flown.last_lines()]))
+    print("\n".join([*end.lines(), *last_lines]))
 
 
 def keep_session(
@@ -182,7 +215,7 @@ def keep_session(
         return
     if kept.told:
         print(kept.told, file=sys.stderr)
-    print("Kept in paravol progress; --no-store leaves a session out.")
+    print(KEPT)
     if found.scenario is not None and found.scenario.tasks:
         for mark in pass_marks(found.scenario, entry.tasks, found.metrics):
             if not mark.is_met:
@@ -209,6 +242,11 @@ def _check(options: TrainOptions) -> None:
             raise UserError(f"--screenshot must name a .png file, got {screenshot}.")
         if not screenshot.absolute().parent.is_dir():
             raise UserError(f"There is no folder {screenshot.absolute().parent}.")
+    if record is not None and options.scenario is None and options.case is None:
+        raise UserError(
+            f"--record {record} names one flight: say which by --scenario or --case. "
+            "What is flown from the home page is recorded without being asked."
+        )
     # Checked now, not after the arm was registered.
     if (
         record is not None

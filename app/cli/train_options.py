@@ -55,7 +55,7 @@ class TrainOptions:
         Leave the session out of paravol progress.
     """
 
-    scenario: ScenarioName = "first_flight"
+    scenario: ScenarioName | None = None
     case: Path | None = None
     device: str | None = None
     input: str | None = None

@@ -44,6 +44,11 @@ class MainWindow(QMainWindow):
         """Return the page that is shown."""
         return self._page
 
+    @property
+    def scale(self) -> float:
+        """Return the factor on every font and length."""
+        return self._scale
+
     def show_page(self, page: Page) -> None:
         """Show a page; the one before is released."""
         before, self._page = self._page, page

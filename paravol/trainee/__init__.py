@@ -1,9 +1,10 @@
 """What a trainee comes back to: exercises and results, cases, devices, choices."""
 
 from paravol.trainee.cases import KnownCase, add_case, case_at, known_cases
+from paravol.trainee.choices import ChoiceFile, Choices
 from paravol.trainee.exercises import Exercise, Ladder, ladder_of, learns
 from paravol.trainee.found_devices import FoundDevice, find_devices
-from paravol.trainee.preferences import PreferenceFile, Preferences
+from paravol.trainee.record import TraineeRecord, record_of
 from paravol.trainee.session_result import (
     ResultOrder,
     SessionResult,
@@ -11,19 +12,21 @@ from paravol.trainee.session_result import (
 )
 
 __all__ = [
+    "ChoiceFile",
+    "Choices",
     "Exercise",
     "FoundDevice",
     "KnownCase",
     "Ladder",
-    "PreferenceFile",
-    "Preferences",
     "ResultOrder",
     "SessionResult",
+    "TraineeRecord",
     "add_case",
     "case_at",
     "find_devices",
     "known_cases",
     "ladder_of",
     "learns",
+    "record_of",
     "result_of_session",
 ]

@@ -8,6 +8,7 @@ from paravol.progress.session_entry import PERCENT
 from scenarios import Scenario, load_scenario
 from scenarios.ladder import Door, Rung, rungs
 from scenarios.scenario import CURRICULUM, Level, bundled_scenarios
+from scenarios.tasks import Status
 from scenarios.tasks.task import (
     Follow,
     Hold,
@@ -59,8 +60,12 @@ class Exercise:
 
     @property
     def best_percent(self) -> float | None:
-        """Return the most points of all attempts, in percent; None without any."""
-        found = [p for p in map(percent_of, self.attempts) if p is not None]
+        """Return the most points, in percent, of attempts that were not failed.
+
+        None without any: who leaves at once hurts nothing, and has most of the points.
+        """
+        valid = [entry for entry in self.attempts if entry.has_passed is not False]
+        found = [p for p in map(percent_of, valid) if p is not None]
         return max(found, default=None)
 
     @property
@@ -107,6 +112,17 @@ def percent_of(entry: SessionEntry) -> float | None:
     """Return an attempt's points in percent; None where it has none."""
     value = entry.value(PERCENT)
     return None if value is None else value.value
+
+
+def attempt_text(entry: SessionEntry) -> str:
+    """Return how an attempt ended, in a word: tasks done, or points when it passed."""
+    percent = percent_of(entry)
+    points = "" if percent is None else f"{percent:.0f}"
+    if entry.has_passed is False and entry.tasks:
+        done = sum(status == Status.DONE for status in entry.tasks.values())
+        return f"✗ {done}/{len(entry.tasks)}"
+    marks = {True: "✓ ", False: "✗ ", None: ""}
+    return f"{marks[entry.has_passed]}{points}".strip()
 
 
 def ladder_of(sessions: Iterable[SessionEntry]) -> Ladder:

@@ -31,9 +31,6 @@ OVERVIEW_SHARE = 0.15
 INJURY_S = 5.0
 """So long an injury rings the picture."""
 
-STOP_PATIENCE_S = 5.0
-"""The flight looks ten times a second whether the page is left."""
-
 ROLL_STEP_DEG = 5.0
 ASKED = "End this flight?"
 FROZEN = "Frozen"
@@ -196,9 +193,12 @@ class FlightPage(Page):
             self._draw_overview()
 
     def release(self) -> None:
-        """End the flight and free the overview's graphics memory."""
+        """End the flight and free the overview's graphics memory.
+
+        It is not waited for: whoever started its thread does so.
+        """
         self._timer.stop()
-        self._thread.stop(STOP_PATIENCE_S)
+        self._flight.cancel()
         self._overview.release()
 
     def _keep_moment(self) -> None:

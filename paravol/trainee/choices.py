@@ -9,11 +9,11 @@ from disk import UserError
 from disk.typed_record import decode_json
 from scenarios.bundle import write_json
 
-NAME = "window.json"
+NAME = "trainee.json"
 
 
-class Preferences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold what was chosen the last time.
+class Choices(msgspec.Struct, frozen=True):
+    """Hold what was chosen the last time; what another version kept is left out.
 
     trainee: made-up name, "" for none. device: words of a `FoundDevice`. exercise: name
     of what was flown last. cases: folders, the newest first. tours: names of the tours
@@ -27,8 +27,8 @@ class Preferences(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tours: tuple[str, ...] = ()
 
 
-class PreferenceFile:
-    """Read and write the preferences; what goes wrong is told and ends nothing.
+class ChoiceFile:
+    """Read and write the choices; what goes wrong is told and ends nothing.
 
     told: what the user must know, "" for nothing.
     """
@@ -41,21 +41,21 @@ class PreferenceFile:
         self.file = file
         self.told = ""
 
-    def load(self) -> Preferences:
+    def load(self) -> Choices:
         """Return what is remembered; the usual where there is nothing to be read."""
         try:
             return decode_json(
-                self.file.read_bytes(), Preferences, self.file, "a window's memory"
+                self.file.read_bytes(), Choices, self.file, "earlier choices"
             )
         except FileNotFoundError:
-            return Preferences()
+            return Choices()
         except (UserError, OSError) as error:
             self.told = f"Your earlier choices are forgotten: {error}"
-            return Preferences()
+            return Choices()
 
-    def save(self, preferences: Preferences) -> None:
+    def save(self, choices: Choices) -> None:
         """Write them, whole or not at all."""
         try:
-            write_json(self.file, preferences)
+            write_json(self.file, choices)
         except OSError as error:
             self.told = f"Your choices cannot be remembered: {error}"

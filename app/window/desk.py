@@ -1,0 +1,471 @@
+"""The way through the window: home, a flight, its result, and on from there."""
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+from PySide6.QtCore import QObject, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+
+from app.window.background_work import BackgroundWork, words_for
+from app.window.flight.flight_page import FlightPage
+from app.window.flight.flight_thread import FlightThread
+from app.window.flight.flight_tour import flight_stops
+from app.window.home.home_page import HomePage
+from app.window.main_window import MainWindow
+from app.window.page import Page
+from app.window.result.result_page import ResultPage, WhatNext
+from app.window.tour import Tour
+from disk import UserError
+from paravol.flight import FlightEnd, FlightOrder
+from paravol.inputs.open_arm import demand_port
+from paravol.patient import Progress
+from paravol.trainee import (
+    ChoiceFile,
+    Exercise,
+    FoundDevice,
+    KnownCase,
+    ResultOrder,
+    SessionResult,
+    TraineeRecord,
+    add_case,
+    find_devices,
+    known_cases,
+    record_of,
+    result_of_session,
+)
+from paravol.trainee.found_devices import EMULATOR, MOUSE
+from paravol.training_setup import TrainingSetup
+from scenarios import Scenario
+from scenarios.ladder import Door
+
+STOP_PATIENCE_S = 5.0
+"""The flight looks ten times a second whether it is left."""
+
+HOME_TOUR, FLIGHT_TOUR = "home", "flight"
+DEBRIEF = "debrief.html"
+AS_TYPED = "as typed"
+"""Words of the devices that the command line named."""
+
+_P = TypeVar("_P", bound=Page)
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class DeskOrder:
+    """Say how one trains at this window.
+
+    trainee: made-up name; None for the one of the last time. has_store: sessions enter
+    the progress store. store: its file, None for the user's; choices: the file of what
+    is remembered. edge_samples: see `FlightPage`. has_typed_devices: the setup's
+    devices were typed, and are offered beside those found.
+    """
+
+    setup: TrainingSetup
+    trainee: str | None = None
+    has_store: bool = True
+    store: Path | None = None
+    choices: Path | None = None
+    has_sound: bool = False
+    volume: float = 1.0
+    edge_samples: int = 0
+    has_typed_devices: bool = False
+
+
+@dataclass(slots=True)
+class Flown:
+    """Hold one flight of this window, for what is told when it closes.
+
+    trainee: who flew. end: how it ended, None where nothing was flown. last_lines: of
+    the input. is_kept: it is in the progress store. thread: None once it was left.
+    """
+
+    scenario: Scenario
+    trainee: str
+    thread: FlightThread | None
+    end: FlightEnd | None = None
+    last_lines: Sequence[str] = ()
+    is_kept: bool = False
+
+    def take_end(self, thread: FlightThread) -> FlightEnd | None:
+        """Take over how the flight ended, and return it."""
+        self.end = thread.flight.result
+        self.last_lines = thread.flight.order.input.last_lines()
+        return self.end
+
+
+@dataclass(slots=True)
+class _Known:
+    """Hold what was read for the home page."""
+
+    record: TraineeRecord | None = None
+    cases: list[KnownCase] = field(default_factory=list)
+
+
+class Desk(QObject):
+    """Own the window's pages, and what they have in common.
+
+    flown: flights, in order. error: of a flight without a home page to tell it on.
+    """
+
+    first_shown = Signal()
+    """A flight's first picture is there."""
+
+    def __init__(self, window: MainWindow, order: DeskOrder) -> None:
+        super().__init__()
+        self.flown: list[Flown] = []
+        self.error: Exception | None = None
+        self._window = window
+        self._order = order
+        self._setup = order.setup
+        self._file = ChoiceFile(order.choices)
+        self._choices = self._file.load()
+        self._trainee = (
+            self._choices.trainee if order.trainee is None else order.trainee
+        )
+        self._has_home = False
+        self._known = _Known()
+        self._devices = [MOUSE, EMULATOR]
+        self._device = MOUSE.words
+        if order.has_typed_devices:
+            self._devices.insert(0, _typed(order.setup))
+            self._device = AS_TYPED
+        self._has_found = False
+        self._again: Callable[[], None] | None = None
+        self._works: set[BackgroundWork] = set()
+        self._endings: list[threading.Thread] = []
+
+    # Home
+
+    def open_home(self, problem: str = "") -> None:
+        """Show the home page; problem: what is to be told there."""
+        self._has_home = True
+        page = HomePage()
+        page.left.connect(self._window.shut)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        page.exercise_wanted.connect(self.fly)
+        page.case_wanted.connect(self.fly_case)
+        page.bar.trainee_chosen.connect(self._take_trainee)
+        page.bar.device_chosen.connect(self._take_device)
+        page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
+        page.bar.show_devices(self._devices, self._device, is_all=self._has_found)
+        page.bar.show_trainees([], self._trainee)
+        self._window.show_page(page)
+        self._leave_flights()
+        page.say(problem or self._file.told)
+        if self._known.record is not None:
+            self._fill_home(self._known)
+        self._read_record()
+        if not self._has_found:
+            self._do(lambda _: find_devices(), self._take_found)
+
+    def _read_record(self) -> None:
+        trainee, store, cases = self._trainee, self._order.store, self._choices.cases
+        self._do(
+            lambda _: _Known(record_of(trainee, store), known_cases(cases)),
+            self._fill_home,
+        )
+
+    def _fill_home(self, known: _Known) -> None:
+        page, record = self._page(HomePage), known.record
+        if record is None or record.trainee != self._trainee:
+            return
+        is_first = self._known.record is None
+        self._known = known
+        if page is None:
+            return
+        if record.told:
+            page.say(record.told)
+        page.bar.show_trainees(record.trainees, self._trainee)
+        page.show_ladder(record.ladder, known.cases, self._choices.exercise)
+        if is_first and HOME_TOUR not in self._choices.tours:
+            page.start_tour()
+
+    def _take_trainee(self, name: str) -> None:
+        self._trainee = name
+        self._remember(trainee=name)
+        self._read_record()
+
+    def _take_found(self, found: list[FoundDevice]) -> None:
+        self._has_found = True
+        typed = [d for d in self._devices if d.words == AS_TYPED]
+        self._devices = [*typed, *found]
+        words = [device.words for device in found if not device.problem]
+        if not typed and self._choices.device in words:
+            self._choose(next(d for d in found if d.words == self._choices.device))
+        if (page := self._page(HomePage)) is not None:
+            page.bar.show_devices(self._devices, self._device, is_all=True)
+
+    def _take_device(self, device: FoundDevice) -> None:
+        self._choose(device)
+        self._remember(device=device.words)
+        if (page := self._page(HomePage)) is not None:
+            page.say(device.problem)
+
+    def _choose(self, device: FoundDevice) -> None:
+        self._device = device.words
+        typed = self._order.setup
+        if device.words == AS_TYPED:
+            self._setup = typed
+        else:
+            self._setup = replace(typed, devices=device.chosen(typed.devices))
+
+    # A flight
+
+    def fly(self, exercise: str) -> None:
+        """Prepare an exercise and fly it; one that is locked is told on home."""
+        record = self._known.record
+        known = None if record is None else record.ladder.find(exercise)
+        if known is not None and known.door is Door.LOCKED:
+            waits = ", ".join(known.waits)
+            self._tell(f"{known.scenario.title} is locked: first pass {waits}.")
+            return
+
+        def take_off(order: FlightOrder) -> None:
+            self._remember(exercise=exercise)
+            self.take_off(order, partial(self.fly, exercise))
+
+        self._prepare(lambda: self._setup.order(exercise), take_off)
+
+    def fly_case(self, folder: Path) -> None:
+        """Prepare a flight through a case and fly it."""
+
+        def take_off(order: FlightOrder) -> None:
+            self._remember(cases=add_case(self._choices.cases, folder))
+            self.take_off(order, partial(self.fly_case, folder))
+
+        self._prepare(lambda: self._setup.order_for_case(folder), take_off)
+
+    def take_off(self, order: FlightOrder, again: Callable[[], None]) -> None:
+        """Show the page of a flight and begin; again: begins the same once more."""
+        self._again = again
+        thread = FlightThread(
+            order, has_sound=self._order.has_sound, volume=self._order.volume
+        )
+        page = FlightPage(thread, edge_samples=self._order.edge_samples)
+        flown = Flown(order.scenario, self._trainee, thread)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        page.left.connect(partial(self._on_left, flown, thread))
+        page.first_shown.connect(partial(self._on_first_shown, page, thread))
+        thread.landed.connect(partial(self._on_landed, flown, thread))
+        thread.finished.connect(partial(self._on_finished, flown, thread))
+        self._window.show_page(page)
+        self._leave_flights()
+        self.flown.append(flown)
+        thread.start()
+
+    def _prepare(
+        self, order: Callable[[], FlightOrder], take_off: Callable[[FlightOrder], None]
+    ) -> None:
+        """Make an order beside the window: it opens files and devices."""
+        page, port = self._window.page, self._setup.devices.port
+        if isinstance(page, HomePage | ResultPage):
+            page.say("")
+            page.show_stage("Preparing")
+
+        def work(progress: Progress) -> FlightOrder:
+            demand_port(port)
+            return order()
+
+        def go(made: FlightOrder) -> None:
+            # who went elsewhere meanwhile does not want to fly any more
+            if self._window.page is page:
+                take_off(made)
+
+        self._do(work, go)
+
+    def _tell(self, problem: str) -> None:
+        """Say on the home page what went wrong."""
+        page = self._page(HomePage)
+        if page is None:
+            self.open_home(problem)
+        else:
+            page.show_stage("")
+            page.say(problem)
+
+    def _on_first_shown(self, page: FlightPage, thread: FlightThread) -> None:
+        self.first_shown.emit()
+        if not self._has_home or FLIGHT_TOUR in self._choices.tours:
+            return
+        hand = thread.flight.hand
+        hand.freeze(True)
+        tour = Tour(page, flight_stops(page), self._window.scale)
+
+        def end() -> None:
+            hand.freeze(False)
+            page.setFocus()
+            self._note_tour(FLIGHT_TOUR)
+
+        tour.ended.connect(end)
+
+    def _on_left(self, flown: Flown, thread: FlightThread) -> None:
+        """Go where whoever left a flight before its end wants to go."""
+        error, end = thread.error, flown.take_end(thread)
+        if error is not None and end is not None:
+            self._show_result(flown, thread, words_for(error))
+        elif self._has_home:
+            self.open_home("" if error is None else words_for(error))
+        else:
+            self._window.shut()
+
+    def _on_landed(self, flown: Flown, thread: FlightThread) -> None:
+        flown.take_end(thread)
+        if flown is self.flown[-1] and self._page(FlightPage) is not None:
+            self._show_result(flown, thread)
+
+    def _on_finished(self, flown: Flown, thread: FlightThread) -> None:
+        """Leave a flight that ended before anything was flown."""
+        is_shown = flown is self.flown[-1] and self._page(FlightPage) is not None
+        if is_shown and thread.flight.result is None and thread.error is None:
+            self._on_left(flown, thread)
+
+    # Its result
+
+    def _show_result(
+        self, flown: Flown, thread: FlightThread, problem: str = ""
+    ) -> None:
+        assert flown.end is not None
+        scenario, head = thread.flight.order.scenario, thread.flight.head
+        page = ResultPage(scenario, flown.end, problem)
+        page.left.connect(self._window.shut)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        page.home_wanted.connect(self.open_home)
+        page.next_wanted.connect(self.fly)
+        page.again_wanted.connect(self._fly_again)
+        page.debrief_wanted.connect(partial(self._write_debrief, page))
+        self._window.show_page(page)
+        if flown.end.record is None:
+            return
+        order = ResultOrder(
+            flown.end.record,
+            flown.trainee,
+            has_store=self._order.has_store,
+            store=self._order.store,
+            patient=head,
+        )
+
+        def work(progress: Progress) -> tuple[SessionResult, TraineeRecord]:
+            result = result_of_session(order, progress)
+            return result, record_of(order.trainee, order.store)
+
+        def show(found: tuple[SessionResult, TraineeRecord]) -> None:
+            result, record = found
+            flown.is_kept = result.is_kept
+            self._known = _Known(record, self._known.cases)
+            if self._window.page is page:
+                page.show_result(result)
+                page.show_next(what_next(record, scenario.name))
+
+        def fail(text: str) -> None:
+            if self._window.page is page:
+                page.show_stage("")
+                page.say(f"The flight cannot be scored: {text}")
+
+        self._do(work, show, fail).staged.connect(page.show_stage)
+
+    def _fly_again(self) -> None:
+        assert self._again is not None
+        self._again()
+
+    def _write_debrief(self, page: ResultPage, record: Path) -> None:
+        """Write the debrief beside the recording and open it in the browser."""
+        page.debrief.setEnabled(False)
+        threads = self._setup.threads
+        file = record / DEBRIEF
+
+        def work(progress: Progress) -> Path:
+            # a process of its own: drawing its pictures would halt the window
+            command = [sys.executable, "-m", "app", "debrief", str(record)]
+            command += ["--out", str(file), "--threads", str(threads)]
+            done = subprocess.run(command, capture_output=True, text=True)
+            if done.returncode:
+                told = done.stderr.strip().splitlines() or ["it ended without a word"]
+                raise UserError(told[-1].removeprefix("paravol: "))
+            return file
+
+        def end(problem: str = "") -> None:
+            if self._window.page is page:
+                page.show_stage("")
+                page.debrief.setEnabled(True)
+                page.say(problem)
+
+        def show(file: Path) -> None:
+            opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(file)))
+            end("" if opened else f"No browser could be opened; look at {file}.")
+
+        def fail(text: str) -> None:
+            end(f"The debrief cannot be written: {text}")
+
+        page.show_stage("Writing the debrief")
+        self._do(work, show, fail)
+
+    # Closing, and what all of it needs
+
+    def close(self) -> None:
+        """End what is under way; a flight's recording gets its end."""
+        for flown in self.flown:
+            if flown.thread is not None:
+                flown.thread.stop(STOP_PATIENCE_S)
+                flown.take_end(flown.thread)
+                self.error = flown.thread.error
+        for ending in self._endings:
+            ending.join(STOP_PATIENCE_S)
+
+    def _leave_flights(self) -> None:
+        """Let go of earlier flights beside the window: what they still draw ends."""
+        for flown in self.flown:
+            if flown.thread is not None:
+                stop = partial(flown.thread.stop, STOP_PATIENCE_S)
+                flown.thread = None
+                ending = threading.Thread(target=stop, name="flight end", daemon=True)
+                ending.start()
+                self._endings.append(ending)
+
+    def _note_tour(self, name: str) -> None:
+        if name not in self._choices.tours:
+            self._remember(tours=(*self._choices.tours, name))
+
+    def _remember(self, **changed: object) -> None:
+        self._choices = msgspec.structs.replace(self._choices, **changed)
+        self._file.save(self._choices)
+
+    def _page(self, kind: type[_P]) -> _P | None:
+        page = self._window.page
+        return page if isinstance(page, kind) else None
+
+    def _do(
+        self,
+        work: Callable[[Progress], _T],
+        done: Callable[[_T], None],
+        failed: Callable[[str], None] | None = None,
+    ) -> BackgroundWork:
+        """Do something beside the window; what becomes of it is told here."""
+        begun = BackgroundWork(work)
+        self._works.add(begun)
+        begun.done.connect(done)
+        begun.failed.connect(failed or self._tell)
+        for ended in (begun.done, begun.failed):
+            ended.connect(lambda _: self._works.discard(begun))
+        return begun.start()
+
+
+def what_next(record: TraineeRecord, name: str) -> WhatNext:
+    """Return how an exercise stands now, and which other one is worth doing next."""
+    ladder = record.ladder
+    following: Exercise | None = ladder.worth_doing(name)
+    if following is not None and following.name == name:
+        found = (e for e in ladder.exercises if e.door is Door.OPEN and e.name != name)
+        following = next(found, None)
+    return WhatNext(ladder.find(name), following)
+
+
+def _typed(setup: TrainingSetup) -> FoundDevice:
+    devices = setup.devices
+    named = devices.scope or devices.port or devices.haptics
+    return FoundDevice(AS_TYPED, f"{named} (as started)")

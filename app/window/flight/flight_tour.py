@@ -1,0 +1,39 @@
+"""The tour of a flight's page: what it shows, and which keys there are."""
+
+from PySide6.QtWidgets import QWidget
+
+from app.window.flight.keys import KeyHelp
+from app.window.panels.endoscope_panel import PictureView
+from app.window.panels.overview_panel import OverviewView
+from app.window.panels.task_panel import TaskPanel
+from app.window.tour import TourStop
+
+
+def flight_stops(page: QWidget) -> list[TourStop]:
+    """Return the cards for a flight's page, of the parts that it has."""
+    found = [
+        (
+            page.findChild(PictureView),
+            "What the scope sees",
+            "Drag on the picture to tilt the scope about the nostril; W and S, or the "
+            "wheel, move it in and out.",
+        ),
+        (
+            page.findChild(TaskPanel),
+            "What to do now",
+            "The open tasks, and how far they are. I shows a hint; P freezes the clock, "
+            "and nothing counts.",
+        ),
+        (
+            page.findChild(OverviewView),
+            "Where you are",
+            "The head from outside, with the scope in it. C opens the head.",
+        ),
+        (
+            page.findChild(KeyHelp),
+            "Keys",
+            "All keys stand here. Space keeps a moment; Q ends the flight and shows "
+            "what it was worth.",
+        ),
+    ]
+    return [TourStop(part, title, text) for part, title, text in found if part]

@@ -1,0 +1,1 @@
+"""The page at which the window opens: what to train next, and how one stands."""

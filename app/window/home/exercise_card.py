@@ -1,0 +1,123 @@
+"""What an exercise is about, what one learns, what one reached, and its start."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QFrame,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.window.home.exercise_list import ListEntry
+from paravol.trainee import Exercise, KnownCase, learns
+from paravol.trainee.exercises import attempt_text
+from scenarios.ladder import LAST_RUNS, Door
+
+HOW_PASSED = "Three passes in a row, or five of six, pass it."
+
+
+class ExerciseCard(QFrame):
+    """Tell of one line of the list; its button starts it."""
+
+    started = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("card")
+        self._labels = [QLabel() for _ in range(6)]
+        title, facts, about, learnt, waits, results = self._labels
+        title.setObjectName("heading")
+        about.setObjectName("body")
+        waits.setObjectName("alarm")
+        self._texts = QWidget()
+        self._texts.setObjectName("scrolled")
+        self._rows = QVBoxLayout(self._texts)
+        for label in (title, facts, about, waits, learnt, results):
+            label.setWordWrap(True)
+            label.setTextFormat(Qt.TextFormat.PlainText)
+            self._rows.addWidget(label)
+        self._rows.addStretch(1)
+        scrolled = QScrollArea()
+        scrolled.setWidget(self._texts)
+        scrolled.setWidgetResizable(True)
+        scrolled.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scrolled.viewport().setAutoFillBackground(False)
+        self.start = QPushButton("Start")
+        self.start.setObjectName("primary")
+        self.start.clicked.connect(self.started)
+        self._column = QVBoxLayout(self)
+        self._column.addWidget(scrolled, 1)
+        self._column.addWidget(self.start)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        margin = round(14 * scale)
+        self._column.setContentsMargins(margin, margin, margin, margin)
+        self._rows.setContentsMargins(0, 0, 0, 0)
+        self._rows.setSpacing(round(10 * scale))
+
+    def show_entry(self, entry: ListEntry) -> None:
+        """Tell of a line."""
+        if entry.exercise is not None:
+            self._show_exercise(entry.exercise)
+        elif entry.case is not None:
+            self._show_case(entry.case)
+        else:
+            self._fill(
+                "Open a case",
+                "",
+                "A folder that paravol import made of a CT scan, or paravol phantom of "
+                "a synthetic head.",
+            )
+            self._offer("Choose a folder…")
+
+    def _show_exercise(self, exercise: Exercise) -> None:
+        scenario = exercise.scenario
+        tasks = len(scenario.tasks)
+        facts = f"{scenario.level} · {scenario.scope.angle_deg:g}° scope"
+        if tasks:
+            facts += f" · {tasks} task{'s'[: tasks - 1]}"
+        waits = ""
+        if exercise.door is Door.LOCKED:
+            waits = f"Locked: first pass {_listed(exercise.waits)}."
+        learnt = "You learn to\n" + "\n".join(f"•  {w}" for w in learns(scenario))
+        about = scenario.about or "A guided flight; nothing must be done."
+        self._fill(scenario.title, facts, about, learnt, waits, _results_text(exercise))
+        self._offer("Start" if not waits else "Locked", is_open=not waits)
+
+    def _show_case(self, case: KnownCase) -> None:
+        self._fill(case.title, case.about, "A free flight through this head.")
+        where = str(case.folder)
+        self._labels[5].setText(where)
+        self._labels[5].setVisible(True)
+        self._offer("Start")
+
+    def _fill(self, *texts: str) -> None:
+        for label, text in zip(
+            self._labels, [*texts, *[""] * len(self._labels)], strict=False
+        ):
+            label.setText(text)
+            label.setVisible(bool(text))
+
+    def _offer(self, text: str, *, is_open: bool = True) -> None:
+        self.start.setText(text)
+        self.start.setEnabled(is_open)
+
+
+def _results_text(exercise: Exercise) -> str:
+    """Return the last attempts, the newest first, and what passes the exercise."""
+    lines = []
+    for attempt in reversed(exercise.attempts[-LAST_RUNS:]):
+        how = f"{attempt_text(attempt)}  in {attempt.duration_s:.0f} s"
+        lines.append(f"{attempt.begun[:10]}   {how}")
+    if not lines:
+        lines = ["Not flown yet."]
+    if exercise.rung is not None and exercise.door is not Door.PASSED:
+        lines.append(HOW_PASSED)
+    return "Your results (✓ points, or ✗ tasks done)\n" + "\n".join(lines)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if names[1:] else names[0]

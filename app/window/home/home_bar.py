@@ -1,0 +1,105 @@
+"""Who trains and with what, and the ways to other pages."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from disk import UserError
+from paravol.progress import demand_name
+from paravol.trainee import FoundDevice
+
+NOBODY = "nobody in particular"
+SEARCHING = " (looking for more…)"
+
+
+class HomeBar(QWidget):
+    """Choose the trainee and the device."""
+
+    trainee_chosen = Signal(str)
+    """A made-up name, "" for none."""
+    device_chosen = Signal(object)
+    """A `FoundDevice`."""
+    refused = Signal(str)
+    """Why a name cannot be taken; "" when one was."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        brand = QLabel("PARAVOL")
+        brand.setObjectName("brand")
+        self.trainee = QComboBox()
+        self.trainee.setEditable(True)
+        self.trainee.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.trainee.setAccessibleName("Who trains: a made-up name, or nobody")
+        self.trainee.setToolTip("A name that you made up; none is needed.")
+        edit = self.trainee.lineEdit()
+        assert edit is not None
+        edit.setPlaceholderText(NOBODY)
+        edit.editingFinished.connect(self._on_name)
+        self.trainee.activated.connect(self._on_name)
+        self.device = QComboBox()
+        self.device.setAccessibleName("What moves the scope")
+        self.device.activated.connect(self._on_device)
+        self.recordings = QPushButton("Recordings")
+        self.settings = QPushButton("Settings")
+        self.tour = QPushButton("Tour (F1)")
+        self._name = ""
+        self._devices: list[FoundDevice] = []
+        self._row = QHBoxLayout(self)
+        self._row.addWidget(brand)
+        self._row.addStretch(1)
+        for text, chooser in (("Who", self.trainee), ("Steer with", self.device)):
+            label = QLabel(text)
+            label.setBuddy(chooser)
+            self._row.addWidget(label)
+            self._row.addWidget(chooser)
+        for button in (self.recordings, self.settings, self.tour):
+            self._row.addWidget(button)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(round(8 * scale))
+        self.trainee.setFixedWidth(round(170 * scale))
+        self.device.setFixedWidth(round(250 * scale))
+
+    def show_trainees(self, names: Sequence[str], chosen: str) -> None:
+        """Offer the names that are known."""
+        self._name = chosen
+        self.trainee.clear()
+        self.trainee.addItems(["", *names])
+        self.trainee.setItemData(0, NOBODY, Qt.ItemDataRole.ToolTipRole)
+        self.trainee.setEditText(chosen)
+
+    def show_devices(
+        self, devices: Sequence[FoundDevice], chosen: str, *, is_all: bool
+    ) -> None:
+        """Offer devices; chosen: words of one. is_all: no more are looked for."""
+        self._devices = list(devices)
+        self.device.clear()
+        for device in devices:
+            problem = " (not usable)" if device.problem else ""
+            self.device.addItem(device.title + problem)
+            place = self.device.count() - 1
+            told = device.problem or device.title
+            self.device.setItemData(place, told, Qt.ItemDataRole.ToolTipRole)
+        if not is_all:
+            self.device.setItemText(0, devices[0].title + SEARCHING)
+        words = [device.words for device in devices]
+        self.device.setCurrentIndex(words.index(chosen) if chosen in words else 0)
+
+    def _on_name(self) -> None:
+        name = self.trainee.currentText()
+        if name == self._name:
+            return
+        try:
+            self._name = demand_name(name)
+        except UserError as error:
+            self.trainee.setEditText(self._name)
+            self.refused.emit(str(error))
+            return
+        self.refused.emit("")
+        self.trainee_chosen.emit(self._name)
+
+    def _on_device(self, place: int) -> None:
+        self.device_chosen.emit(self._devices[place])

@@ -1,0 +1,219 @@
+"""The home page: the ladder, cases, who trains with what, and what to go on with."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+)
+
+from app.window.home.exercise_card import ExerciseCard
+from app.window.home.exercise_list import ExerciseList, ListEntry
+from app.window.home.home_bar import HomeBar
+from app.window.home.recovery_card import RecoveryCard
+from app.window.page import Page
+from app.window.page_style import page_sheet
+from app.window.tour import Tour, TourStop
+from paravol.trainee import FoundDevice, KnownCase, Ladder
+from paravol.trainee.exercises import short_title
+from scenarios.ladder import Door
+
+KEYS = "Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends"
+
+
+class HomePage(Page):
+    """Show what can be trained; whoever made it fills it and does what is wanted."""
+
+    exercise_wanted = Signal(str)
+    """An exercise, by name, shall be flown."""
+    case_wanted = Signal(Path)
+    """A case folder shall be flown through."""
+    recordings_wanted = Signal()
+    settings_wanted = Signal()
+    full_screen_wanted = Signal()
+    tour_ended = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("page")
+        self.title = "PARAVOL"
+        self._scale = 1.0
+        self._tour: Tour | None = None
+        self._next = ""
+        self.bar = HomeBar()
+        self.list = ExerciseList()
+        self.card = ExerciseCard()
+        self.recovery = RecoveryCard()
+        self.go_on = QPushButton()
+        self.go_on.setObjectName("primary")
+        self.problem = QLabel()
+        self.problem.setObjectName("problem")
+        self.problem.setWordWrap(True)
+        self.problem.setTextFormat(Qt.TextFormat.PlainText)
+        self.problem.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse
+        )
+        self._stage = QLabel()
+        self._share = QProgressBar()
+        self._share.setTextVisible(False)
+        self._lay_out()
+        self.say("")
+        self.show_stage("")
+        self.list.selected.connect(self.card.show_entry)
+        self.list.chosen.connect(self._fly)
+        self.card.started.connect(self._start_selected)
+        self.go_on.clicked.connect(self._go_on)
+        self.bar.recordings.clicked.connect(self.recordings_wanted)
+        self.bar.settings.clicked.connect(self.settings_wanted)
+        self.bar.tour.clicked.connect(self.start_tour)
+        self.bar.refused.connect(self.say)
+        for keys, does in (
+            ("F1", self.start_tour),
+            ("F11", self.full_screen_wanted.emit),
+            ("Ctrl+Q", self.left.emit),
+        ):
+            QShortcut(QKeySequence(keys), self).activated.connect(does)
+
+    def _lay_out(self) -> None:
+        self._middle = QHBoxLayout()
+        self._left = QVBoxLayout()
+        self._left.addWidget(self.go_on)
+        self._left.addWidget(self.list, 1)
+        self._middle.addLayout(self._left, 3)
+        self._middle.addWidget(self.card, 2)
+        foot = QHBoxLayout()
+        foot.addWidget(QLabel(KEYS), 1)
+        foot.addWidget(self._stage)
+        foot.addWidget(self._share)
+        self._rows = QVBoxLayout(self)
+        self._rows.addWidget(self.bar)
+        self._rows.addWidget(self.problem)
+        self._rows.addWidget(self.recovery)
+        self._rows.addLayout(self._middle, 1)
+        self._rows.addLayout(foot)
+
+    def set_scale(self, scale: float) -> None:
+        """Draw everything as large as the window has room for."""
+        self._scale = scale
+        self.setStyleSheet(page_sheet(scale))
+        margin, gap = round(16 * scale), round(10 * scale)
+        self._rows.setContentsMargins(margin, margin, margin, round(8 * scale))
+        for box in (self._rows, self._middle, self._left):
+            box.setSpacing(gap)
+        self._share.setFixedWidth(round(160 * scale))
+        self.bar.set_scale(scale)
+        self.card.set_scale(scale)
+        self.recovery.set_scale(scale)
+
+    def show_ladder(
+        self, ladder: Ladder, cases: Sequence[KnownCase], last: str = ""
+    ) -> None:
+        """Show how the trainee stands; last: name of what was flown last."""
+        following = ladder.worth_doing(last)
+        self._next = following.name
+        word = "Continue" if last else "Begin"
+        if following.door is Door.PASSED:
+            word = "Fly again"
+        self.go_on.setText(f"{word}: {short_title(following.scenario)}")
+        self.go_on.setAccessibleName(f"{word}: {following.scenario.title}")
+        self.list.show_all(ladder, list(cases), following.name)
+        if self.focusWidget() is None or self.focusWidget() is self:
+            self.go_on.setFocus()
+
+    def say(self, problem: str) -> None:
+        """Say what went wrong; "" takes it away."""
+        self.problem.setText(problem)
+        self.problem.setVisible(bool(problem))
+
+    def show_stage(self, stage: str, share: float = 0.0) -> None:
+        """Say what is being done, and how far it is; nothing starts meanwhile."""
+        is_busy = bool(stage)
+        self._stage.setText(stage)
+        self._share.setVisible(is_busy)
+        self._share.setRange(0, 100 if share > 0.0 else 0)
+        self._share.setValue(round(100 * share))
+        for part in (self.go_on, self.card, self.list):
+            part.setEnabled(not is_busy)
+
+    def choose_device(self, device: FoundDevice) -> None:
+        """Say what stands in the way of a device."""
+        self.say(device.problem)
+
+    def start_tour(self) -> None:
+        """Show what there is on this page."""
+        if self._tour is not None:
+            return
+        before = self.focusWidget()
+        stops = [
+            TourStop(
+                None,
+                "Welcome",
+                "Here you train endoscopic sinus surgery. This takes half a minute; "
+                "F1 shows it again.",
+            ),
+            TourStop(
+                self.go_on,
+                "Go on here",
+                "This starts what is worth doing next. Press Enter and you fly.",
+            ),
+            TourStop(
+                self.list,
+                "The ladder",
+                "Exercises from the first look to surgery. A locked one opens when "
+                f"those before are passed. {PASSING}",
+            ),
+            TourStop(
+                self.bar.device,
+                "Your hand",
+                "The mouse always works. An arm, a gamepad or a force device is found "
+                "when it is plugged in.",
+            ),
+            TourStop(
+                self.bar.trainee,
+                "Who trains",
+                "With a name that you made up, your results are kept apart from those "
+                "of others. None is needed.",
+            ),
+        ]
+        self._tour = Tour(self, stops, self._scale)
+
+        def end() -> None:
+            self._tour = None
+            (before or self.go_on).setFocus()
+            self.tour_ended.emit()
+
+        self._tour.ended.connect(end)
+
+    def _go_on(self) -> None:
+        self.list.select(self._next)
+        self.exercise_wanted.emit(self._next)
+
+    def _start_selected(self) -> None:
+        if self.list.current is not None:
+            self._fly(self.list.current)
+
+    def _fly(self, entry: ListEntry) -> None:
+        if entry.exercise is not None:
+            if entry.exercise.door is Door.LOCKED:
+                self.say(
+                    f"{short_title(entry.exercise.scenario)} is locked: first pass "
+                    f"{', '.join(entry.exercise.waits)}."
+                )
+                return
+            self.exercise_wanted.emit(entry.exercise.name)
+        elif entry.case is not None:
+            self.case_wanted.emit(entry.case.folder)
+        else:
+            folder = QFileDialog.getExistingDirectory(self, "Open a case folder")
+            if folder:
+                self.case_wanted.emit(Path(folder))
+
+
+PASSING = "Three passes in a row, or five of six, are enough."

@@ -1,0 +1,92 @@
+"""Where a score's points come from, part by part."""
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
+
+from paravol.debrief.advice import amount
+from scenarios.rubrics import Assessment, Part, Standing
+
+
+class PointsList(QFrame):
+    """Show an assessment's parts, and what bounds its total."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("card")
+        self._grid = QGridLayout(self)
+        self._grid.setColumnStretch(1, 1)
+        self._scale = 1.0
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._scale = scale
+        margin = round(12 * scale)
+        self._grid.setContentsMargins(margin, margin, margin, margin)
+        self._grid.setHorizontalSpacing(round(12 * scale))
+        self._grid.setVerticalSpacing(round(3 * scale))
+        for place in range(self._grid.count()):
+            item = self._grid.itemAt(place)
+            bar = None if item is None else item.widget()
+            if isinstance(bar, QProgressBar):
+                bar.setFixedWidth(round(110 * scale))
+
+    def show_assessment(self, assessment: Assessment) -> None:
+        """Show every part with its points and its reason."""
+        row = 0
+        self._put(_label("Where the points come from", "subheading"), row, 0, 3)
+        for part in assessment.parts:
+            row += 1
+            bar = QProgressBar()
+            bar.setTextVisible(False)
+            bar.setRange(0, 1000)
+            share = part.points / part.most_points if part.most_points else 0.0
+            bar.setValue(round(1000 * share))
+            bar.setAccessibleName(f"{part.title}: {points_text(part)}")
+            self._put(bar, row, 0)
+            self._put(_label(part.title, "body"), row, 1)
+            points = _label(points_text(part), "figure")
+            points.setAlignment(Qt.AlignmentFlag.AlignRight)
+            self._put(points, row, 2)
+            row += 1
+            self._put(_label(reason_text(part)), row, 1, 2)
+        for fail in assessment.fails:
+            row += 1
+            text = f"{fail.why}: at most {fail.most_percent:g} points in all."
+            self._put(_label(text, "alarm"), row, 0, 3)
+        for remark in assessment.remarks:
+            row += 1
+            self._put(_label(remark), row, 0, 3)
+        self.set_scale(self._scale)
+
+    def _put(
+        self, widget: QLabel | QProgressBar, row: int, at: int, span: int = 1
+    ) -> None:
+        self._grid.addWidget(widget, row, at, 1, span)
+
+
+def points_text(part: Part) -> str:
+    """Return a part's points."""
+    if not part.counts:
+        return "not counted"
+    return f"{part.points:.1f} of {part.most_points:g}"
+
+
+def reason_text(part: Part) -> str:
+    """Return what a part's points were given for, in words."""
+    if not part.counts:
+        return f"Not counted: {part.standing}" + f" ({part.reason})" * bool(part.reason)
+    assert part.standing is Standing.SCORED
+    full = [value for value, percent in part.thresholds if percent >= 100.0]
+    none = [value for value, percent in part.thresholds if percent <= 0.0]
+    text = f"{part.source}: {amount(part)}"
+    if full and none:
+        text += f"; full points at {full[0]:g}, none at {none[0]:g}"
+    return text
+
+
+def _label(text: str, name: str = "") -> QLabel:
+    label = QLabel(text)
+    label.setObjectName(name)
+    label.setWordWrap(True)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    return label

@@ -1,0 +1,323 @@
+"""The result page: passed or not, points and reasons, what to practise, where next."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.window.page import Page
+from app.window.page_style import page_sheet
+from app.window.result.points_list import PointsList
+from paravol.flight import FlightEnd
+from paravol.trainee import Exercise, SessionResult
+from paravol.trainee.exercises import short_title
+from scenarios import Scenario
+from scenarios.ladder import Door
+from scenarios.rubrics import Verdict
+from scenarios.tasks import Status
+
+
+@dataclass(frozen=True, slots=True)
+class WhatNext:
+    """Say what follows: the same exercise as it stands now, the next one, None."""
+
+    same: Exercise | None = None
+    following: Exercise | None = None
+
+
+class ResultPage(Page):
+    """Show a flight's figures at once, and its score when that is there."""
+
+    again_wanted = Signal()
+    next_wanted = Signal(str)
+    home_wanted = Signal()
+    replay_wanted = Signal(Path)
+    debrief_wanted = Signal(Path)
+    full_screen_wanted = Signal()
+
+    def __init__(self, scenario: Scenario, end: FlightEnd, problem: str = "") -> None:
+        """Show how a flight ended; problem: what went wrong in it."""
+        super().__init__()
+        self.setObjectName("page")
+        self.title = f"PARAVOL: {scenario.title}"
+        self._end = end
+        self._following = ""
+        self.verdict = _label(end.title, "verdict")
+        self._about = _label(scenario.title, "heading")
+        self.standing = _label("")
+        self.points = _label(_tasks_text(end), "verdict")
+        self.handling = _label("")
+        self.problem = _label(problem, "problem")
+        self.problem.setVisible(bool(problem))
+        self._stage = QLabel()
+        self._share = QProgressBar()
+        self._share.setTextVisible(False)
+        self.parts = PointsList()
+        self.parts.hide()
+        self._advice = _Card("What to practise next")
+        self._advice.hide()
+        self._tasks = _Card("What was asked")
+        self._figures = _Card("Figures")
+        self._kept = _label("")
+        self._fill_figures(scenario, end)
+        self.debrief = QPushButton("Debrief (D)")
+        self.replay = QPushButton("Replay (R)")
+        self.again = QPushButton("Again (A)")
+        self.following = QPushButton("Next (N)")
+        self.home = QPushButton("Home (H)")
+        self._lay_out()
+        self.following.hide()
+        has_record = end.record is not None
+        self.debrief.setEnabled(has_record)
+        self.replay.setEnabled(has_record)
+        self.show_stage("Scoring" if has_record else "")
+        for button, key, does in (
+            (self.debrief, "D", self._debrief),
+            (self.replay, "R", self._replay),
+            (self.again, "A", self.again_wanted.emit),
+            (self.following, "N", self._next),
+            (self.home, "H", self.home_wanted.emit),
+        ):
+            button.clicked.connect(lambda _=False, does=does: does())
+            shortcut = QShortcut(QKeySequence(key), self)
+            shortcut.activated.connect(button.click)
+        for keys, wanted in (
+            ("Esc", self.home_wanted),
+            ("F11", self.full_screen_wanted),
+            ("Ctrl+Q", self.left),
+        ):
+            QShortcut(QKeySequence(keys), self).activated.connect(wanted)
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        words = QVBoxLayout()
+        words.addWidget(self.verdict)
+        words.addWidget(self._about)
+        words.addWidget(self.standing)
+        head.addLayout(words, 1)
+        self.points.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.handling.setAlignment(Qt.AlignmentFlag.AlignRight)
+        for label in (self.points, self.handling):
+            label.setWordWrap(False)
+        right = QVBoxLayout()
+        right.addWidget(self.points)
+        right.addWidget(self.handling)
+        right.addStretch(1)
+        head.addLayout(right)
+        state = QHBoxLayout()
+        state.addWidget(self._stage)
+        state.addWidget(self._share, 1)
+        self._left = _column(self._advice, self.parts)
+        self._right = _column(self._tasks, self._figures, self._kept)
+        self._middle = QHBoxLayout()
+        self._middle.addWidget(_scrolled(self._left), 3)
+        self._middle.addWidget(_scrolled(self._right), 2)
+        self._buttons = QHBoxLayout()
+        self._buttons.addWidget(self.debrief)
+        self._buttons.addWidget(self.replay)
+        self._buttons.addStretch(1)
+        for button in (self.home, self.again, self.following):
+            self._buttons.addWidget(button)
+        self._rows = QVBoxLayout(self)
+        self._rows.addLayout(head)
+        self._rows.addWidget(self.problem)
+        self._rows.addLayout(state)
+        self._rows.addLayout(self._middle, 1)
+        self._rows.addLayout(self._buttons)
+
+    def set_scale(self, scale: float) -> None:
+        """Draw everything as large as the window has room for."""
+        self.setStyleSheet(page_sheet(scale))
+        margin, gap = round(16 * scale), round(10 * scale)
+        self._rows.setContentsMargins(margin, margin, margin, margin)
+        for box in (self._rows, self._middle, self._buttons):
+            box.setSpacing(gap)
+        for column in (self._left, self._right):
+            if (layout := column.layout()) is not None:
+                layout.setContentsMargins(0, 0, 0, 0)
+                layout.setSpacing(gap)
+        for card in (self._advice, self._tasks, self._figures):
+            card.set_scale(scale)
+        self.parts.set_scale(scale)
+
+    def showEvent(self, event: object) -> None:
+        """Let Enter fly on."""
+        self._prefer(self.again)
+
+    def show_stage(self, stage: str, share: float = 0.0) -> None:
+        """Say what is being done, and how far it is; "" for nothing."""
+        self._stage.setText(stage)
+        self._stage.setVisible(bool(stage))
+        self._share.setVisible(bool(stage))
+        self._share.setRange(0, 100 if share > 0.0 else 0)
+        self._share.setValue(round(100 * share))
+
+    def say(self, problem: str) -> None:
+        """Say what went wrong; "" takes it away."""
+        self.problem.setText(problem)
+        self.problem.setVisible(bool(problem))
+
+    def show_result(self, result: SessionResult) -> None:
+        """Show the points with their reasons, and what to practise."""
+        self.show_stage("")
+        assessment = result.assessment
+        verdict = {True: "Passed", False: "Not passed yet"}
+        if result.has_passed is not None:
+            self.verdict.setText(verdict[result.has_passed])
+            self.verdict.setProperty("passed", str(result.has_passed).lower())
+            self.verdict.style().polish(self.verdict)
+        if assessment.percent is not None:
+            sigma = assessment.percent_sigma
+            about = f" ± {sigma:.1f}" if sigma >= 0.05 else ""
+            self._points_text(f"{assessment.percent:.0f}{about} of 100")
+        elif assessment.verdict is Verdict.NO_DATA:
+            self._points_text("too short to score")
+        self.parts.show_assessment(assessment)
+        self.parts.show()
+        for advice in result.advice:
+            self._advice.add(advice.title, f"{advice.why} {advice.how}")
+        if not result.advice:
+            self._advice.add("Go on", "Nothing stands out; fly the next exercise.")
+        self._advice.show()
+        self._kept.setText(f"{self._kept.text()}\n{result.kept}".strip())
+
+    def _points_text(self, text: str) -> None:
+        """Show points: beside the tasks, as who does nothing hurts nothing."""
+        if self._end.score.tasks:
+            self.handling.setText(f"{text} for how it was flown")
+        else:
+            self.points.setText(text)
+
+    def show_next(self, after: WhatNext) -> None:
+        """Say how the exercise stands now, and offer what follows."""
+        same, following = after.same, after.following
+        if same is not None and same.rung is not None:
+            if same.door is Door.PASSED:
+                text = "This exercise is passed."
+            else:
+                text = f"{same.rung.passes} of the last {same.rung.runs} runs passed; "
+                text += "three in a row, or five of six, pass the exercise."
+            self.standing.setText(text)
+        if following is None:
+            return
+        self._following = following.name
+        self.following.setText(f"Next: {short_title(following.scenario)} (N)")
+        self.following.show()
+        if same is not None and same.door is Door.PASSED:
+            self._prefer(self.following)
+
+    def _prefer(self, button: QPushButton) -> None:
+        """Make a button the one that Enter presses."""
+        for each in (self.again, self.following):
+            each.setObjectName("primary" if each is button else "")
+            each.style().polish(each)
+        button.setFocus()
+
+    def keyPressEvent(self, event: object) -> None:
+        """Press the button that has the focus by Enter, too."""
+        pressed = self.focusWidget()
+        key = event.key()  # type: ignore[attr-defined]
+        if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if isinstance(pressed, QPushButton):
+                pressed.click()
+            return
+        super().keyPressEvent(event)  # type: ignore[arg-type]
+
+    def _fill_figures(self, scenario: Scenario, end: FlightEnd) -> None:
+        titles = {task.name: task.title for task in scenario.tasks}
+        words = {Status.DONE: "✓ done", Status.FAILED: "✗ failed"}
+        for state in end.score.tasks:
+            told = words.get(state.status, f"not done, {state.progress:.0%}")
+            if state.why:
+                told += f": {state.why}"
+            self._tasks.add_row(titles.get(state.name, state.name), told)
+        self._tasks.setVisible(bool(end.score.tasks))
+        for name, text in end.rows():
+            self._figures.add_row(name, text, is_alarm=name.startswith("injury"))
+        self._kept.setText(end.where())
+
+    def _debrief(self) -> None:
+        if self._end.record is not None:
+            self.debrief_wanted.emit(self._end.record)
+
+    def _replay(self) -> None:
+        if self._end.record is not None:
+            self.replay_wanted.emit(self._end.record)
+
+    def _next(self) -> None:
+        if self._following:
+            self.next_wanted.emit(self._following)
+
+
+def _tasks_text(end: FlightEnd) -> str:
+    states = end.score.tasks
+    done = sum(state.status is Status.DONE for state in states)
+    return f"{done} of {len(states)} tasks" if states else ""
+
+
+class _Card(QFrame):
+    """A titled box of texts, or of names and texts side by side."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self.setObjectName("card")
+        self._grid = QGridLayout(self)
+        self._grid.setColumnStretch(0, 1)
+        self._grid.setColumnStretch(1, 1)
+        self._grid.addWidget(_label(title, "subheading"), 0, 0, 1, 2)
+
+    def set_scale(self, scale: float) -> None:
+        margin = round(12 * scale)
+        self._grid.setContentsMargins(margin, margin, margin, margin)
+        self._grid.setHorizontalSpacing(round(10 * scale))
+        self._grid.setVerticalSpacing(round(4 * scale))
+
+    def add(self, title: str, text: str) -> None:
+        for label in (_label(title, "body"), _label(text)):
+            self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
+
+    def add_row(self, name: str, text: str, *, is_alarm: bool = False) -> None:
+        row = self._grid.rowCount()
+        top = Qt.AlignmentFlag.AlignTop
+        self._grid.addWidget(_label(name), row, 0, top)
+        figure = _label(text, "alarm" if is_alarm else "figure")
+        self._grid.addWidget(figure, row, 1, top)
+
+
+def _column(*parts: QWidget) -> QWidget:
+    column = QWidget()
+    column.setObjectName("scrolled")
+    rows = QVBoxLayout(column)
+    for part in parts:
+        rows.addWidget(part)
+    rows.addStretch(1)
+    return column
+
+
+def _scrolled(content: QWidget) -> QScrollArea:
+    area = QScrollArea()
+    area.setWidget(content)
+    area.setWidgetResizable(True)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.viewport().setAutoFillBackground(False)
+    return area
+
+
+def _label(text: str, name: str = "") -> QLabel:
+    label = QLabel(text)
+    label.setObjectName(name)
+    label.setWordWrap(True)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    return label

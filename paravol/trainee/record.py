@@ -1,0 +1,39 @@
+"""What the progress store knows of one trainee, and whom else it knows."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from disk import UserError
+from paravol.progress import ProgressStore, SessionEntry
+from paravol.trainee.exercises import Ladder, ladder_of
+
+
+@dataclass(frozen=True, slots=True)
+class TraineeRecord:
+    """Hold a trainee's ladder.
+
+    trainee: made-up name, "" for none. trainees: all names in the store. told: what the
+    user must know of the store, "" for nothing.
+    """
+
+    trainee: str
+    ladder: Ladder
+    trainees: tuple[str, ...] = ()
+    told: str = ""
+
+
+def record_of(trainee: str, store: Path | None = None) -> TraineeRecord:
+    """Return a trainee's record; a store that cannot be used is told and counts as new.
+
+    store: its file, None for the user's.
+    """
+    sessions: list[SessionEntry] = []
+    names: list[str] = []
+    try:
+        kept = ProgressStore(store)
+        sessions, told = kept.sessions(trainee=trainee), kept.told
+        names = kept.trainees()
+    except (UserError, OSError) as error:
+        told = f"Your results cannot be read: {error}"
+    named = tuple(name for name in names if name)
+    return TraineeRecord(trainee, ladder_of(sessions), named, told)
