@@ -314,7 +314,7 @@ class Desk(QObject):
         else:
             self._window.shut()
 
-    def _on_landed(self, flown: Flown, thread: FlightThread) -> None:
+    def _on_landed(self, flown: Flown, thread: FlightThread, end: FlightEnd) -> None:
         flown.take_end(thread)
         if flown is self.flown[-1] and self._page(FlightPage) is not None:
             self._show_result(flown, thread)

@@ -1,7 +1,8 @@
 """A page of the main window: one of them is shown at a time."""
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QPushButton, QWidget
 
 
 class Page(QWidget):
@@ -19,6 +20,17 @@ class Page(QWidget):
 
     def set_scale(self, scale: float) -> None:
         """Scale fonts and lengths; 1 is the size that the window was designed at."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Press the button that has the focus by Enter, as Space does."""
+        pressed = self.focusWidget()
+        if isinstance(pressed, QPushButton) and event.key() in (
+            Qt.Key.Key_Return,
+            Qt.Key.Key_Enter,
+        ):
+            pressed.click()
+        else:
+            super().keyPressEvent(event)
 
     def may_leave(self) -> bool:
         """Return whether the page may be left now; else it asks by itself."""

@@ -21,8 +21,8 @@ def flight_stops(page: QWidget) -> list[TourStop]:
         (
             page.findChild(TaskPanel),
             "What to do now",
-            "The open tasks, and how far they are. I shows a hint; P freezes the clock, "
-            "and nothing counts.",
+            "The open tasks, and how far they are. I shows a hint; P freezes "
+            "the clock.",
         ),
         (
             page.findChild(OverviewView),

@@ -18,7 +18,7 @@ from paravol.trainee.exercises import attempt_text
 from scenarios.ladder import Door
 from scenarios.scenario import Level
 
-COLUMNS = ("Exercise", "Stands", "Runs", "Last", "Best")
+COLUMNS = ("Exercise", "Status", "Runs", "Last", "Best")
 OPEN_CASE = "Open a case folder…"
 _MARKS = {Door.PASSED: "✓ passed", Door.LOCKED: "locked"}
 _PLACE = Qt.ItemDataRole.UserRole

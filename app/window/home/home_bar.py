@@ -9,7 +9,7 @@ from disk import UserError
 from paravol.progress import demand_name
 from paravol.trainee import FoundDevice
 
-NOBODY = "nobody in particular"
+NOBODY = "no name"
 SEARCHING = " (looking for more…)"
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
@@ -74,12 +74,6 @@ class HomePage(Page):
         self.bar.settings.clicked.connect(self.settings_wanted)
         self.bar.tour.clicked.connect(self.start_tour)
         self.bar.refused.connect(self.say)
-        for keys, does in (
-            ("F1", self.start_tour),
-            ("F11", self.full_screen_wanted.emit),
-            ("Ctrl+Q", self.left.emit),
-        ):
-            QShortcut(QKeySequence(keys), self).activated.connect(does)
 
     def _lay_out(self) -> None:
         self._middle = QHBoxLayout()
@@ -111,6 +105,19 @@ class HomePage(Page):
         self.bar.set_scale(scale)
         self.card.set_scale(scale)
         self.recovery.set_scale(scale)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Obey a key that no part of the page takes."""
+        ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        match event.key():
+            case Qt.Key.Key_F1:
+                self.start_tour()
+            case Qt.Key.Key_F11:
+                self.full_screen_wanted.emit()
+            case Qt.Key.Key_Q if ctrl:
+                self.left.emit()
+            case _:
+                super().keyPressEvent(event)
 
     def show_ladder(
         self, ladder: Ladder, cases: Sequence[KnownCase], last: str = ""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
@@ -83,22 +83,14 @@ class ResultPage(Page):
         self.debrief.setEnabled(has_record)
         self.replay.setEnabled(has_record)
         self.show_stage("Scoring" if has_record else "")
-        for button, key, does in (
-            (self.debrief, "D", self._debrief),
-            (self.replay, "R", self._replay),
-            (self.again, "A", self.again_wanted.emit),
-            (self.following, "N", self._next),
-            (self.home, "H", self.home_wanted.emit),
+        for button, does in (
+            (self.debrief, self._debrief),
+            (self.replay, self._replay),
+            (self.again, self.again_wanted.emit),
+            (self.following, self._next),
+            (self.home, self.home_wanted.emit),
         ):
             button.clicked.connect(lambda _=False, does=does: does())
-            shortcut = QShortcut(QKeySequence(key), self)
-            shortcut.activated.connect(button.click)
-        for keys, wanted in (
-            ("Esc", self.home_wanted),
-            ("F11", self.full_screen_wanted),
-            ("Ctrl+Q", self.left),
-        ):
-            QShortcut(QKeySequence(keys), self).activated.connect(wanted)
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()
@@ -151,6 +143,27 @@ class ResultPage(Page):
         for card in (self._advice, self._tasks, self._figures):
             card.set_scale(scale)
         self.parts.set_scale(scale)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Press the button of a key."""
+        ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        match event.key():
+            case Qt.Key.Key_Q if ctrl:
+                self.left.emit()
+            case Qt.Key.Key_F11:
+                self.full_screen_wanted.emit()
+            case Qt.Key.Key_D:
+                self.debrief.click()
+            case Qt.Key.Key_R:
+                self.replay.click()
+            case Qt.Key.Key_A:
+                self.again.click()
+            case Qt.Key.Key_N if self.following.isVisible():
+                self.following.click()
+            case Qt.Key.Key_H | Qt.Key.Key_Escape:
+                self.home.click()
+            case _:
+                super().keyPressEvent(event)
 
     def showEvent(self, event: object) -> None:
         """Let Enter fly on."""
@@ -224,16 +237,6 @@ class ResultPage(Page):
             each.setObjectName("primary" if each is button else "")
             each.style().polish(each)
         button.setFocus()
-
-    def keyPressEvent(self, event: object) -> None:
-        """Press the button that has the focus by Enter, too."""
-        pressed = self.focusWidget()
-        key = event.key()  # type: ignore[attr-defined]
-        if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            if isinstance(pressed, QPushButton):
-                pressed.click()
-            return
-        super().keyPressEvent(event)  # type: ignore[arg-type]
 
     def _fill_figures(self, scenario: Scenario, end: FlightEnd) -> None:
         titles = {task.name: task.title for task in scenario.tasks}
