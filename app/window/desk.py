@@ -25,7 +25,9 @@ from app.window.tour import Tour
 from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
-from paravol.patient import Progress
+from paravol.patient import PatientScene, Progress
+from paravol.session_setup import flown_scenario
+from paravol.session_store import SessionStore
 from paravol.trainee import (
     ChoiceFile,
     Exercise,
@@ -42,7 +44,14 @@ from paravol.trainee import (
 )
 from paravol.trainee.found_devices import EMULATOR, MOUSE
 from paravol.training_setup import TrainingSetup
-from scenarios import Scenario
+from paravol.unfinished_sessions import (
+    UnfinishedSession,
+    discard,
+    recover,
+    unfinished_sessions,
+)
+from scenarios import Scenario, Score
+from scenarios.bundle import read_recording
 from scenarios.ladder import Door
 
 STOP_PATIENCE_S = 5.0
@@ -62,9 +71,10 @@ class DeskOrder:
     """Say how one trains at this window.
 
     trainee: made-up name; None for the one of the last time. has_store: sessions enter
-    the progress store. store: its file, None for the user's; choices: the file of what
-    is remembered. edge_samples: see `FlightPage`. has_typed_devices: the setup's
-    devices were typed, and are offered beside those found.
+    the progress store. store: its file, None for the user's. choices: the file of what
+    is remembered. sessions: where flights are recorded without being asked.
+    edge_samples: see `FlightPage`. has_typed_devices: the setup's devices were typed,
+    and are offered beside those found.
     """
 
     setup: TrainingSetup
@@ -72,6 +82,7 @@ class DeskOrder:
     has_store: bool = True
     store: Path | None = None
     choices: Path | None = None
+    sessions: SessionStore = field(default_factory=SessionStore.of_the_user)
     has_sound: bool = False
     volume: float = 1.0
     edge_samples: int = 0
@@ -164,6 +175,47 @@ class Desk(QObject):
         self._read_record()
         if not self._has_found:
             self._do(lambda _: find_devices(), self._take_found)
+        page.recovery.recover_wanted.connect(self._recover)
+        page.recovery.keep_wanted.connect(self._keep_unfinished)
+        page.recovery.discard_wanted.connect(self._discard)
+        self._do(lambda _: unfinished_sessions(self._order.sessions), self._offer)
+
+    def _offer(self, found: list[UnfinishedSession]) -> None:
+        """Offer what killed flights left, but for what is to stay as it is."""
+        left = [f for f in found if f.folder.name not in self._choices.unfinished]
+        if (page := self._page(HomePage)) is not None:
+            page.recovery.show_unfinished(left)
+
+    def _recover(self, session: UnfinishedSession) -> None:
+        """Give a recording its end and show what the flight was worth."""
+        page = self._page(HomePage)
+        assert page is not None
+
+        def work(progress: Progress) -> tuple[Scenario, Score]:
+            info = read_recording(session.folder).info
+            scenario = flown_scenario(session.folder, info, None)
+            return scenario, recover(session, progress)
+
+        def show(found: tuple[Scenario, Score]) -> None:
+            scenario, score = found
+            end = FlightEnd("The flight was cut off", score, session.folder, True)
+            flown = Flown(scenario, self._trainee, None, end)
+            self.flown.append(flown)
+            case = scenario.head.case
+            self._again = partial(self.fly, scenario.name)
+            if case:
+                self._again = partial(self.fly_case, Path(case))
+            if self._window.page is page:
+                self._show_result(flown)
+
+        self._do(work, show).staged.connect(page.show_stage)
+
+    def _keep_unfinished(self, session: UnfinishedSession) -> None:
+        name = session.folder.name
+        self._remember(unfinished=(*self._choices.unfinished, name))
+
+    def _discard(self, session: UnfinishedSession) -> None:
+        self._do(lambda _: discard(session), lambda _: None)
 
     def _read_record(self) -> None:
         trainee, store, cases = self._trainee, self._order.store, self._choices.cases
@@ -308,7 +360,7 @@ class Desk(QObject):
         """Go where whoever left a flight before its end wants to go."""
         error, end = thread.error, flown.take_end(thread)
         if error is not None and end is not None:
-            self._show_result(flown, thread, words_for(error))
+            self._show_result(flown, thread.flight.head, words_for(error))
         elif self._has_home:
             self.open_home("" if error is None else words_for(error))
         else:
@@ -317,7 +369,7 @@ class Desk(QObject):
     def _on_landed(self, flown: Flown, thread: FlightThread, end: FlightEnd) -> None:
         flown.take_end(thread)
         if flown is self.flown[-1] and self._page(FlightPage) is not None:
-            self._show_result(flown, thread)
+            self._show_result(flown, thread.flight.head)
 
     def _on_finished(self, flown: Flown, thread: FlightThread) -> None:
         """Leave a flight that ended before anything was flown."""
@@ -328,10 +380,11 @@ class Desk(QObject):
     # Its result
 
     def _show_result(
-        self, flown: Flown, thread: FlightThread, problem: str = ""
+        self, flown: Flown, head: PatientScene | None = None, problem: str = ""
     ) -> None:
+        """Show a flight's figures, then what it was worth; head: None to load it."""
         assert flown.end is not None
-        scenario, head = thread.flight.order.scenario, thread.flight.head
+        scenario = flown.scenario
         page = ResultPage(scenario, flown.end, problem)
         page.left.connect(self._window.shut)
         page.full_screen_wanted.connect(self._window.full_screen.switch)

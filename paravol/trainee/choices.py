@@ -17,7 +17,8 @@ class Choices(msgspec.Struct, frozen=True):
 
     trainee: made-up name, "" for none. device: words of a `FoundDevice`. exercise: name
     of what was flown last. cases: folders, the newest first. tours: names of the tours
-    that were shown.
+    that were shown. unfinished: names of recordings without an end that stay as they
+    are.
     """
 
     trainee: str = ""
@@ -25,6 +26,7 @@ class Choices(msgspec.Struct, frozen=True):
     exercise: str = ""
     cases: tuple[str, ...] = ()
     tours: tuple[str, ...] = ()
+    unfinished: tuple[str, ...] = ()
 
 
 class ChoiceFile:

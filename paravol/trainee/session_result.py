@@ -18,6 +18,7 @@ from paravol.session_scoring import assessment_of
 from scenarios import Scenario, Score
 from scenarios.bundle import EditRecord, read_recording
 from scenarios.metrics import Metric
+from scenarios.passing import PassMark, pass_marks
 from scenarios.rubrics import Assessment, load_rubric
 
 KEPT = "Kept in your progress."
@@ -43,14 +44,15 @@ class ResultOrder:
 class SessionResult:
     """Hold what a session was worth.
 
-    has_passed: None where nothing says. assessment: every point with its reason.
-    advice: what to practise, the most urgent first. kept: a sentence about the progress
-    store; is_kept: the session is in it.
+    has_passed: None where nothing says. marks: what was asked, one by one.
+    assessment: every point with its reason. advice: what to practise, the most urgent
+    first. kept: a sentence about the progress store; is_kept: the session is in it.
     """
 
     scenario: Scenario
     score: Score
     has_passed: bool | None
+    marks: tuple[PassMark, ...]
     assessment: Assessment
     advice: tuple[Advice, ...]
     kept: str = ""
@@ -82,7 +84,9 @@ def result_of_session(
     scenario, score = found.scenario, found.score
     assert scenario is not None
     assert score is not None
-    entry = rated_entry(order, found.metrics, assessment)
+    least_percent = scenario.marks.least_percent
+    entry = rated_entry(order, found.metrics, assessment, least_percent)
+    marks = tuple(pass_marks(scenario, entry.tasks, found.metrics))
     kept, is_kept = "This session is left out of your progress.", False
     if order.has_store:
         kept, is_kept = _kept(entry, order.store)
@@ -90,6 +94,7 @@ def result_of_session(
         scenario,
         score,
         entry.has_passed,
+        marks,
         assessment,
         tuple(advice_on(score, scenario, assessment)),
         kept,
@@ -98,9 +103,14 @@ def result_of_session(
 
 
 def rated_entry(
-    order: ResultOrder, metrics: Sequence[Metric], assessment: Assessment
+    order: ResultOrder,
+    metrics: Sequence[Metric],
+    assessment: Assessment,
+    least_percent: float = 0.0,
 ) -> SessionEntry:
     """Return a session's entry with its points, passed by the exercise's own marks.
+
+    least_percent: of points that the exercise asks for, 0 for none.
 
     An exercise that says how it is passed is not failed by a general rubric, whose
     thresholds are those of another exercise; one that does not say is passed by it.
@@ -110,7 +120,8 @@ def rated_entry(
     rated = entry_of_session(
         record, trainee=trainee, metrics=metrics, assessment=assessment
     )
-    if own.has_passed is None:
+    asks_points = own.has_passed and rated.has_passed is False and least_percent > 0
+    if own.has_passed is None or asks_points:
         return rated
     return msgspec.structs.replace(own, scored=rated.scored)
 

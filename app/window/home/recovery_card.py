@@ -1,27 +1,28 @@
 """Flights whose end is missing because the program was ended: what to do with them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+
+from paravol.unfinished_sessions import UnfinishedSession
 
 
 class RecoveryCard(QFrame):
     """Offer one unfinished recording after the other; hidden where there are none."""
 
-    recover_wanted = Signal(Path)
+    recover_wanted = Signal(object)
     """Give the recording its end, score it and show its result."""
-    keep_wanted = Signal(Path)
+    keep_wanted = Signal(object)
     """Leave it as it is, and do not ask again."""
-    discard_wanted = Signal(Path)
+    discard_wanted = Signal(object)
     """Remove it."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("card")
         self.setProperty("marked", True)
-        self._left: list[tuple[Path, str]] = []
+        self._left: list[UnfinishedSession] = []
         self._text = QLabel()
         self._text.setObjectName("body")
         self._text.setWordWrap(True)
@@ -45,21 +46,22 @@ class RecoveryCard(QFrame):
         self._row.setContentsMargins(*(round(n * scale) for n in (14, 8, 14, 8)))
         self._row.setSpacing(round(8 * scale))
 
-    def show_unfinished(self, found: Sequence[tuple[Path, str]]) -> None:
-        """Offer recordings: folders, and what is known of each."""
+    def show_unfinished(self, found: Sequence[UnfinishedSession]) -> None:
+        """Offer recordings, one after the other."""
         self._left = list(found)
         self._show_first()
 
     def _show_first(self) -> None:
         self.setVisible(bool(self._left))
         if self._left:
-            more = f" ({len(self._left) - 1} more)" if self._left[1:] else ""
+            first, more = self._left[0], len(self._left) - 1
             self._text.setText(
-                f"A flight was cut off before its end: {self._left[0][1]}{more}. "
-                "Its recording is there up to the last half second."
+                f"A flight was cut off: {first.title}, {first.length_s:.0f} s, begun "
+                f"{first.created[:16].replace('T', ' ')}. Its recording is there up to "
+                "the last half second." + f" {more} more follow." * bool(more)
             )
 
-    def _answer(self, wanted: object) -> None:
-        folder, _ = self._left.pop(0)
+    def _answer(self, wanted: SignalInstance) -> None:
+        session = self._left.pop(0)
         self._show_first()
-        wanted.emit(folder)  # type: ignore[attr-defined]
+        wanted.emit(session)

@@ -204,6 +204,12 @@ class ResultPage(Page):
         if not result.advice:
             self._advice.add("Go on", "Nothing stands out; fly the next exercise.")
         self._advice.show()
+        names = {state.name for state in self._end.score.tasks}
+        signs = {True: "✓", False: "✗", None: "not known"}
+        for mark in result.marks:
+            if mark.title not in names:
+                self._tasks.add_row(mark.title, f"{signs[mark.is_met]} {mark.why}")
+                self._tasks.show()
         self._kept.setText(f"{self._kept.text()}\n{result.kept}".strip())
 
     def _points_text(self, text: str) -> None:
