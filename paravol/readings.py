@@ -78,6 +78,20 @@ class Readings:
             "Registration": _figure(self.registration_mm, "{:.2f} mm"),
         }
 
+    def status(self, *, is_recording: bool, picture: str = "") -> str:
+        """Return a quiet line on how well all goes.
+
+        picture: what to say of the picture's size.
+        """
+        words = [
+            _figure(self.fps, "{:.0f} fps"),
+            "pose " + _figure(self.pose_age_ms, "{:.0f} ms"),
+            "registration " + _figure(self.registration_mm, "{:.2f} mm"),
+            picture,
+            "recording" if is_recording else "not recording",
+        ]
+        return " · ".join(word for word in words if word)
+
     def _nostril(self) -> str:
         """Return the force on the nostril, of scope and of tool, by a guess."""
         if not self.drags_mm:

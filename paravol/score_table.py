@@ -24,6 +24,8 @@ def score_rows(score: Score) -> list[tuple[str, str]]:
     rows += hand_rows(score)
     if score.operation is not None and score.operation.edits:
         rows += operation_rows(score.operation)
+    if score.operation is not None and score.operation.injected_ml:
+        rows.append(("injected", f"{score.operation.injected_ml:.2f} mL"))
     rows += [
         (f"nearest to {name}", f"{distance_mm:.1f} mm")
         for name, distance_mm in score.target_distance_mm.items()

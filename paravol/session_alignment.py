@@ -50,11 +50,9 @@ def by_time(here_s: tuple[float, float], there_s: tuple[float, float]) -> TimeMa
     mapped as far as the shorter one lasts.
     """
     lasts_s = min(here_s[1] - here_s[0], there_s[1] - there_s[0])
-    ends = (
-        np.array([begin, begin + max(lasts_s, 1e-9)])
-        for begin in (here_s[0], there_s[0])
-    )
-    return TimeMap(*ends, ())
+    lasts_s = max(lasts_s, 1e-9)
+    here, there = (np.array([s, s + lasts_s]) for s in (here_s[0], there_s[0]))
+    return TimeMap(here, there, ())
 
 
 def session_marks(

@@ -27,6 +27,40 @@ SECOND = ("mr", "t1", "t2")
 """Volumes beside the CT, the first of them is shown."""
 
 
+@dataclass(frozen=True, slots=True)
+class GrayWindow:
+    """Say which CT numbers are black and white, HU: width and middle of the range."""
+
+    name: str
+    width: float
+    level: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return what is black and what is white."""
+        return self.level - self.width / 2, self.level + self.width / 2
+
+    def moved(self, wider: float, brighter: float) -> "GrayWindow":
+        """Return it wider by HU, and its middle lower by HU: all becomes brighter."""
+        width = min(max(self.width + wider, NARROWEST_HU), WIDEST_HU)
+        level = min(max(self.level - brighter, -WIDEST_HU / 2), WIDEST_HU / 2)
+        return GrayWindow("own", width, level)
+
+    def text(self) -> str:
+        """Return its name, width and level."""
+        return f"{self.name} {self.width:.0f}/{self.level:.0f}"
+
+
+NARROWEST_HU, WIDEST_HU = 20.0, 6000.0
+
+GRAY_WINDOWS = (
+    GrayWindow("air to bone", CT_WINDOW_HU[1] - CT_WINDOW_HU[0], sum(CT_WINDOW_HU) / 2),
+    GrayWindow("bone", 2000.0, 350.0),
+    GrayWindow("soft tissue", 350.0, 40.0),
+)
+"""To choose from; the first is what one begins with."""
+
+
 class Plane(Enum):
     """Name a plane by the array axis it is cut across."""
 
@@ -89,15 +123,20 @@ class SliceViews:
         return cls(ct, transfer, second, (float(low), max(float(high), low + 1e-6)))
 
     def picture(
-        self, plane: Plane, at_mm: NDArray[np.float64], show: Show
+        self,
+        plane: Plane,
+        at_mm: NDArray[np.float64],
+        show: Show,
+        ct_window_hu: tuple[float, float] = CT_WINDOW_HU,
     ) -> NDArray[np.uint8]:
         """Return the slice nearest to a point, ``(h, w, 3)`` sRGB, a voxel a pixel.
 
-        Raises ValueError for MR where the case has none.
+        ct_window_hu: black and white of the CT. Raises ValueError for MR where the case
+        has none.
         """
         ct = cut(self.ct, plane, at_mm)
         if show is Show.CT:
-            return _gray(ct, CT_WINDOW_HU)
+            return _gray(ct, ct_window_hu)
         if self.second is None:
             raise UserError(
                 "the case has no second scan; import it with --second, or make the "
@@ -117,6 +156,39 @@ class SliceViews:
         }
         column, row = places[plane]
         return float(column), float(row)
+
+    def found(
+        self, plane: Plane, column: float, row: float, at_mm: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the point ``(3,)`` at a column and a row of a plane's picture.
+
+        at_mm: where the plane is cut. What `place` gives leads back to the point.
+        """
+        at = (np.asarray(at_mm, np.float64) - self.ct.origin_mm) / self.ct.spacing_mm
+        top = self.ct.shape[0] - 1
+        if plane is Plane.AXIAL:
+            at[:2] = column, row
+        else:
+            at[0 if plane is Plane.CORONAL else 1] = column
+            at[2] = top - row
+        found: NDArray[np.float64] = at * self.ct.spacing_mm + self.ct.origin_mm
+        return self.within(found)
+
+    def within(self, at_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the point of the scan that is nearest to a point."""
+        ends = self.ct.spacing_mm * (np.array(self.ct.shape[::-1]) - 1)
+        origin = self.ct.origin_mm
+        nearest: NDArray[np.float64] = np.clip(at_mm, origin, origin + ends)
+        return nearest
+
+    def stepped(
+        self, plane: Plane, at_mm: NDArray[np.float64], slices: float
+    ) -> NDArray[np.float64]:
+        """Return a point so many slices on: upwards, to the back, or to the left."""
+        axis = 2 - plane.value
+        point = np.array(at_mm, np.float64)
+        point[axis] += slices * self.ct.spacing_mm[axis]
+        return self.within(point)
 
     def _with_bone(
         self, gray: NDArray[np.uint8], ct: NDArray[np.generic]

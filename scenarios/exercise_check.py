@@ -60,11 +60,11 @@ def file_problems(
                 yield from _unknown(("tasks", n, "tissues", name), "tissue", TISSUES)
         if isinstance(task, Survey):
             for name, percent in task.sites.items():
-                at = ("tasks", n, "sites", name)
-                yield from _unknown(at, "site", SITES)
+                site = ("tasks", n, "sites", name)
+                yield from _unknown(site, "site", SITES)
                 if not 0.0 < percent <= 100.0:
                     text = f"A site is seen by 0 to 100 percent, got {percent:g}."
-                    yield Problem(at, text)
+                    yield Problem(site, text)
         if isinstance(task, Follow):
             for ring in task.rings:
                 if abs(np.linalg.norm(ring.axis) - 1.0) > 1e-2:

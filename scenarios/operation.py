@@ -23,6 +23,7 @@ from scenarios.scoring import InjuryFigure, OperationFigures
 from surgery.edit import Edit
 from surgery.film import BloodFilm, FilmState, Suction
 from surgery.force import Touch, warm_up
+from surgery.injection import Box, Injection, InjectionState
 from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
@@ -97,6 +98,7 @@ class OperationState:
     patient: PatientState
     pushing: PushingState
     film: FilmState
+    injection: InjectionState
     injuries: InjuryState | None
     lens: LensFreeze | None
     cutting: _Cutting | None
@@ -104,7 +106,7 @@ class OperationState:
     hand: dict[str, Any]
 
 
-_HAND = "_strokes", "_undone", "_washed", "_widest", "_held", "_pushed"
+_HAND = "_strokes", "_undone", "_washed", "_widest", "_held", "_pushed", "_injecting_s"
 """What an operation knows of the hand, in fields whose values never change."""
 
 
@@ -113,8 +115,9 @@ class Operation:
     """Turn samples into edits of a patient.
 
     patient: is edited. pushing: how it is shown, bent by the tool. film: its blood.
-    feeling: what both hands feel. injuries: watches what must not be hurt; None where
-    nobody knows where that is. lens: of the scope, from the first sample on.
+    injection: what it was injected. feeling: what both hands feel. injuries: watches
+    what must not be hurt; None where nobody knows where that is. lens: of the scope,
+    from the first sample on.
     edits, changes: what came of the samples since somebody last took them, the changes
     of what is shown; hurt: likewise the injuries.
     """
@@ -123,6 +126,7 @@ class Operation:
     pushing: Pushing
     film: BloodFilm
     feeling: Feeling
+    injection: Injection
     injuries: InjuryWatch | None = None
     lens: Lens | None = None
     edits: list[Edit] = field(default_factory=list)
@@ -135,6 +139,7 @@ class Operation:
     _held: str = NO_TOOL
     _cutting: _Cutting | None = None
     _pushed: int | None = None
+    _injecting_s: float | None = None
 
     @classmethod
     def on(
@@ -160,7 +165,8 @@ class Operation:
             blood_bias=blood_bias,
         )
         warm_up(patient)
-        return cls(patient, Pushing(patient), film, Feeling(patient), watch)
+        injection = Injection(patient.surface.distance, patient.wounds_pale)
+        return cls(patient, Pushing(patient), film, Feeling(patient), injection, watch)
 
     @property
     def touch(self) -> Touch:
@@ -219,6 +225,7 @@ class Operation:
             self.patient.freeze(),
             self.pushing.freeze(),
             self.film.freeze(),
+            self.injection.freeze(),
             None if self.injuries is None else self.injuries.freeze(),
             None if self.lens is None else self.lens.freeze(),
             None if self._cutting is None else replace(self._cutting),
@@ -240,6 +247,7 @@ class Operation:
             self.changes.append(bent)
         self.film.restore(state.film)
         self._draw_film()
+        self._draw_pallor(self.injection.restore(state.injection))
         if self.injuries is not None and state.injuries is not None:
             self.injuries.restore(state.injuries)
         self.lens = None
@@ -269,6 +277,8 @@ class Operation:
             self._bite(tool, frame, sample)
         elif tool.action in SWEEPING:
             self._sweep(tool, frame, sample)
+        elif tool.action is Action.INJECT:
+            self._inject(frame, sample)
         else:
             self._rest()
 
@@ -331,6 +341,7 @@ class Operation:
             felt.tool_n,
             felt.scope_n,
             dict(Counter(name or "bone" for name in felt.broken)),
+            self.injection.ml,
         )
 
     def _watch(
@@ -420,7 +431,26 @@ class Operation:
         else:
             self.changes.append(bent)
 
+    def _inject(self, frame: NDArray[np.float64], sample: Sample) -> None:
+        """Let fluid flow from the needle's point while its pedal is down."""
+        last_s = self._injecting_s
+        self._rest()
+        if not sample.instrument.is_working:
+            return
+        self._injecting_s = sample.time_s
+        if last_s is None or sample.time_s - last_s > ABSENT_S:
+            return
+        place = self.pushing.at_rest(frame[None, :3, 3], is_dented=False)[0]
+        self._draw_pallor(self.injection.inject(place, sample.time_s - last_s))
+
+    def _draw_pallor(self, box: Box | None) -> None:
+        """Tell where mucosa has another colour."""
+        if box is not None:
+            self.patient.generation += 1
+            self.changes.append(Change(self.patient.generation, *box, ChangeKind.TINT))
+
     def _rest(self) -> None:
+        self._injecting_s = None
         self._cutting = None
         self._widest = 1.0
 

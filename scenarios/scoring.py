@@ -59,7 +59,7 @@ class OperationFigures:
     had become loose. bled_ml, sucked_ml: blood. injuries: in order. washes: of
     the lens. lens_touched_s: how long it touched tissue. greatest_n, scope_n: largest
     force of tissue on the tool and on the scope. broken_walls: how often each gave in,
-    by name.
+    by name. injected_ml: of a vasoconstrictor, into tissue.
     """
 
     edits: int = 0
@@ -74,6 +74,7 @@ class OperationFigures:
     greatest_n: float = 0.0
     scope_n: float = 0.0
     broken_walls: dict[str, int] = field(default_factory=dict)
+    injected_ml: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -160,7 +160,8 @@ class OperatedPatient:
         self._distance = distance.values.copy()
         carved = distance.with_values(self._distance, distance.background)
         self.wounds_film: NDArray[np.uint8] = np.zeros(distance.shape, np.uint8)
-        wounds = _wounds(distance, layers, self.wounds_film)
+        self.wounds_pale: NDArray[np.uint8] = np.zeros(distance.shape, np.uint8)
+        wounds = _wounds(distance, layers, self.wounds_film, self.wounds_pale)
         self.surface = AirSurface(carved, surface.blood, surface.skin, wounds)
         self.fill = np.empty(distance.shape, np.uint16)
         self._spacing = float(distance.spacing_mm.max())
@@ -468,7 +469,12 @@ def _soft_walls(distance: Volume, labels: Volume | None) -> WallLayers:
     )
 
 
-def _wounds(distance: Volume, layers: WallLayers, film: NDArray[np.uint8]) -> Wounds:
+def _wounds(
+    distance: Volume,
+    layers: WallLayers,
+    film: NDArray[np.uint8],
+    pale: NDArray[np.uint8],
+) -> Wounds:
     """Turn walls into what shading reads, see `Wounds`."""
     thickness = layers.table()
     steps = np.clip(np.rint(thickness * _PER_UNIT), 0, 254).astype(np.uint8)
@@ -483,6 +489,7 @@ def _wounds(distance: Volume, layers: WallLayers, film: NDArray[np.uint8]) -> Wo
         distance.with_values(bone, 0.0),
         distance.with_values(deep, 0.0),
         distance.with_values(film, 0.0),
+        distance.with_values(pale, 0.0),
     )
 
 

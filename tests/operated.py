@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Change, Scene, Volume, Wounds
+from renderers.scene import AirSurface, Change, ChangeKind, Scene, Volume, Wounds
 
 
 @dataclass
@@ -20,6 +20,7 @@ class Operated:
     distance: NDArray[np.float32]
     film: NDArray[np.uint8]
     ct: NDArray[np.int16]
+    pale: NDArray[np.uint8]
     generation: int = 0
 
     @classmethod
@@ -29,6 +30,7 @@ class Operated:
         distance = surface.distance.values.copy()
         ct = before.volume.values.copy()
         film = np.zeros(distance.shape, np.uint8)
+        pale = np.zeros(distance.shape, np.uint8)
         rng = np.random.default_rng(3)
 
         def layer(values: NDArray[np.uint8]) -> Volume:
@@ -41,6 +43,7 @@ class Operated:
             layer(rng.integers(0, 40, shape, np.uint8)),
             layer(255 * rng.integers(0, 2, shape, np.uint8)),
             layer(film),
+            layer(pale),
         )
         carved = surface.distance.with_values(distance, surface.distance.background)
         scene = replace(
@@ -48,7 +51,7 @@ class Operated:
             volume=before.volume.with_values(ct, before.volume.background),
             surface=AirSurface(carved, surface.blood, surface.skin, wounds),
         )
-        return cls(before, scene, distance, film, ct)
+        return cls(before, scene, distance, film, ct, pale)
 
     @property
     def surface(self) -> AirSurface:
@@ -61,6 +64,17 @@ class Operated:
         away = np.linalg.norm(at, axis=-1).T - radius
         carved = np.minimum(self.distance, 0.3 * away.astype(np.float32))
         return self._take(carved, np.where(away < 1, 40, self.film), away < 0)
+
+    def inject(self, place: tuple[int, int, int], radius: float) -> Change:
+        """Pale a ball, place (k, j, i) and radius in voxels."""
+        at = np.indices(self.distance.shape).T - np.array(place)
+        away = np.linalg.norm(at, axis=-1).T
+        self.pale[away < radius] = 200
+        self.generation += 1
+        low, high = np.array(place[::-1]) - radius, np.array(place[::-1]) + radius
+        top = np.array(self.distance.shape[::-1]) - 1
+        ends = np.clip([np.floor(low), np.ceil(high)], 0, top).astype(np.int64)
+        return Change(self.generation, ends[0], ends[1], ChangeKind.TINT)
 
     def undo(self) -> Change:
         """Put everything back."""
@@ -95,14 +109,15 @@ class Operated:
         """Return the scene as it is now, which no later edit touches."""
         surface = self.surface
         assert surface.wounds is not None
-        film = surface.wounds.film
+        film, pale = surface.wounds.film, surface.wounds.pale
+        assert pale is not None
         return replace(
             self.scene,
             volume=_copied(self.scene.volume),
             surface=replace(
                 surface,
                 distance=_copied(surface.distance),
-                wounds=replace(surface.wounds, film=_copied(film)),
+                wounds=replace(surface.wounds, film=_copied(film), pale=_copied(pale)),
             ),
         )
 

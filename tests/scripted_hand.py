@@ -30,6 +30,7 @@ from scenarios.tasks.task import (
     Open,
     Reach,
     Remove,
+    Survey,
     Task,
 )
 
@@ -47,6 +48,8 @@ SPARED_MM = 4.0
 """No jaw is opened so near to a hazard."""
 TOOL_DENT_MM = 0.0
 """So deep the axis of a tool lies in tissue, at most, before what it bites."""
+LOOKS = 60
+"""At most, for a site of a survey."""
 LINE_POINTS = 60
 """At which a shaft's line is looked at."""
 
@@ -83,6 +86,7 @@ class ScriptedHand:
         self._hands = hand + np.vstack([np.zeros(3), aside[:8] / 2])
         self._tip, self._entry = self._pivot, self._pivot - 30.0 * self._axis
         self._roll_deg = 0.0
+        self._camera_deg = self.scenario.scope.camera_roll_deg
 
     @property
     def distance(self) -> Volume:
@@ -112,6 +116,10 @@ class ScriptedHand:
                 self.bring(self.place(task.place), task.radius_mm)
                 self.stay(task.hold_s + 2 * STEP_S)
             case Look():
+                if task.level_deg < 180.0:
+                    self.stay(task.hold_s)
+                    assert self.status(task) is Status.OPEN
+                    self._camera_deg = 0.0
                 self.look(task)
                 self.stay(task.hold_s + 2 * STEP_S)
             case Follow():
@@ -127,6 +135,8 @@ class ScriptedHand:
                 self.cut(task, self._targets(task))
             case Open():
                 self.cut(task, self._way(task))
+            case Survey():
+                self.survey(task)
 
     def place(self, place: str | tuple[float, float, float]) -> Doubles:
         """Return a place of a task."""
@@ -164,6 +174,32 @@ class ScriptedHand:
                 self.go(tips[n], entries[n], roll)
                 return
         raise AssertionError(f"{task.name}: nowhere is {task.place} seen from")
+
+    def survey(self, task: Survey) -> None:
+        """Look at patches of the sites that are not seen yet, until enough are."""
+        watch = self.session.coverage
+        assert watch is not None
+        random = np.random.default_rng(5)
+        for name in task.sites:
+            wanted = np.isin(watch.mucosa.site, watch.mucosa.members[name])
+            for _ in range(LOOKS):
+                if self.status(task) is not Status.OPEN:
+                    return
+                left = np.flatnonzero(wanted & ~watch.seen)
+                if not len(left):
+                    break
+                place = watch.mucosa.places[int(random.choice(left))]
+                x, y, z = place.tolist()
+                within = self._scope.field_of_view_deg / 2 - 8.0
+                look = Look(
+                    name=name, title="", place=(x, y, z), within_deg=within, hold_s=0.5
+                )
+                try:
+                    self.look(look)
+                except AssertionError:
+                    wanted &= np.linalg.norm(watch.mucosa.places - place, axis=1) > 1.5
+                    continue
+                self.stay(0.8)
 
     def _roll_towards(self, tip: Doubles, shaft: Doubles, place: Doubles) -> float:
         """Return the turn of the light post that looks at a place, degrees."""
@@ -291,7 +327,8 @@ class ScriptedHand:
         middle = np.linspace(start, end, int(np.linalg.norm(end - start) / 0.5) + 2)
         random = np.random.default_rng(3)
         aside = random.normal(size=(12, 3))
-        aside *= task.radius_mm / np.linalg.norm(aside, axis=1, keepdims=True)
+        wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
+        aside *= wide_mm / np.linalg.norm(aside, axis=1, keepdims=True)
         points = (middle[:, None] + np.vstack([np.zeros(3), aside])).reshape(-1, 3)
 
         def left() -> Doubles:
@@ -376,7 +413,16 @@ class ScriptedHand:
             pointing = self._axis
         pointing = pointing / np.linalg.norm(pointing)
         pose = tip_frame(self._tip, pointing)
-        sample = Sample(self.time_s, pose, self._roll_deg, tip, way, 0, state)
+        sample = Sample(
+            self.time_s,
+            pose,
+            self._roll_deg,
+            tip,
+            way,
+            0,
+            state,
+            camera_roll_deg=self._camera_deg,
+        )
         self.session.step(sample)
         if self._operation is not None:
             self._operation.take_changes()

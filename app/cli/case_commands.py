@@ -7,7 +7,17 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from app.cli.exchange_command import PathOptions
-from app.cli.root import FLATTENED, PATIENTS, SESSIONS, Json, Place, Seed, app
+from app.cli.root import (
+    FLATTENED,
+    PATIENTS,
+    SESSIONS,
+    Json,
+    Place,
+    Seed,
+    Threads,
+    app,
+    thread_count,
+)
 from disk import UserError
 from paravol.case_options import ImportOptions, PhantomOptions
 
@@ -166,3 +176,21 @@ def slices(
     from app.cli.slices_command import run_slices
 
     return run_slices(case=case, at=at, show=show, labels=labels, out=out, as_json=json)
+
+
+@app.command(group=PATIENTS)
+def volume(
+    case: Path | None = None, *, look: Path | None = None, threads: Threads = 0
+) -> int:
+    """Show a scan whole in a window: as a volume whose look is edited, or a surface.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write; the bundled head when left out.
+    look
+        A file that the window saved: transfer function, threshold and lights.
+    """
+    from app.cli.volume_window import run_volume
+
+    return run_volume(case, look, thread_count(threads))

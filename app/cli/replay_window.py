@@ -1,56 +1,32 @@
 """`paravol replay --window`: a recorded session in the trainee's window."""
 
+from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
+from typing import TYPE_CHECKING
 
+from app.cli.page_window import run_page
 from app.cli.replay_options import ReplayOptions
-from app.cli.train import EDGE_SAMPLES, errors_of_slots, on_interrupt
-from app.opengl import probe_window
-from disk import UserError
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+    from app.window.replay.replay_page import ReplayPage
 
 
 def run_replay_window(folder: Path, options: ReplayOptions) -> int:
-    """Show a session, and the one beside it, until the window is closed.
+    """Show a session, and the one beside it; a bundle that cannot is told there."""
 
-    UserError where no window can open; a bundle that cannot be shown is told there.
-    KeyboardInterrupt after Ctrl-C.
-    """
-    graphics = probe_window()
-    if not graphics.works:
-        raise UserError(graphics.problem)
+    def make(
+        window: "MainWindow", edge_samples: int
+    ) -> "tuple[ReplayPage, Callable[[], object]]":
+        from app.window.replay.replay_page import ReplayPage
+        from paravol.replay.replay_worker import ReplayOrder
 
-    # Only here: where libraries are missing, loading Qt fails.
-    from PySide6.QtWidgets import QApplication
-
-    from app.window.main_window import MainWindow
-    from app.window.replay.replay_page import ReplayPage
-    from paravol.replay.replay_worker import ReplayOrder
-
-    application = QApplication(["paravol"])
-    window = MainWindow()
-    page = ReplayPage(edge_samples=0 if graphics.is_software else EDGE_SAMPLES)
-    page.left.connect(window.shut)
-    page.full_screen_wanted.connect(window.full_screen.switch)
-    window.dropped.connect(page.open)
-    interrupted = False
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        interrupted = True
-        window.shut()
-
-    with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
-        window.show_page(page)
-        window.show()
-        page.replay(
-            ReplayOrder(
-                folder, options.beside, options.case, threads=options.threads or None
-            )
+        page = ReplayPage(edge_samples=edge_samples)
+        page.full_screen_wanted.connect(window.full_screen.switch)
+        window.dropped.connect(page.open)
+        order = ReplayOrder(
+            folder, options.beside, options.case, threads=options.threads or None
         )
-        application.exec()
-    window.release()
-    if errors:
-        raise errors[0]
-    if interrupted:
-        raise KeyboardInterrupt
-    return 0
+        return page, lambda: page.replay(order)
+
+    return run_page(make)

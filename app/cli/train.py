@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from app.window.desk import DeskOrder
     from paravol.flight import FlightEnd, FlightObserver
     from paravol.training_setup import TrainingSetup
+    from paravol.window_preferences import WindowPreferences
     from scenarios import Scenario
 
 SIZES = (64, 2048)
@@ -80,7 +81,7 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
     from app.window.main_window import MainWindow
 
     application = QApplication(["paravol"])
-    window = MainWindow(options.screenshot)
+    window = MainWindow(options.screenshot, chosen_looks(options))
     desk = Desk(window, _desk_order(options, setup, graphics.is_software))
     interrupted = False
 
@@ -124,6 +125,20 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
     if interrupted:
         raise KeyboardInterrupt
     return 0
+
+
+def chosen_looks(options: TrainOptions) -> "WindowPreferences":
+    """Return the window's looks: as typed, else as they were chosen last."""
+    import msgspec
+
+    from paravol.window_preferences import read_preferences
+
+    looks = read_preferences()
+    if options.theme is not None:
+        looks = msgspec.structs.replace(looks, theme=options.theme.replace("-", " "))
+    if options.font_scale is not None:
+        looks = msgspec.structs.replace(looks, font_scale=options.font_scale)
+    return looks
 
 
 def _desk_order(

@@ -53,6 +53,11 @@ class TrainOptions:
         is needed.
     no_store
         Leave the session out of paravol progress.
+    theme
+        Colours of the window: dark, light or high-contrast. Without it the theme that
+        was chosen last; F2 chooses another.
+    font_scale
+        Size of the window's texts, 0.8 to 1.5; without it as chosen last.
     """
 
     scenario: ScenarioName | None = None
@@ -75,6 +80,10 @@ class TrainOptions:
     volume: Annotated[float, Parameter(validator=Number(gte=0, lte=1))] = 1.0
     trainee: str = ""
     no_store: Flag = False
+    theme: Literal["dark", "light", "high-contrast"] | None = None
+    font_scale: Annotated[
+        float | None, Parameter(validator=Number(gte=0.8, lte=1.5))
+    ] = None
 
 
 NOTHING_TYPED = TrainOptions()

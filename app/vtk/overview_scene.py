@@ -107,11 +107,6 @@ class OverviewScene:
                 points=True,
                 font_size=12,
             )
-        sides = {
-            "R": np.array([low[0] - 4.0, middle[1], middle[2]]),
-            "L": np.array([high[0] + 4.0, middle[1], middle[2]]),
-        }
-        self._label(sides, PAPER, name="sides", points=False, font_size=20)
         plotter.camera.focal_point = middle
         plotter.camera.position = middle + np.array([-250.0, -150.0, 70.0])
         plotter.camera.up = (0.0, 0.0, 1.0)
@@ -210,6 +205,16 @@ class OverviewScene:
         camera = self._plotter.camera
         low, high = VIEW_ANGLES_DEG
         camera.view_angle = min(max(camera.view_angle / factor, low), high)
+
+    @property
+    def picture_axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return where the picture's right and up lie in the patient, ``(3,)`` each."""
+        camera = self._plotter.camera
+        forward = np.subtract(camera.focal_point, camera.position)
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, camera.up)
+        right /= np.linalg.norm(right)
+        return right, np.cross(right, forward)
 
     @property
     def is_open(self) -> bool:

@@ -17,16 +17,18 @@ from app.window.background_work import BackgroundWork, words_for
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
 from app.window.flight.flight_tour import flight_stops
+from app.window.home.exercise_list import ListEntry
 from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
 from app.window.page import Page
 from app.window.replay.replay_page import ReplayPage
 from app.window.result.result_page import ResultPage, WhatNext
 from app.window.tour import Tour
+from app.window.volume.volume_page import VolumePage
 from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
-from paravol.patient import PatientScene, Progress
+from paravol.patient import PatientScene, Progress, load_case, load_patient
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
@@ -52,6 +54,7 @@ from paravol.unfinished_sessions import (
     recover,
     unfinished_sessions,
 )
+from paravol.volume import Scan, scans_of
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
 from scenarios.ladder import Door
@@ -165,10 +168,12 @@ class Desk(QObject):
         page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
+        page.scan_wanted.connect(self._show_scan)
         page.bar.trainee_chosen.connect(self._take_trainee)
         page.bar.device_chosen.connect(self._take_device)
         page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
         page.recordings_wanted.connect(self.replay)
+        page.settings_wanted.connect(self._window.show_settings)
         page.bar.show_devices(self._devices, self._device, is_all=self._has_found)
         page.bar.show_trainees([], self._trainee)
         self._window.show_page(page)
@@ -271,6 +276,33 @@ class Desk(QObject):
             self._setup = typed
         else:
             self._setup = replace(typed, devices=device.chosen(typed.devices))
+
+    def _show_scan(self, entry: ListEntry) -> None:
+        """Show the scan of an exercise's head, or of a case."""
+        page = self._window.page
+        assert isinstance(page, HomePage)
+        page.say("")
+
+        def work(progress: Progress) -> tuple[str, list[Scan]]:
+            if entry.exercise is not None:
+                title = entry.exercise.scenario.title
+                patient = load_patient(entry.exercise.scenario, progress)
+            else:
+                assert entry.case is not None
+                title = entry.case.title
+                patient = load_case(entry.case.folder, progress)
+            return title, scans_of(patient.scene.volume, patient.others)
+
+        def show(found: tuple[str, list[Scan]]) -> None:
+            if self._window.page is not page:
+                return
+            shown = VolumePage(*found, self._setup.threads)
+            shown.left.connect(self.open_home)
+            shown.full_screen_wanted.connect(self._window.full_screen.switch)
+            self._window.show_page(shown)
+
+        page.show_stage("Preparing")
+        self._do(work, show).staged.connect(page.show_stage)
 
     # A flight
 

@@ -3,14 +3,23 @@
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeyEvent,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QStackedWidget
 
 from app.window.page import Page
-from app.window.style import style_sheet
-from app.window.window_size import FullScreen, first_size, scale_for
+from app.window.settings_dialog import SettingsDialog
+from app.window.style import style_sheet, take_theme
+from app.window.themes import DARK, THEMES
+from app.window.window_size import LEAST, FullScreen, first_size, scale_for
 from disk import UserError
+from paravol.window_preferences import WindowPreferences, write_preferences
 
 
 class MainWindow(QMainWindow):
@@ -19,14 +28,23 @@ class MainWindow(QMainWindow):
     dropped = Signal(object)
     """Paths of local files and folders that were dropped on whatever page is shown."""
 
-    def __init__(self, screenshot: Path | None = None) -> None:
-        """Show nothing yet; screenshot: PNG file for a picture when it closes."""
+    def __init__(
+        self,
+        screenshot: Path | None = None,
+        preferences: WindowPreferences | None = None,
+    ) -> None:
+        """Show nothing yet.
+
+        screenshot: PNG file for a picture when it closes. preferences: theme and size
+        of texts; None for the first ones.
+        """
         super().__init__()
         self._pages = QStackedWidget()
         self._page = Page()
         self._pages.addWidget(self._page)
         self._may_close = False
         self._scale = 0.0
+        self._preferences = WindowPreferences()
         self._screenshot = screenshot
         self.full_screen = FullScreen(self)
         self.setCentralWidget(self._pages)
@@ -35,9 +53,11 @@ class MainWindow(QMainWindow):
         self._timer = QTimer(self)
         self._timer.timeout.connect(lambda: None)
         self._timer.start(100)
+        # else it could not become smaller than what its last scale needs
+        self.setMinimumSize(LEAST / self.devicePixelRatioF())
         size = first_size(self.screen().availableGeometry().size())
-        self._set_scale(scale_for(size))
         self.resize(size)
+        self.take_preferences(preferences or WindowPreferences())
 
     @property
     def page(self) -> Page:
@@ -61,16 +81,48 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(page.title)
         page.setFocus()
 
-    def _set_scale(self, scale: float) -> None:
+    def take_preferences(self, chosen: WindowPreferences) -> None:
+        """Take a theme and a size of texts; a theme that is not known is the first."""
+        if chosen.theme not in THEMES:
+            chosen = WindowPreferences(DARK, chosen.font_scale)
+        self._preferences = chosen
+        take_theme(chosen.theme)
+        self._scale = 0.0
+        self._set_scale()
+
+    def show_settings(self) -> None:
+        """Ask for theme and size of texts, and keep what is chosen."""
+        dialog = SettingsDialog(self._preferences, self)
+        dialog.chosen.connect(self.take_preferences)
+        dialog.accepted.connect(self._keep_preferences)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
+
+    def _keep_preferences(self) -> None:
+        try:
+            write_preferences(self._preferences)
+        except UserError as error:
+            QMessageBox.warning(self, "Settings", str(error))
+
+    def _set_scale(self) -> None:
+        fitting = scale_for(self.size(), self.devicePixelRatioF())
+        scale = fitting * self._preferences.font_scale
         if scale != self._scale:
             self._scale = scale
             self.setStyleSheet(style_sheet(scale))
             self._page.set_scale(scale)
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Open the settings on F2, on every page that has no other use for the key."""
+        if event.key() == Qt.Key.Key_F2:
+            self.show_settings()
+        else:
+            super().keyPressEvent(event)
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Draw everything as large as the window has room for."""
         super().resizeEvent(event)
-        self._set_scale(scale_for(event.size()))
+        self._set_scale()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take what has local files."""

@@ -1,18 +1,55 @@
-"""The window's colours and fonts: dark, because the picture is what one looks at."""
+"""The window's colours and fonts, those of the theme that is chosen.
 
-from PySide6.QtGui import QFont
+The colours are there under fixed names and change in place when another theme is
+chosen: whoever paints takes them anew each time, and a text of them is ``INK.name()``.
+"""
 
-BACKGROUND = "#0d1117"
-PANEL = "#161b22"
-EDGE = "#262c34"
-INK = "#f0f3f6"
-QUIET = "#9aa4af"
-READY = "#4cc9a0"
-ALARM = "#ff4d5e"
+from PySide6.QtGui import QColor, QFont
 
-# Of a palette that is told apart with every kind of colour vision (Okabe and Ito).
-CAUTION = "#e69f00"
-WARNING = "#d55e00"
+from app.window.themes import DARK, HIGH_CONTRAST, THEMES, Theme
+
+
+class Colours:
+    """The colours of a theme; see `Theme` for what each is for."""
+
+    def __init__(self, theme: Theme) -> None:
+        self.background = QColor(theme.background)
+        self.panel = QColor(theme.panel)
+        self.edge = QColor(theme.edge)
+        self.ink = QColor(theme.ink)
+        self.quiet = QColor(theme.quiet)
+        self.ready = QColor(theme.ready)
+        self.caution = QColor(theme.caution)
+        self.warning = QColor(theme.warning)
+        self.alarm = QColor(theme.alarm)
+
+    def follow(self, theme: Theme) -> None:
+        """Take on another theme's colours, in place."""
+        for name, colour in vars(self).items():
+            colour.setRgb(QColor(getattr(theme, name)).rgb())
+
+
+COLOURS = Colours(THEMES[DARK])
+"""Of the window."""
+
+OVER = Colours(THEMES[DARK])
+"""Over pictures, which are dark in every theme."""
+
+BACKGROUND = COLOURS.background
+PANEL = COLOURS.panel
+EDGE = COLOURS.edge
+INK = COLOURS.ink
+QUIET = COLOURS.quiet
+READY = COLOURS.ready
+CAUTION = COLOURS.caution
+WARNING = COLOURS.warning
+ALARM = COLOURS.alarm
+
+
+def take_theme(name: str) -> None:
+    """Change all colours to a theme's; what is shown is to be painted anew."""
+    COLOURS.follow(THEMES[name])
+    OVER.follow(THEMES[name if name == HIGH_CONTRAST else DARK])
 
 
 def style_sheet(scale: float) -> str:
@@ -21,18 +58,34 @@ def style_sheet(scale: float) -> str:
     def points(size: float) -> str:
         return f"{size * scale:.1f}pt"
 
+    def pixels(size: float) -> str:
+        return f"{max(round(size * scale), 1)}px"
+
+    ground, panel, edge = BACKGROUND.name(), PANEL.name(), EDGE.name()
+    ink, quiet, ready = INK.name(), QUIET.name(), READY.name()
     return f"""
-QMainWindow, QWidget#side {{ background: {BACKGROUND}; }}
-QWidget#gauges {{ background: {PANEL}; border-top: 1px solid {EDGE}; }}
-QLabel {{ color: {QUIET}; background: transparent; font-size: {points(9.5)}; }}
-QLabel#title {{ color: {INK}; font-size: {points(13)}; font-weight: 600; }}
-QLabel#caption {{ color: {QUIET}; font-size: {points(9)}; }}
-QLabel#task {{ color: {INK}; font-size: {points(11)}; }}
-QProgressBar {{ background: {EDGE}; border: none; }}
-QProgressBar::chunk {{ background: {READY}; }}
-QLabel#figure {{ color: {INK}; font-size: {points(16)}; font-weight: 600; }}
-QLabel#figure[alarming="true"] {{ color: {ALARM}; }}
-QLabel#key {{ color: {INK}; padding-right: {round(6 * scale)}px; }}
+QMainWindow, QDialog, QWidget#side {{ background: {ground}; }}
+QWidget#gauges {{ background: {panel}; border-top: 1px solid {edge}; }}
+QWidget#help {{ background: {panel}; border: {pixels(2)} solid {quiet}; }}
+QLabel {{ color: {quiet}; background: transparent; font-size: {points(9.5)}; }}
+QLabel#title {{ color: {ink}; font-size: {points(13)}; font-weight: 600; }}
+QLabel#caption {{ color: {quiet}; font-size: {points(9)}; }}
+QLabel#task {{ color: {ink}; font-size: {points(12)}; font-weight: 600; }}
+QLabel#tool {{ color: {ink}; font-size: {points(10.5)}; }}
+QLabel#status {{ color: {quiet}; font-size: {points(9)}; }}
+QLabel#figure {{ color: {ink}; font-size: {points(13)}; font-weight: 600; }}
+QLabel#figure[alarming="true"] {{ color: {ALARM.name()}; }}
+QLabel#key {{ color: {ink}; padding-right: {pixels(6)}; }}
+QProgressBar {{ background: {edge}; border: none; }}
+QProgressBar::chunk {{ background: {ready}; }}
+QPushButton, QComboBox {{
+    color: {ink}; background: {panel}; font-size: {points(10)};
+    border: 1px solid {quiet}; padding: {pixels(4)} {pixels(10)};
+}}
+QComboBox QAbstractItemView {{ color: {ink}; background: {panel}; }}
+QPushButton:focus, QComboBox:focus {{
+    border: {pixels(2)} solid {ready};
+}}
 """
 
 

@@ -7,7 +7,11 @@ DESIGNED = QSize(1280, 800)
 """At this size of the window everything has its own size."""
 
 SCALES = (0.85, 6.0)
-"""Smaller is unreadable; no screen needs larger."""
+"""Smaller is unreadable on a screen whose pixels Qt does not scale; no screen needs
+larger."""
+
+LEAST = QSize(640, 480)
+"""Nobody can fly in a smaller window."""
 
 _STEP = 0.05
 """Between two scales: laying out anew for each pixel would make a drag slow."""
@@ -26,11 +30,14 @@ def first_size(available: QSize) -> QSize:
     return wanted.boundedTo(most)
 
 
-def scale_for(window: QSize) -> float:
-    """Return the factor on every font and fixed length in a window of this size."""
+def scale_for(window: QSize, pixel_ratio: float = 1.0) -> float:
+    """Return the factor on every font and fixed length in a window of this size.
+
+    pixel_ratio: the screen's pixels to one of Qt's.
+    """
     share = min(window.width() / DESIGNED.width(), window.height() / DESIGNED.height())
     low, high = SCALES
-    return min(max(int(share / _STEP + 1e-6) * _STEP, low), high)
+    return min(max(int(share / _STEP + 1e-6) * _STEP, low / pixel_ratio), high)
 
 
 class FullScreen:

@@ -179,7 +179,7 @@ class ActiveRayTracer:
 
         Later pictures are, to the bit, those of a tracer that was made then.
         """
-        if change.kind is not ChangeKind.FILM:
+        if change.kind not in (ChangeKind.FILM, ChangeKind.TINT):
             self._edit((change.low, change.high))
 
     def replace(self, scene: Scene) -> None:

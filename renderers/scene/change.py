@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 
 class ChangeKind(Enum):
-    """Name what changed: tissue was cut or filled, was bent, or is wet otherwise."""
+    """Name what changed: tissue was cut or filled, bent, wet otherwise, or tinted."""
 
     CUT = "cut"
     DENT = "dent"
     FILM = "film"
+    TINT = "tint"
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,8 @@ class Wounds:
     bone: uint8, thickness of that bone in the same steps.
     deep: uint8, what lies beyond it: 0 soft tissue, 255 bone.
     film: uint8, thickness of blood on the surface, in steps of `FILM_UNIT_MM`.
+    pale: uint8, how far an injection has driven the blood out of mucosa, 255 for as far
+        as it goes; None where nobody injects.
     """
 
     pristine: Volume
@@ -41,6 +43,7 @@ class Wounds:
     bone: Volume
     deep: Volume
     film: Volume
+    pale: Volume | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ from renderers.shading.lit_walls import fibre_light, seen_field
 from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
 from renderers.shading.path_tracer import PathLight, demand_size
 from renderers.shading.surface_look import surface_tables, tint_of
-from renderers.shading.wounds import WoundLook
+from renderers.shading.wounds import WoundLook, blood_codes
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -83,7 +83,7 @@ class ScopeShader:
         self._bands = RowBands(threads)
         self._surface = surface
         self._distance = surface.distance
-        self._tint = tint_of(surface.blood.values, surface.skin.values)
+        self._tint = tint_of(blood_codes(surface), surface.skin.values)
         self._tables = surface_tables(
             self._tint, seed, blood_bias, tier.detail is Detail.FULL
         )
@@ -98,16 +98,17 @@ class ScopeShader:
         """Bring what was made from the surface up to date after an edit in place.
 
         Pictures are then those of a new shader, to the bit. What is edited: distance,
-        blood and skin of the surface, and the film of its wounds.
+        blood and skin of the surface, the film of its wounds and their pallor.
         """
         low, high = change.low, change.high
         here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
         if change.kind is not ChangeKind.FILM:
-            blood, skin = self._surface.blood.values, self._surface.skin.values
-            self._tint[here] = tint_of(blood[here], skin[here])
-            if self._hairs is not None:
-                self._hairs.update()
-        self._wounds.update(change)
+            skin = self._surface.skin.values[here]
+            self._tint[here] = tint_of(blood_codes(self._surface, here), skin)
+        if change.kind in (ChangeKind.CUT, ChangeKind.DENT) and self._hairs is not None:
+            self._hairs.update()
+        if change.kind is not ChangeKind.TINT:
+            self._wounds.update(change)
         self._mirrored.update(change)
 
     def shade(

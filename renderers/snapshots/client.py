@@ -187,6 +187,7 @@ class SnapshotClient:
                 film=self._put_changes(frozen.film),
                 bent=self._put_changes(frozen.bent),
                 rest=self._put_offsets(frozen.offsets),
+                pale=self._put_changes(frozen.pale),
             )
         work = ScopeWork(
             distance=self.put(distance.values),

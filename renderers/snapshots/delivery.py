@@ -271,14 +271,14 @@ class Finisher:
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
     ) -> ScopeShader:
         tier = Tier.SNAPSHOT if request.image.samples == 4 else Tier.FULL
-        wounds, film, bent = work.wounds, None, None
+        wounds, film, bent, pale = work.wounds, None, None, None
         if wounds is not None:
-            film, bent = wounds.film, wounds.bent
+            film, bent, pale = wounds.film, wounds.bent, wounds.pale
             # tissue that is pushed otherwise gets a shader of its own
-            wounds = msgspec.structs.replace(wounds, film=None, bent=None)
+            wounds = msgspec.structs.replace(wounds, film=None, bent=None, pale=None)
         head = work.distance, work.blood, work.skin, work.grid, wounds
         how = work.seed, work.blood_bias, request.deflectors
-        key, edits = msgspec.json.encode((head, how)), (work.changes, film, bent)
+        key, edits = msgspec.json.encode((head, how)), (work.changes, film, bent, pale)
         kept, self._kept = self._kept, None
         if kept is not None and kept.key == key and kept.edits != edits and kept.own:
             assert scene.surface is not None
@@ -299,10 +299,11 @@ class Finisher:
         return kept.shader
 
 
-_Arrays = tuple[NDArray[np.generic], NDArray[np.generic], NDArray[np.generic]]
-"""A distance, a film and the distance before any cut."""
+_Array = NDArray[np.generic]
+_Arrays = tuple[_Array, _Array, _Array, _Array]
+"""A distance, a film, the distance before any cut and the pallor of injections."""
 
-_Edits = tuple[str | None, str | None, str | None]
+_Edits = tuple[str | None, str | None, str | None, str | None]
 """Digests of what differs in each of them."""
 
 
@@ -323,12 +324,14 @@ class _KeptShader:
         """Take over what differs of a surface."""
         assert self.own is not None
         assert surface.wounds is not None
-        distance, film, pristine = self.own
+        assert surface.wounds.pale is not None
+        distance, film, pristine, pale = self.own
         changes = []
         for own, other, kind in (
             (distance, surface.distance.values, ChangeKind.CUT),
             (film, surface.wounds.film.values, ChangeKind.FILM),
             (pristine, surface.wounds.pristine.values, ChangeKind.DENT),
+            (pale, surface.wounds.pale.values, ChangeKind.TINT),
         ):
             box = changed_box(own, other)
             if box is not None:
@@ -341,15 +344,19 @@ class _KeptShader:
 
 
 def _living(surface: AirSurface, wounds: Wounds) -> tuple[AirSurface, _Arrays]:
-    """Return a surface with a distance, a film and a pristine one of its own."""
+    """Return a surface with distances, a film and pallor of its own."""
+    assert wounds.pale is not None
+    pale = np.array(wounds.pale.values)
     distance, film = np.array(surface.distance.values), np.array(wounds.film.values)
     before = np.array(wounds.pristine.values)
     pristine = wounds.pristine.with_values(before, wounds.pristine.background)
     wet = wounds.film.with_values(film, wounds.film.background)
     carved = surface.distance.with_values(distance, surface.distance.background)
-    wounds = replace(wounds, film=wet, pristine=pristine)
+    wounds = replace(
+        wounds, film=wet, pristine=pristine, pale=wounds.pale.with_values(pale, 0.0)
+    )
     own = replace(surface, distance=carved, wounds=wounds)
-    return own, (distance, film, before)
+    return own, (distance, film, before, pale)
 
 
 def write_picture(

@@ -146,7 +146,8 @@ class WoundsSpec(_Strict, frozen=True):
     """Name what tells a cut surface from a healthy one; see `renderers.scene.Wounds`.
 
     flesh, bone, deep: uint8 arrays of the head's grid. film: bricks of uint8 that are
-    wet, as `ScopeWork.changes` has them; None for a dry head. The pristine distance is
+    wet, as `ScopeWork.changes` has them; None for a dry head. pale: likewise bricks of
+    uint8 where mucosa was injected. The pristine distance is
     the work's own, but for bent: bricks of float32 of it where tissue gave way to a
     tool; None where none did. rest: bricks of float32 of the offsets, mm along x, y and
     z, from there to where that tissue lies at rest; see `renderers.scene.RestOffsets`.
@@ -158,6 +159,7 @@ class WoundsSpec(_Strict, frozen=True):
     film: Digest | None = None
     bent: Digest | None = None
     rest: tuple[Digest | None, Digest | None, Digest | None] | None = None
+    pale: Digest | None = None
 
 
 class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):

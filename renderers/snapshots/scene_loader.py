@@ -136,8 +136,9 @@ def _wounds(
     dry = pristine.with_values(np.zeros(pristine.shape, np.uint8), 0.0)
     flesh, bone, deep = layers
     film = edited(data, dry, spec.film, "wounds.film")
+    pale = edited(data, dry, spec.pale, "wounds.pale")
     bent = edited(data, pristine, spec.bent, "wounds.bent")
-    return Wounds(bent, flesh, bone, deep, film)
+    return Wounds(bent, flesh, bone, deep, film, pale)
 
 
 def scene_key(request: SnapshotRequest) -> bytes:

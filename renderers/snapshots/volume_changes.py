@@ -180,9 +180,9 @@ class FrozenSurface:
     """Hold an air surface as it was at one moment, whatever is cut out of it later.
 
     surface: the living one, of which only what never changes is read. distance: what
-    was cut by then; None where nobody operates. film: what had bled. bent: where the
-    pristine distance was shown otherwise, by tissue that gave way to a tool. offsets:
-    where that tissue lay at rest.
+    was cut by then; None where nobody operates. film: what had bled. pale: what was
+    injected. bent: where the pristine distance was shown otherwise, by tissue that gave
+    way to a tool. offsets: where that tissue lay at rest.
     """
 
     surface: AirSurface
@@ -190,6 +190,7 @@ class FrozenSurface:
     film: VolumeChanges | None = None
     bent: VolumeChanges | None = None
     offsets: Offsets | None = None
+    pale: VolumeChanges | None = None
 
     @classmethod
     def of(
@@ -226,6 +227,9 @@ class FrozenSurface:
             VolumeChanges.between(dry, film),
             bent,
             offsets,
+            VolumeChanges.between(dry, wounds.pale.values)
+            if wounds.pale is not None and wounds.pale.values.any()
+            else None,
         )
 
     def thawed(self) -> AirSurface:
@@ -236,6 +240,10 @@ class FrozenSurface:
         film = wounds.film
         dry = np.zeros(film.shape, film.values.dtype)
         distance = self.distance.applied(wounds.pristine.values)
+        pale = wounds.pale
+        if pale is not None:
+            then = self.pale.applied(dry) if self.pale else dry
+            pale = pale.with_values(then, pale.background)
         pristine = wounds.pristine
         if self.bent:
             pristine = pristine.with_values(
@@ -250,6 +258,7 @@ class FrozenSurface:
                 wounds,
                 pristine=pristine,
                 film=film.with_values(self.film.applied(dry), film.background),
+                pale=pale,
             ),
             rest=rest_offsets(self.offsets, wounds.pristine),
         )

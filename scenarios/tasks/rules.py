@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from renderers.scene import Volume
 from scenarios.endoscope import LEAST_GRAVITY, SUPERIOR
@@ -30,6 +31,11 @@ WITHIN = 1.5
 """A landmark that lies within what it names, such as the head of a turbinate, is seen
 where its surface is: so many times its depth before it, for lines that are oblique."""
 
+SECTION_STEP_MM, SECTION_MM, LATTICE_MM = 1.0, 10.0, 0.5
+"""Between sections across a way; half their width; between the points of one. A narrow
+place shorter than the first may be missed, an opening wider than 20 mm is cut off."""
+
+Sections = NDArray[np.float64]
 Places = Mapping[str, NDArray[np.float64]]
 
 
@@ -203,10 +209,11 @@ class _Remove(Rule):
 class _Open(Rule):
     def __init__(self, task: tasks.Open, places: Places) -> None:
         super().__init__()
-        self._radius_mm = task.radius_mm
+        self._task = task
         start, end = _at(task.start, places), _at(task.end, places)
         count = max(math.ceil(_apart(start, end) / SIGHT_STEP_MM), 1) + 1
         self._way = np.linspace(start, end, count)
+        self._sections = sections(start, end) if task.area_mm2 > 0.0 else None
         self._edits: int | None = None
 
     def step(self, now: Situation, elapsed_s: float) -> None:
@@ -214,7 +221,11 @@ class _Open(Rule):
             return
         self._edits = now.edits
         narrowest_mm = -float(now.distance.sample(self._way).max())
-        self.progress = min(max(narrowest_mm / self._radius_mm, 0.0), 1.0)
+        reached = min(max(narrowest_mm / self._task.radius_mm, 0.0), 1.0)
+        if self._sections is not None:
+            area_mm2 = opening_mm2(now.distance, self._sections)
+            reached = min(reached, area_mm2 / self._task.area_mm2)
+        self.progress = reached
 
 
 class _KeepAway(Rule):
@@ -280,6 +291,46 @@ def rule_of(task: tasks.Task, places: Places) -> Rule:
             return _KeepAway(task)
         case tasks.Survey():
             return _Survey(task)
+
+
+def sections(start: NDArray[np.float64], end: NDArray[np.float64]) -> Sections:
+    """Return lattices of points across a way, ``(n, m, m, 3)`` LPS mm."""
+    length = _apart(start, end)
+    along = (end - start) / max(length, 1e-9)
+    aside = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
+    aside /= np.linalg.norm(aside)
+    over = np.cross(along, aside)
+    count = max(math.ceil(length / SECTION_STEP_MM), 1) + 1
+    middles = np.linspace(start, end, count)
+    steps = round(SECTION_MM / LATTICE_MM)
+    off = LATTICE_MM * np.arange(-steps, steps + 1)
+    found: Sections = (
+        middles[:, None, None]
+        + off[None, :, None, None] * aside
+        + off[None, None, :, None] * over
+    )
+    return found
+
+
+def opening_mm2(distance: Volume, across: Sections) -> float:
+    """Return the area of the air round a way where it is narrowest, mm2.
+
+    distance: signed air distance, mm, negative in air. across: see `sections`. Only air
+    that hangs together with the way, within its section, counts: none where the way is
+    blocked, and at most the whole section.
+    """
+    values = distance.sample(across.reshape(-1, 3)).reshape(across.shape[:3])
+    middle = across.shape[1] // 2
+    least = math.inf
+    for section in values:
+        if section[middle, middle] >= 0.0:
+            return 0.0
+        # the share of its small square that is air, by the distance of its middle
+        air = np.clip(0.5 - section / LATTICE_MM, 0.0, 1.0)
+        numbers, _ = ndimage.label(air > 0.0)
+        whole = float(air[numbers == numbers[middle, middle]].sum())
+        least = min(least, whole * LATTICE_MM**2)
+    return least
 
 
 def is_in_sight(

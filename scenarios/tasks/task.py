@@ -125,11 +125,15 @@ class Remove(TaskBase, frozen=True, tag="remove"):
 
 
 class Open(TaskBase, frozen=True, tag="open"):
-    """Make a way for a ball of radius_mm, straight from one place to another."""
+    """Make a way for a ball of radius_mm, straight from one place to another.
+
+    area_mm2: of the air across that way where it is narrowest, at least.
+    """
 
     start: Place
     end: Place
     radius_mm: float
+    area_mm2: float = 0.0
 
 
 class KeepAway(TaskBase, frozen=True, tag="keep away"):

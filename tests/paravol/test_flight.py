@@ -383,7 +383,7 @@ def test_an_arm_that_stays_away_leaves_a_picture_that_says_so(
         pixels = np.asarray(picture.convert("RGB"), dtype=np.float64)
     height, width = pixels.shape[:2]
     assert pixels[height // 4 : height * 5 // 8, width // 6 : width * 4 // 10].std() > 5
-    ring = np.abs(pixels - np.array(ImageColor.getrgb(ALARM))).max(axis=-1) < 8
+    ring = np.abs(pixels - np.array(ImageColor.getrgb(ALARM.name()))).max(axis=-1) < 8
     assert ring.sum() > 2000
     report = replay_session(bundle, threads=2, progress=lambda stage, share: None)
     assert report.frames > 0

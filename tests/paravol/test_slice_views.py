@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from anatomy.scan.histogram import Peaks, transfer_of
-from paravol.slice_views import CT_WINDOW_HU, Plane, Show, SliceViews, cut
+from paravol.slice_views import (
+    CT_WINDOW_HU,
+    GRAY_WINDOWS,
+    Plane,
+    Show,
+    SliceViews,
+    cut,
+)
 from renderers.scene import Volume
 
 SHAPE = (9, 10, 11)
@@ -83,3 +90,35 @@ def test_without_a_second_scan_it_is_asked_for() -> None:
     views = SliceViews.of({"ct": numbered()}, TRANSFER)
     with pytest.raises(ValueError, match="import it with --second"):
         views.picture(Plane.AXIAL, at(1, 1, 1), Show.BOTH)
+
+
+@pytest.mark.parametrize("plane", Plane)
+def test_what_is_found_at_a_place_of_a_picture_is_the_point(plane: Plane) -> None:
+    views = SliceViews.of({"ct": numbered()}, TRANSFER)
+    for point in (at(0, 0, 0), at(10, 9, 8), at(3, 7, 2) + 0.1):
+        found = views.found(plane, *views.place(plane, point), point)
+        assert found == pytest.approx(point)
+    outside = views.found(plane, -50.0, 500.0, at(3, 3, 3))
+    assert np.array_equal(views.within(outside), outside)
+
+
+def test_a_step_goes_one_slice_and_stays_in_the_scan() -> None:
+    views = SliceViews.of({"ct": numbered()}, TRANSFER)
+    for number, plane in enumerate(Plane):
+        moved = views.stepped(plane, at(3, 3, 3), 1) - at(3, 3, 3)
+        assert moved.tolist() == [0.5 if 2 - number == axis else 0 for axis in range(3)]
+    assert views.stepped(Plane.AXIAL, at(3, 3, 3), 99) == pytest.approx(at(3, 3, 8))
+
+
+def test_a_window_is_black_below_and_white_above_its_ends() -> None:
+    ct = np.full(SHAPE, -2000, np.int16)
+    values = [-651, -649, 350, 1349, 1351]
+    ct[4, 4, :5] = values
+    views = SliceViews.of({"ct": Volume(ct, SPACING, ORIGIN)}, TRANSFER)
+    (bone,) = (window for window in GRAY_WINDOWS if window.name == "bone")
+    assert (bone.width, bone.level) == (2000.0, 350.0)
+    row = views.picture(Plane.AXIAL, at(4, 4, 4), Show.CT, bone.ends)[4, :5, 0]
+    assert row.tolist() == [0, 0, 128, 255, 255]
+    assert GRAY_WINDOWS[0].ends == CT_WINDOW_HU
+    moved = bone.moved(-1e9, 1e9)
+    assert moved.ends[1] > moved.ends[0]

@@ -25,6 +25,7 @@ class WoundedSurface:
         self.distance = distance.values.copy()
         self.blood = pristine.blood.values.copy()
         self.film: NDArray[np.uint8] = np.zeros(shape, np.uint8)
+        self.pale: NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self._grid = distance
         self._pristine = pristine
         self._generation = 0
@@ -38,6 +39,7 @@ class WoundedSurface:
             volume(bone),
             volume(deep),
             distance.with_values(self.film, 0.0),
+            distance.with_values(self.pale, 0.0),
         )
         self.surface = replace(
             pristine,
@@ -76,6 +78,12 @@ class WoundedSurface:
         near = np.linalg.norm(self.places() - middle_mm, axis=-1) < reach_mm
         blood = np.where(near, 200, self.blood).astype(np.uint8)
         return self._write(self.blood, blood, ChangeKind.CUT)
+
+    def inject(self, middle_mm: NDArray[np.float64], reach_mm: float) -> Change:
+        """Pale tissue around a place."""
+        away = np.linalg.norm(self.places() - middle_mm, axis=-1) / reach_mm
+        pale = np.maximum(np.rint(255 * np.clip(1 - away, 0, 1)), self.pale)
+        return self._write(self.pale, pale.astype(np.uint8), ChangeKind.TINT)
 
     def dry(self) -> Change:
         """Take all blood away."""

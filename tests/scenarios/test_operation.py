@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from renderers.scene import ChangeKind
+from scenarios.endoscope import Endoscope
 from scenarios.instruments.catalogue import INSTRUMENTS, Action, instrument_named
 from scenarios.operation import ABSENT_S, CLOSED, FASTEST_MM_S, OPEN, SCRAPES_N
 from surgery.solids import ROUGH
@@ -232,3 +234,38 @@ def test_what_scrapes_takes_tissue_only_under_force(
         hand.tip_mm = (12.0 + 10 * way, 11.0, FLOOR_MM + 4.0)
         hand.step()
     assert hand.edits == taken
+
+
+def test_an_injection_pales_tissue_under_its_pedal_and_nowhere_else() -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, FLOOR_MM - 1.0))
+    pale = hand.operation.patient.wounds_pale
+    for _ in range(20):
+        hand.step(0.1, name="injection needle")
+    assert not pale.any()
+    for _ in range(16):
+        hand.step(0.1, is_working=True)
+    kinds = {change.kind for change in hand.operation.take_changes()}
+    assert ChangeKind.TINT in kinds
+    assert pale.any()
+    # the first sample with the pedal down has no time before it
+    assert hand.operation.figures().injected_ml == pytest.approx(0.15)
+    again = replayed(hand.samples)
+    assert np.array_equal(again.patient.wounds_pale, pale)
+
+
+def test_a_frozen_trainer_injects_nothing_and_an_injection_comes_back() -> None:
+    hand = Hand(tip_mm=(12.0, 11.0, FLOOR_MM - 1.0))
+    for _ in range(6):
+        hand.step(0.1, name="injection needle", is_working=True)
+    operation = hand.operation
+    state, then = operation.freeze(), operation.patient.wounds_pale.copy()
+    operation.pause(hand.time_s + 5.0)
+    hand.time_s += 5.0
+    hand.step(0.1, is_working=True)
+    assert operation.figures().injected_ml == pytest.approx(0.05)
+    for _ in range(9):
+        hand.step(0.1)
+    assert not np.array_equal(operation.patient.wounds_pale, then)
+    operation.restore(state, Endoscope())
+    assert np.array_equal(operation.patient.wounds_pale, then)
+    assert operation.figures().injected_ml == pytest.approx(0.05)

@@ -8,19 +8,26 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.vtk.head_model import HeadModel
 from app.window.flight.flight_thread import DisplayedFrame, FlightThread
-from app.window.flight.keys import HandEvents
+from app.window.flight.help_overlay import HelpOverlay
+from app.window.flight.keys import TASK_KEYS, WINDOW_KEYS, HandEvents
+from app.window.flight.large_view import LargeView
+from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
-from app.window.flight.sound_keys import SoundKeys
-from app.window.flight.tool_keys import ToolKeys
+from app.window.flight.sound_keys import SOUND_KEYS, SoundKeys
+from app.window.flight.tool_keys import TOOL_KEYS, ToolKeys
+from app.window.flight.view_keys import SLICE_KEYS, VIEW_KEYS, ViewKeys
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
+from app.window.style import OVER
 from paravol.feedback import NO_SIGNS, TouchSigns
-from paravol.flight import FlightEnd
+from paravol.flight import FlightEnd, FlightOrder
 from paravol.readings import Readings
+from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews
+from scenarios.instrument_state import NO_TOOL
 
 OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
@@ -68,7 +75,10 @@ class FlightPage(Page):
         self._overview.changed.connect(self._on_overview_changed)
         self._slices = self._side.slices
         self._moments = self._side.moments
-        self._lay_out()
+        self._large = LargeView(self._lay_out(), self.picture, self._side)
+        self._help = HelpOverlay(self, _keys_of(order))
+        self._screen: ScopeScreen | None = None
+        self._hand: HandEvents | None = None
         controls = order.input.controls
         if order.instrument is not None and order.instrument.controls is not None:
             controls = order.instrument.controls
@@ -77,6 +87,7 @@ class FlightPage(Page):
         if not order.has_own_tool:
             self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
         self._sound = SoundKeys(thread.sound, self, self._notices.notify)
+        self._view_keys = ViewKeys(self, self._slices, self, self._notices.notify)
         self._injury = ""
         self._injured_until_s = 0.0
         self._overview_due_s = 0.0
@@ -103,7 +114,7 @@ class FlightPage(Page):
         thread.finished.connect(self._on_finished)
         self._on_stage("Starting", 0.0)
 
-    def _lay_out(self) -> None:
+    def _lay_out(self) -> QVBoxLayout:
         middle = QWidget()
         row = QHBoxLayout(middle)
         row.setContentsMargins(0, 0, 0, 0)
@@ -120,11 +131,36 @@ class FlightPage(Page):
         rows.setSpacing(0)
         rows.addWidget(middle, 1)
         rows.addWidget(self._gauges)
+        return column
 
     def set_scale(self, scale: float) -> None:
         """Draw everything as large as the window has room for."""
-        for part in (self.picture, self._bars, self._side, self._gauges):
+        for part in (self.picture, self._bars, self._side, self._gauges, self._help):
             part.set_scale(scale)
+        self.update()
+
+    def switch_help(self) -> None:
+        """Show all keys, or hide them."""
+        self._help.switch()
+
+    def switch_large(self) -> None:
+        """Make the next view large: the scope's picture, slices or the overview."""
+        self._notices.notify(self._large.next(), "F4 makes the next view large.")
+
+    def switch_second_screen(self) -> None:
+        """Show the scope's picture on another screen, or take it away."""
+        if self._screen is not None:
+            self._screen.close()
+            return
+        self._screen = ScopeScreen(self.picture, self)
+        self._screen.closed.connect(self._on_screen_closed)
+        if self._hand is not None:
+            self._screen.installEventFilter(self._hand)
+        self._notices.notify(self._screen.fill(), "F3 or Esc there closes it.")
+
+    @Slot()
+    def _on_screen_closed(self) -> None:
+        self._screen = None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key."""
@@ -133,6 +169,8 @@ class FlightPage(Page):
                 self._end_flight()
             case Qt.Key.Key_Escape if self._notices.is_asking:
                 self._notices.answered()
+            case Qt.Key.Key_Escape if not self._help.isHidden():
+                self._help.switch()
             case Qt.Key.Key_Escape if self.window().isFullScreen():
                 self.full_screen_wanted.emit()
             case Qt.Key.Key_Q | Qt.Key.Key_Escape:
@@ -199,6 +237,8 @@ class FlightPage(Page):
         """
         self._timer.stop()
         self._flight.cancel()
+        if self._screen is not None:
+            self._screen.close()
         self._overview.release()
 
     def _keep_moment(self) -> None:
@@ -286,6 +326,8 @@ class FlightPage(Page):
         self._is_overview_stale = True
         self._show_signs(NO_SIGNS if before is None else before.signs)
         self._warn()
+        _, right, up, forward = frame.view.camera.frame
+        self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
         self.picture.show_picture(frame.pixels)
 
     def _show_signs(self, before: TouchSigns) -> None:
@@ -294,7 +336,7 @@ class FlightPage(Page):
         signs = NO_SIGNS if frame is None or self._is_away else frame.signs
         self._bars.show_signs(signs, self._sound.caption)
         pointer = frame.pointer if frame is not None and not self._is_away else None
-        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs)[0])
+        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs, OVER)[0])
         if signs.breaks > before.breaks:
             self._notices.notify(*signs.break_text())
 
@@ -387,11 +429,18 @@ class FlightPage(Page):
     @Slot()
     def _refresh(self) -> None:
         """Bring up to date what need not change with every frame."""
-        self._gauges.show_readings(self._readings())
+        readings = self._readings()
+        self._gauges.show_readings(readings)
+        is_recording = self._flight.recording.folder is not None
+        self._gauges.show_status(readings.status(is_recording=is_recording))
         self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
             self._side.tasks.show_states(self._frame.tasks)
+            view, tool = self._frame.view, None
+            if view.instrument != NO_TOOL:
+                tool = view.world_from_instrument[:3, 3]
+            self._slices.follow(view.world_from_tip[:3, 3], tool)
         self._notices.refresh()
         if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()
@@ -402,7 +451,21 @@ class FlightPage(Page):
         begun = time.monotonic()
         if self._frame is not None:
             self._overview.scene.follow(self._frame.view)
-            self._slices.follow(self._frame.view.world_from_tip[:3, 3])
         self._overview.draw()
         ended = time.monotonic()
         self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE
+
+
+def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:
+    """Return the keys of a flight by what they are for."""
+    keys = dict(order.input.keys)
+    if order.instrument is not None:
+        keys |= order.instrument.keys
+    tasks = TASK_KEYS if order.scenario.tasks else {}
+    return {
+        "Scope": keys,
+        "Tool": {} if order.has_own_tool else TOOL_KEYS,
+        "Flight": tasks | WINDOW_KEYS | SOUND_KEYS,
+        "Views": VIEW_KEYS,
+        "Slices": SLICE_KEYS,
+    }

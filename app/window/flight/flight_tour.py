@@ -2,7 +2,6 @@
 
 from PySide6.QtWidgets import QWidget
 
-from app.window.flight.keys import KeyHelp
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.task_panel import TaskPanel
@@ -30,9 +29,9 @@ def flight_stops(page: QWidget) -> list[TourStop]:
             "The head from outside, with the scope in it. C opens the head.",
         ),
         (
-            page.findChild(KeyHelp),
+            page,
             "Keys",
-            "All keys stand here. Space keeps a moment; Q ends the flight and shows "
+            "F1 or ? shows all keys. Space keeps a moment; Q ends the flight and shows "
             "what it was worth.",
         ),
     ]

@@ -4,17 +4,14 @@ import time
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
+from PySide6.QtWidgets import QWidget
 
 from devices.controls.keyboard import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
 
 WINDOW_KEYS = {
-    "M": "slices: CT, MR, both",
-    "C": "open the head",
     "[ ]": "turn the camera head",
     "Space": "keep this moment",
     "V": "save this view",
-    "F": "full screen",
     "Q": "end the flight",
 }
 
@@ -24,33 +21,6 @@ TASK_KEYS = {"P": "freeze, go on", "I": "hint"}
 _NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
 _NOTCH = 120.0
 """Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""
-
-
-class KeyHelp(QWidget):
-    """Show keys and what they do: of the input, of the hand and sound, the window."""
-
-    def __init__(self, input_keys: dict[str, str], hand_keys: dict[str, str]) -> None:
-        super().__init__()
-        table = self._table = QGridLayout(self)
-        table.setContentsMargins(0, 0, 0, 0)
-        table.setColumnStretch(1, 3)
-        table.setColumnStretch(3, 2)
-        # Side by side, or a small screen has no room for them.
-        keys = [*input_keys.items(), *hand_keys.items(), *WINDOW_KEYS.items()]
-        rows = (len(keys) + 1) // 2
-        for place, (key, does) in enumerate(keys):
-            column, row = divmod(place, rows)
-            name = QLabel(key)
-            name.setObjectName("key")
-            effect = QLabel(does)
-            effect.setWordWrap(True)
-            table.addWidget(name, row, 2 * column)
-            table.addWidget(effect, row, 2 * column + 1)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._table.setHorizontalSpacing(round(4 * scale))
-        self._table.setVerticalSpacing(round(2 * scale))
 
 
 class HandEvents(QObject):

@@ -22,6 +22,8 @@ class ExerciseCard(QFrame):
     """Tell of one line of the list; its button starts it."""
 
     started = Signal()
+    scan_wanted = Signal()
+    """The head's scan shall be shown whole."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -49,6 +51,9 @@ class ExerciseCard(QFrame):
         self.start.clicked.connect(self.started)
         self._column = QVBoxLayout(self)
         self._column.addWidget(scrolled, 1)
+        self.scan = QPushButton("Look at the scan")
+        self.scan.clicked.connect(self.scan_wanted)
+        self._column.addWidget(self.scan)
         self._column.addWidget(self.start)
 
     def set_scale(self, scale: float) -> None:
@@ -60,6 +65,7 @@ class ExerciseCard(QFrame):
 
     def show_entry(self, entry: ListEntry) -> None:
         """Tell of a line."""
+        self.scan.setVisible(entry.has_scan)
         if entry.exercise is not None:
             self._show_exercise(entry.exercise)
         elif entry.case is not None:

@@ -30,6 +30,13 @@ class ListEntry:
     exercise: Exercise | None = None
     case: KnownCase | None = None
 
+    @property
+    def has_scan(self) -> bool:
+        """Return whether there is a head with a CT; an abstract scene has none."""
+        if self.exercise is not None:
+            return not self.exercise.scenario.head.scene
+        return self.case is not None
+
 
 class ExerciseList(QTreeWidget):
     """List exercises by level, flights and cases; Enter or two clicks choose one."""

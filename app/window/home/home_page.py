@@ -35,6 +35,8 @@ class HomePage(Page):
     """An exercise, by name, shall be flown."""
     case_wanted = Signal(Path)
     """A case folder shall be flown through."""
+    scan_wanted = Signal(object)
+    """The scan of an entry of the list, a `ListEntry`, shall be shown whole."""
     recordings_wanted = Signal()
     settings_wanted = Signal()
     full_screen_wanted = Signal()
@@ -69,6 +71,7 @@ class HomePage(Page):
         self.list.selected.connect(self.card.show_entry)
         self.list.chosen.connect(self._fly)
         self.card.started.connect(self._start_selected)
+        self.card.scan_wanted.connect(self._show_scan)
         self.go_on.clicked.connect(self._go_on)
         self.bar.recordings.clicked.connect(self.recordings_wanted)
         self.bar.settings.clicked.connect(self.settings_wanted)
@@ -205,6 +208,10 @@ class HomePage(Page):
     def _start_selected(self) -> None:
         if self.list.current is not None:
             self._fly(self.list.current)
+
+    def _show_scan(self) -> None:
+        if self.list.current is not None:
+            self.scan_wanted.emit(self.list.current)
 
     def _fly(self, entry: ListEntry) -> None:
         if entry.exercise is not None:

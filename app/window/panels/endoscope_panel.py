@@ -1,27 +1,47 @@
 """The endoscope's picture in the window, with what is said on top of it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QImage,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
-from app.window.style import ALARM, INK, QUIET, READY, font_of
+from app.window.panels.side_marks import paint_letters
+from app.window.style import OVER, font_of
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd
+from paravol.side_letters import SideLetter
+
+LEAST_PX = 150
+"""Smallest edge of the picture, at the designed size."""
 
 _MARGIN = 14.0
+_CENTRED = int(
+    Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
+)
 
 
 class PictureView(QWidget):
     """Show the newest picture as large as there is room, and a message below."""
 
+    changed = Signal()
+    """Something else is to be painted; a second window then shows it, too."""
+
     def __init__(self) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(QSize(240, 240))
         # Everything is painted here, every time: nothing to erase before.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._image = QImage()
@@ -32,26 +52,46 @@ class PictureView(QWidget):
         self._touched = ""
         self._is_recording = False
         self._pointer: HazardPointer | None = None
-        self._pointed = "", INK
+        self._pointed = "", QColor(OVER.ink)
+        self._letters: tuple[SideLetter, ...] = ()
+        self._towards = ""
         self._result: FlightEnd | None = None
         self._scale = 1.0
+        self.set_scale(1.0)
 
     def set_scale(self, scale: float) -> None:
         """Scale the text; 1 is the designed size."""
         self._scale = scale
+        self.setMinimumSize(round(LEAST_PX * scale), round(LEAST_PX * scale))
+        self._renew()
+
+    @property
+    def edge_px(self) -> int:
+        """Return the edge of the picture on the screen, in the screen's pixels."""
+        return round(_square(self.rect()).width() * self.devicePixelRatioF())
+
+    def _renew(self) -> None:
         self.update()
+        self.changed.emit()
 
     def show_result(self, end: FlightEnd) -> None:
         """Put a flight's result over the picture, to stay."""
         self._result = end
-        self.update()
+        self._renew()
 
     def show_picture(self, pixels: NDArray[np.uint8]) -> None:
         """Show a ``(h, w, 3)`` uint8 sRGB picture."""
         self._image = image_of(pixels)
-        self.update()
+        self._renew()
 
-    def point_at(self, pointer: HazardPointer | None, words: str, colour: str) -> None:
+    def mark_sides(self, letters: Sequence[SideLetter], towards: str) -> None:
+        """Say which side of the patient is where, and which one the scope looks to."""
+        self._letters = tuple(letters)
+        self._towards = towards
+
+    def point_at(
+        self, pointer: HazardPointer | None, words: str, colour: QColor
+    ) -> None:
         """Point at the nearest hazard, behind what hides it; None to leave it out.
 
         words: what to say of it. colour: of the line.
@@ -63,7 +103,7 @@ class PictureView(QWidget):
         """Put a message over the picture; `share` of 0 to 1 draws a bar under it."""
         if (message, detail, share) != (self._message, self._detail, self._share):
             self._message, self._detail, self._share = message, detail, share
-            self.update()
+            self._renew()
 
     def warn(self, alarm: str, touched: str = "") -> None:
         """Put a red ring and a word round the picture; an empty word takes it off.
@@ -76,46 +116,53 @@ class PictureView(QWidget):
     def mark_recording(self, is_recording: bool) -> None:
         """Show that the session is being recorded."""
         self._is_recording = is_recording
-        self.update()
+        self._renew()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint picture, ring and message."""
         painter = QPainter(self)
-        painter.fillRect(self.rect(), Qt.GlobalColor.black)
-        side = min(self.width(), self.height()) - 2 * _MARGIN
-        square = QRectF(
-            (self.width() - side) / 2, (self.height() - side) / 2, side, side
-        )
+        self.paint(painter, self.rect(), self._scale)
+        painter.end()
+
+    def paint(self, painter: QPainter, room: QRect, scale: float) -> None:
+        """Paint all of it into a room, of this widget or another; scale: of texts."""
+        painter.fillRect(room, Qt.GlobalColor.black)
+        square = _square(room)
         if not self._image.isNull():
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(square, self._image)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not self._image.isNull():
+            paint_letters(painter, square, self._letters, scale, is_round=True)
         if self._pointer is not None:
-            self._paint_pointer(painter, square, self._pointer)
+            self._paint_pointer(painter, square, self._pointer, scale)
         if self._alarm:
-            self._paint_alarm(painter, square)
+            _paint_alarm(painter, square, scale)
+            _paint_corner(painter, room, scale, OVER.alarm, f"▲ {self._alarm}")
         elif self._touched:
-            self._paint_corner(painter, INK, f"touching: {self._touched}")
+            _paint_corner(painter, room, scale, OVER.ink, f"touching: {self._touched}")
+        if self._towards and not self._image.isNull():
+            _paint_towards(painter, room, scale, f"looks to {self._towards}")
         if self._result is not None:
-            paint_result(painter, self.rect(), self._result, self._scale)
+            paint_result(painter, room, self._result, scale)
         if self._message:
-            self._paint_message(painter)
+            self._paint_message(painter, room, scale)
         if self._is_recording:
-            scale = self._scale
+            corner = QPointF(room.topLeft())
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(ALARM))
-            painter.drawEllipse(QPointF(26.0, 28.0) * scale, 6.0 * scale, 6.0 * scale)
-            painter.setPen(QColor(INK))
+            painter.setBrush(OVER.alarm)
+            middle = corner + QPointF(26.0, 28.0) * scale
+            painter.drawEllipse(middle, 6.0 * scale, 6.0 * scale)
+            painter.setPen(OVER.ink)
             painter.setFont(font_of(11, scale, bold=True))
-            painter.drawText(QPointF(40.0, 33.0) * scale, "REC")
-        painter.end()
+            painter.drawText(corner + QPointF(40.0, 33.0) * scale, "REC")
 
     def _paint_pointer(
-        self, painter: QPainter, square: QRectF, pointer: HazardPointer
+        self, painter: QPainter, square: QRectF, pointer: HazardPointer, scale: float
     ) -> None:
         """Mark the hazard by a diamond, with a line from the tool's tip."""
         words, colour = self._pointed
-        half = 9.0 * self._scale
+        half = 9.0 * scale
 
         def place(shares: tuple[float, float]) -> QPointF:
             x, y = shares
@@ -129,11 +176,11 @@ class PictureView(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         # dark below: tissue is as bright as any colour
         for ink, width in ((QColor(0, 0, 0, 160), 5.0), (QColor(colour), 2.5)):
-            painter.setPen(QPen(ink, width * self._scale))
+            painter.setPen(QPen(ink, width * scale))
             if pointer.begin is not None:
                 painter.drawLine(place(pointer.begin), end)
             painter.drawPolygon(diamond)
-        painter.setFont(font_of(10, self._scale, bold=True))
+        painter.setFont(font_of(10, scale, bold=True))
         width = painter.fontMetrics().horizontalAdvance(words) + 2.0 * half
         height = 2.2 * half
         left = end.x() + 1.5 * half
@@ -142,55 +189,48 @@ class PictureView(QWidget):
         box = QRectF(left, end.y() - height / 2.0, width, height)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(panel_colour())
-        painter.drawRoundedRect(box, 4.0 * self._scale, 4.0 * self._scale)
-        painter.setPen(QColor(INK))
+        painter.drawRoundedRect(box, 4.0 * scale, 4.0 * scale)
+        painter.setPen(OVER.ink)
         painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), words)
 
-    def _paint_alarm(self, painter: QPainter, square: QRectF) -> None:
-        scale = self._scale
-        inset = 3.0 * scale
-        painter.setPen(QPen(QColor(ALARM), 2.0 * inset))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(square.adjusted(inset, inset, -inset, -inset))
-        self._paint_corner(painter, ALARM, f"▲ {self._alarm}")
+    def message_box(self, room: QRect, scale: float) -> tuple[QRectF, QRectF, QRectF]:
+        """Return the box of the message in a room, and within it title and detail.
 
-    def _paint_corner(self, painter: QPainter, colour: str, words: str) -> None:
-        scale = self._scale
-        painter.setFont(font_of(16, scale, bold=True))
-        painter.setPen(QColor(colour))
-        corner = self.rect().adjusted(0, round(18 * scale), round(-24 * scale), 0)
-        painter.drawText(
-            corner,
-            int(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight),
-            words,
-        )
-
-    def _paint_message(self, painter: QPainter) -> None:
-        scale = self._scale
-        width, height = min(self.width() - 48.0 * scale, 600.0 * scale), 74.0 * scale
+        Long texts take more lines.
+        """
+        side, edge = 16.0 * scale, 28.0 * scale
+        width = min(room.width() - 48.0 * scale, 600.0 * scale)
+        inner = QRectF(0.0, 0.0, width - 2.0 * side, 1e4)
+        large = QFontMetricsF(font_of(16, scale, bold=True))
+        small = QFontMetricsF(font_of(11, scale))
+        title = large.boundingRect(inner, _CENTRED, self._message).height()
+        detail = small.boundingRect(inner, _CENTRED, self._detail).height()
+        height = 12.0 * scale + title + 4.0 * scale + detail + 14.0 * scale
         if self._share is not None:
             height += 16.0 * scale
         box = QRectF(
-            (self.width() - width) / 2,
-            self.height() - height - 28.0 * scale,
+            room.left() + (room.width() - width) / 2,
+            room.bottom() + 1 - height - edge,
             width,
             height,
         )
+        inner.moveTo(box.left() + side, box.top() + 12.0 * scale)
+        inner.setHeight(title)
+        below = QRectF(inner.bottomLeft(), inner.size()).translated(0.0, 4.0 * scale)
+        below.setHeight(detail)
+        return box, inner, below
+
+    def _paint_message(self, painter: QPainter, room: QRect, scale: float) -> None:
+        box, title, detail = self.message_box(room, scale)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(panel_colour())
         painter.drawRoundedRect(box, 12.0 * scale, 12.0 * scale)
-        centre = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
-        side = 16.0 * scale
         painter.setFont(font_of(16, scale, bold=True))
-        painter.setPen(QColor(INK))
-        painter.drawText(
-            box.adjusted(side, 12.0 * scale, -side, 0), centre, self._message
-        )
+        painter.setPen(OVER.ink)
+        painter.drawText(title, _CENTRED, self._message)
         painter.setFont(font_of(11, scale))
-        painter.setPen(QColor(QUIET))
-        painter.drawText(
-            box.adjusted(side, 43.0 * scale, -side, 0), centre, self._detail
-        )
+        painter.setPen(OVER.quiet)
+        painter.drawText(detail, _CENTRED, self._detail)
         if self._share is not None:
             inset, thick = 24.0 * scale, 5.0 * scale
             bar = QRectF(
@@ -200,8 +240,41 @@ class PictureView(QWidget):
                 thick,
             )
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor("#30363d"))
+            painter.setBrush(OVER.edge)
             painter.drawRoundedRect(bar, thick / 2, thick / 2)
             bar.setWidth(bar.width() * min(max(self._share, 0.0), 1.0))
-            painter.setBrush(QColor(READY))
+            painter.setBrush(OVER.ready)
             painter.drawRoundedRect(bar, thick / 2, thick / 2)
+
+
+def _square(room: QRect) -> QRectF:
+    """Return where the round picture lies in a room."""
+    side = max(min(room.width(), room.height()) - 2 * _MARGIN, 1.0)
+    left = room.left() + (room.width() - side) / 2
+    return QRectF(left, room.top() + (room.height() - side) / 2, side, side)
+
+
+def _paint_alarm(painter: QPainter, square: QRectF, scale: float) -> None:
+    inset = 3.0 * scale
+    painter.setPen(QPen(OVER.alarm, 2.0 * inset))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawEllipse(square.adjusted(inset, inset, -inset, -inset))
+
+
+def _paint_corner(
+    painter: QPainter, room: QRect, scale: float, colour: QColor, words: str
+) -> None:
+    painter.setFont(font_of(16, scale, bold=True))
+    painter.setPen(colour)
+    corner = room.adjusted(0, round(18 * scale), round(-24 * scale), 0)
+    top_right = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight
+    painter.drawText(corner, int(top_right), words)
+
+
+def _paint_towards(painter: QPainter, room: QRect, scale: float, words: str) -> None:
+    """Say in a lower corner where the scope looks: no letter at the rim can."""
+    painter.setFont(font_of(9.5, scale, bold=True))
+    painter.setPen(OVER.quiet)
+    corner = room.adjusted(round(14 * scale), 0, 0, round(-12 * scale))
+    bottom_left = Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignLeft
+    painter.drawText(corner, int(bottom_left), words)

@@ -1,13 +1,16 @@
-"""The row of figures under the picture."""
+"""The line below the page: figures of the flight, and quietly how well all goes."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from paravol.readings import UNKNOWN, Readings
 
+SHOWN = ("Time", "Clearance", "Nostril")
+"""Of the readings; the nearest hazard is on its bar, the rest in the quiet line."""
+
 
 class Gauges(QWidget):
-    """Show readings, each under its caption; the clearance turns red in time."""
+    """Show readings, each beside its caption; the clearance is coloured in time."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -15,31 +18,40 @@ class Gauges(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         row = self._row = QHBoxLayout(self)
         self._figures: dict[str, QLabel] = {}
-        for caption in Readings().texts():
-            column = QVBoxLayout()
-            column.setSpacing(0)
-            above, figure = QLabel(caption), QLabel(UNKNOWN)
-            above.setObjectName("caption")
+        for caption in SHOWN:
+            before, figure = QLabel(caption), QLabel(UNKNOWN)
+            before.setObjectName("caption")
             figure.setObjectName("figure")
-            column.addWidget(above)
-            column.addWidget(figure)
-            row.addLayout(column, 1)
+            row.addWidget(before)
+            row.addWidget(figure)
+            row.addStretch(1)
             self._figures[caption] = figure
+        self.status = QLabel()
+        self.status.setObjectName("status")
+        # it has room to become longer at once
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        self.status.setAlignment(right)
+        row.addWidget(self.status, 12)
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
-        self._row.setContentsMargins(*(round(n * scale) for n in (24, 5, 24, 6)))
-        self._row.setSpacing(round(18 * scale))
+        self._row.setContentsMargins(*(round(n * scale) for n in (14, 4, 14, 4)))
+        self._row.setSpacing(round(8 * scale))
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""
-        for caption, text in readings.texts().items():
-            figure = self._figures[caption]
-            if figure.text() != text:
-                figure.setText(text)
+        texts = readings.texts()
+        for caption, figure in self._figures.items():
+            if figure.text() != texts[caption]:
+                figure.setText(texts[caption])
         clearance = self._figures["Clearance"]
         if clearance.property("alarming") != readings.is_alarming:
             clearance.setProperty("alarming", readings.is_alarming)
             # Qt looks style rules up again only when asked to.
             clearance.style().unpolish(clearance)
             clearance.style().polish(clearance)
+
+    def show_status(self, text: str) -> None:
+        """Show the quiet line."""
+        if self.status.text() != text:
+            self.status.setText(text)

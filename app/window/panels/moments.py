@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtCore import QRectF, Qt, Slot
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from app.window.panels.qt_image import image_of
@@ -59,7 +59,7 @@ class MomentView(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the picture, its name and how far it is."""
         painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(BACKGROUND))
+        painter.fillRect(self.rect(), BACKGROUND)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         edge = float(self.height())
         square = QRectF(0.0, 0.0, edge, edge)
@@ -79,15 +79,15 @@ class MomentView(QWidget):
         box = QRectF(left, 8.0 * scale, self.width() - left, self.height())
         wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
         painter.setFont(font_of(11, scale, bold=True))
-        painter.setPen(QColor(INK))
+        painter.setPen(INK)
         painter.drawText(box, wrap, title)
         painter.setFont(font_of(10, scale))
         failed = picture.done is None and picture.pixels is None
-        painter.setPen(QColor(ALARM if failed else QUIET))
+        painter.setPen(ALARM if failed else QUIET)
         painter.drawText(box.adjusted(0.0, 24.0 * scale, 0.0, 0.0), wrap, detail)
         if picture.done is not None:
             width = max(box.width() - 8.0 * scale, 0.0)
             bar = QRectF(left, 62.0 * scale, width, _BAR_PX * scale)
-            painter.fillRect(bar, QColor(EDGE))
+            painter.fillRect(bar, EDGE)
             bar.setWidth(bar.width() * min(max(picture.done, 0.0), 1.0))
-            painter.fillRect(bar, QColor(READY))
+            painter.fillRect(bar, READY)

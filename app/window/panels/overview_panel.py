@@ -8,7 +8,7 @@ graphics card that cost 34 ms of processor time for each picture of the endoscop
 import threading
 
 import pyvista as pv
-from PySide6.QtCore import QPointF, Qt, Signal, Slot
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal, Slot
 from PySide6.QtGui import (
     QColor,
     QImage,
@@ -24,7 +24,9 @@ from app.vtk.head_model import HeadModel
 from app.vtk.overview_scene import BACKGROUND, OverviewScene
 from app.window.panels.qt_image import image_of
 from app.window.panels.refresher import Refresher
+from app.window.panels.side_marks import paint_letters
 from paravol.cutaway import Cutaway
+from paravol.side_letters import SideLetter, side_letters
 from scenarios import Endoscope
 
 TURN_DEG = 0.4
@@ -52,7 +54,6 @@ class OverviewView(QWidget):
         edge_samples: samples a pixel for smooth edges; 0 for none.
         """
         super().__init__()
-        self.setMinimumSize(120, 100)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._plotter = pv.Plotter(off_screen=True)
         if edge_samples:
@@ -61,6 +62,8 @@ class OverviewView(QWidget):
             self._plotter.disable_anti_aliasing()
         self.scene = OverviewScene(self._plotter, endoscope)
         self._image = QImage()
+        self._letters: tuple[SideLetter, ...] = ()
+        self._scale = 1.0
         self._dragged_from: QPointF | None = None
         self._head: HeadModel | None = None
         self._cutaway: Cutaway | None = None
@@ -73,6 +76,8 @@ class OverviewView(QWidget):
 
     def set_scale(self, scale: float) -> None:
         """Scale the text; 1 is the designed size."""
+        self._scale = scale
+        self.setMinimumSize(round(120 * scale), round(90 * scale))
         # VTK's sizes of text are in points, at 72 to the inch.
         window = self._plotter.render_window
         assert window is not None
@@ -147,6 +152,7 @@ class OverviewView(QWidget):
         if list(self._plotter.window_size) != size:
             self._plotter.window_size = size
         self._image = image_of(self.scene.picture())
+        self._letters = side_letters(*self.scene.picture_axes)
         self.update()
 
     def release(self) -> None:
@@ -163,6 +169,9 @@ class OverviewView(QWidget):
             painter.fillRect(self.rect(), QColor(BACKGROUND))
         else:
             painter.drawImage(self.rect(), self._image)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            room = QRectF(self.rect())
+            paint_letters(painter, room, self._letters, self._scale, is_round=False)
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

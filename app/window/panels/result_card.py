@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 
-from app.window.style import INK, PANEL, QUIET, font_of
+from app.window.style import OVER, font_of
 from paravol.flight import FlightEnd
 
 CLOSE_HINT = "Q closes the window."
@@ -23,7 +23,7 @@ _ANYWHERE = int(_FLAG.AlignLeft | _FLAG.AlignTop | Qt.TextFlag.TextWrapAnywhere)
 
 def panel_colour() -> QColor:
     """Return the ground of what is written over the picture."""
-    colour = QColor(PANEL)
+    colour = QColor(OVER.panel)
     colour.setAlphaF(0.9)
     return colour
 
@@ -131,20 +131,20 @@ def paint_result(painter: QPainter, room: QRect, end: FlightEnd, scale: float) -
     painter.drawRoundedRect(box, 12.0 * scale, 12.0 * scale)
     left, top = box.left() + _MARGIN * scale, box.top() + _MARGIN * scale
     painter.setFont(large)
-    painter.setPen(QColor(INK))
+    painter.setPen(OVER.ink)
     painter.drawText(QRectF(left, top, inner, card.title_height), _WRAPPED, end.title)
     top += card.title_height
     painter.setFont(plain)
     for name, text in card.rows:
         high = card.row_height(name, text)
-        painter.setPen(QColor(QUIET))
+        painter.setPen(OVER.quiet)
         painter.drawText(QRectF(left, top, card.name_width, high), _WRAPPED, name)
-        painter.setPen(QColor(INK))
+        painter.setPen(OVER.ink)
         at = QRectF(left + inner - card.text_width, top, card.text_width, high)
         painter.drawText(at, _WRAPPED, text)
         top += high + gap
     top += 4.0 * gap
-    painter.setPen(QColor(QUIET))
+    painter.setPen(OVER.quiet)
     where_height = card.tall(inner, card.where, _ANYWHERE)
     painter.drawText(QRectF(left, top, inner, where_height), _ANYWHERE, card.where)
     top += where_height + gap

@@ -6,7 +6,17 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.window.style import CAUTION, EDGE, INK, PANEL, QUIET, WARNING, font_of
+from app.window.style import (
+    CAUTION,
+    COLOURS,
+    EDGE,
+    INK,
+    PANEL,
+    QUIET,
+    WARNING,
+    Colours,
+    font_of,
+)
 from paravol.feedback import NO_SIGNS, Strain, TouchSigns
 from paravol.feedback.touch_signs import FULL_N, MARGIN_MM
 
@@ -25,22 +35,31 @@ CAREFUL_MM = 1.0
 BITE_S = 1.0
 """So long a bite is said."""
 
-_LOOKS = {
-    Strain.NONE: (QUIET, Qt.BrushStyle.SolidPattern),
-    Strain.LOW: (QUIET, Qt.BrushStyle.SolidPattern),
-    Strain.HIGH: (CAUTION, Qt.BrushStyle.BDiagPattern),
-    Strain.BREAKING: (WARNING, Qt.BrushStyle.DiagCrossPattern),
+_PATTERNS = {
+    Strain.NONE: Qt.BrushStyle.SolidPattern,
+    Strain.LOW: Qt.BrushStyle.SolidPattern,
+    Strain.HIGH: Qt.BrushStyle.BDiagPattern,
+    Strain.BREAKING: Qt.BrushStyle.DiagCrossPattern,
 }
-"""Colour and hatching of the bar of force: either alone tells them apart."""
+"""Hatching of the bar of force: it and the colour each tell how near a break is."""
 
 
-def hazard_look(signs: TouchSigns) -> tuple[str, str]:
-    """Return colour and word of how near the nearest hazard is."""
+def _strain_colour(strain: Strain) -> QColor:
+    if strain is Strain.BREAKING:
+        return WARNING
+    return CAUTION if strain is Strain.HIGH else QUIET
+
+
+def hazard_look(signs: TouchSigns, colours: Colours = COLOURS) -> tuple[QColor, str]:
+    """Return colour and word of how near the nearest hazard is.
+
+    colours: those of the window, or over pictures.
+    """
     if not signs.is_near_hazard:
-        return QUIET, ""
+        return colours.quiet, ""
     if signs.hazard_mm < CAREFUL_MM:
-        return WARNING, "▲ close"
-    return CAUTION, "near"
+        return colours.warning, "▲ close"
+    return colours.caution, "near"
 
 
 class TouchBars(QWidget):
@@ -83,7 +102,7 @@ class TouchBars(QWidget):
         """Paint both bars side by side."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.fillRect(self.rect(), QColor(PANEL))
+        painter.fillRect(self.rect(), PANEL)
         side, scale = 14.0 * self._scale, self._scale
         half = (self.width() - 3.0 * side) / 2.0
         place = QRectF(side, 0.0, half, HEIGHT * scale)
@@ -94,7 +113,7 @@ class TouchBars(QWidget):
 
     def _paint_force(self, painter: QPainter, place: QRectF) -> None:
         signs, scale = self._signs, self._scale
-        colour, pattern = _LOOKS[signs.strain]
+        colour, pattern = _strain_colour(signs.strain), _PATTERNS[signs.strain]
         word = "" if signs.strain is Strain.NONE else signs.strain.value
         sign = "▲ " if signs.strain is Strain.BREAKING else ""
         words = [each for each in (sign + word, "bite" * self._is_bite) if each]
@@ -102,17 +121,17 @@ class TouchBars(QWidget):
             painter, place, "Force", signs.force_text(), " · ".join(words), colour
         )
         bar = self._bar(place)
-        painter.fillRect(bar, QColor(EDGE))
+        painter.fillRect(bar, EDGE)
         force = signs.force_n or 0.0
         if force > 0.0:
             full = QRectF(bar)
             full.setWidth(bar.width() * min(force / FULL_N, 1.0))
             if pattern is not Qt.BrushStyle.SolidPattern:
                 # hatched on its own colour, darker: a pattern alone is thin
-                painter.fillRect(full, QColor(colour).darker(200))
-            painter.fillRect(full, QBrush(QColor(colour), pattern))
+                painter.fillRect(full, colour.darker(200))
+            painter.fillRect(full, QBrush(colour, pattern))
         for number in range(1, int(FULL_N / TICKS_N)):
-            painter.setPen(QPen(QColor(PANEL), scale))
+            painter.setPen(QPen(PANEL, scale))
             x = bar.left() + bar.width() * number * TICKS_N / FULL_N
             painter.drawLine(QPointF(x, bar.top()), QPointF(x, bar.bottom()))
             self._number(painter, bar, x, f"{number * TICKS_N:g}")
@@ -130,22 +149,29 @@ class TouchBars(QWidget):
             painter, place, "Hazard", signs.hazard_text(), " · ".join(words), colour
         )
         bar = self._bar(place)
-        painter.fillRect(bar, QColor(EDGE))
-        self._number(painter, bar, bar.right(), f"{HAZARD_SCALE_MM:g} mm")
+        painter.fillRect(bar, EDGE)
         margin = bar.left() + bar.width() * MARGIN_MM / HAZARD_SCALE_MM
         self._mark(painter, bar, margin)
+        is_beyond = signs.hazard is None or signs.hazard_mm > HAZARD_SCALE_MM
+        if not is_beyond or signs.hazard is None:
+            self._number(painter, bar, bar.right(), f"{HAZARD_SCALE_MM:g} mm")
         if signs.hazard is None:
             return
         way = min(max(signs.hazard_mm / HAZARD_SCALE_MM, 0.0), 1.0)
         tip = bar.left() + bar.width() * way
-        middle = bar.center().y()
-        painter.setPen(QPen(QColor(colour), 3.0 * scale))
-        painter.drawLine(QPointF(bar.left(), middle), QPointF(tip, middle))
+        middle, radius = bar.center().y(), bar.height() / 2.0
+        painter.setPen(QPen(colour, 3.0 * scale))
+        painter.drawLine(QPointF(bar.left(), middle), QPointF(tip - radius, middle))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(colour))
-        radius = bar.height() / 2.0
+        painter.setBrush(colour)
         painter.drawRect(QRectF(bar.left(), bar.top(), 3.0 * scale, bar.height()))
-        painter.drawEllipse(QPointF(tip, middle), radius, radius)
+        if is_beyond:
+            # an arrow: the hazard lies beyond the scale
+            back = tip - 2.0 * radius
+            corners = (tip, middle), (back, bar.top()), (back, bar.bottom())
+            painter.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
+        else:
+            painter.drawEllipse(QPointF(tip, middle), radius, radius)
 
     def _bar(self, place: QRectF) -> QRectF:
         scale = self._scale
@@ -155,7 +181,7 @@ class TouchBars(QWidget):
         """Write a figure of the scale before its place, in the bar."""
         scale = self._scale
         painter.setFont(font_of(7, scale))
-        painter.setPen(QColor(QUIET))
+        painter.setPen(QUIET)
         room = QRectF(bar.left(), bar.top(), x - bar.left() - 3.0 * scale, bar.height())
         right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         painter.drawText(room, right, text)
@@ -163,10 +189,10 @@ class TouchBars(QWidget):
     def _mark(self, painter: QPainter, bar: QRectF, x: float) -> None:
         """Mark a place of a bar by a line with a triangle on it."""
         scale = self._scale
-        painter.setPen(QPen(QColor(INK), 2.0 * scale))
+        painter.setPen(QPen(INK, 2.0 * scale))
         painter.drawLine(QPointF(x, bar.top()), QPointF(x, bar.bottom()))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(INK))
+        painter.setBrush(INK)
         half, low = 4.0 * scale, bar.bottom() + 6.0 * scale
         corners = (x, bar.bottom()), (x - half, low), (x + half, low)
         painter.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
@@ -178,7 +204,7 @@ class TouchBars(QWidget):
         caption: str,
         figure: str,
         word: str,
-        colour: str,
+        colour: QColor,
     ) -> None:
         """Write caption and figure on the left, the word on the right."""
         scale = self._scale
@@ -186,14 +212,14 @@ class TouchBars(QWidget):
         left = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         painter.setFont(font_of(9, scale))
-        painter.setPen(QColor(QUIET))
+        painter.setPen(QUIET)
         painter.drawText(line, left, caption)
         width = painter.fontMetrics().horizontalAdvance(caption + "  ")
         painter.setFont(font_of(10, scale, bold=True))
-        painter.setPen(QColor(colour if word else INK))
+        painter.setPen(colour if word else INK)
         taken = painter.fontMetrics().horizontalAdvance(word + "  ")
         painter.drawText(line, right, word)
-        painter.setPen(QColor(INK))
+        painter.setPen(INK)
         room = line.adjusted(width, 0.0, -taken if word else 0.0, 0.0)
         cut = Qt.TextElideMode.ElideRight
         short = painter.fontMetrics().elidedText(figure, cut, int(room.width()))

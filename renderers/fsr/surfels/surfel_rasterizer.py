@@ -167,7 +167,7 @@ class SurfelRasterizer:
             )
         if np.any(change.high < change.low):
             return
-        if change.kind is ChangeKind.FILM:
+        if change.kind in (ChangeKind.FILM, ChangeKind.TINT):
             return
         if self._creases is not None:
             self._creases.update(change)

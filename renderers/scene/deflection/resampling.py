@@ -50,10 +50,11 @@ def deflected_surface(surface: AirSurface, deflection: Deflection) -> AirSurface
     if wounds is not None:
         wounds = Wounds(
             deflected_distance(wounds.pristine, deflection),
-            *(
-                deflected_volume(part, deflection)
-                for part in (wounds.flesh, wounds.bone, wounds.deep, wounds.film)
-            ),
+            deflected_volume(wounds.flesh, deflection),
+            deflected_volume(wounds.bone, deflection),
+            deflected_volume(wounds.deep, deflection),
+            deflected_volume(wounds.film, deflection),
+            wounds.pale and deflected_volume(wounds.pale, deflection),
         )
     return AirSurface(
         deflected_distance(surface.distance, deflection),

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from app.cli.commands import metrics
-from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv, metric_text
+from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv
 from disk import UserError
+from paravol.metric_texts import metric_text
 from scenarios.metrics import Metric
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"

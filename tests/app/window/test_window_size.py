@@ -17,9 +17,11 @@ from paravol.snapshots.snapshot_queue import MomentPicture
 from tests.app.window.opened_window import OpenedWindow
 
 opened = OpenedWindow("first_flight", size=64)
-window, page, application = opened.window, opened.page, opened.application
+window, application, page = opened.window, opened.application, opened.page
 # with all that the column ever holds
 page._moments.show_moment(MomentPicture(1.0, np.zeros((64, 64, 3), np.uint8), 0.5))
+# and all keys over it
+page.switch_help()
 application.processEvents()
 screen = window.screen().availableGeometry()
 parts = [page.picture, page._gauges, page._slices, page._moments]

@@ -89,11 +89,13 @@ class Heard(ReplayObserver):
             assert self.changed.wait_for(holds, 60.0), (self.failed, self.unmeasured)
 
 
-def straight(patient: PatientScene) -> Callable[[float], tuple[Doubles, ...]]:
+def straight(
+    patient: PatientScene,
+) -> Callable[[float], tuple[Doubles, Doubles, Doubles, Doubles]]:
     centre = patient.scene.volume.center_mm
     way = np.array([0.0, 1.0, 0.2]) / np.hypot(1.0, 0.2)
 
-    def poses(share: float) -> tuple[Doubles, ...]:
+    def poses(share: float) -> tuple[Doubles, Doubles, Doubles, Doubles]:
         tip = centre + way * (3.0 * share - 2.0)
         return tip, way, tip + 1.5 * way, way
 

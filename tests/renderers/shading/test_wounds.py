@@ -85,6 +85,21 @@ def test_only_pixels_that_are_cut_or_wet_change(
     assert 0 < np.count_nonzero(wet) < wet.size
 
 
+@pytest.mark.parametrize("tier", TIERS)
+def test_injected_mucosa_pales_and_the_rest_keeps_its_bits(
+    patient: WoundedSurface, camera: Camera, gbuffer: GBuffer, tier: Tier
+) -> None:
+    shader = ScopeShader(patient.surface, tier, threads=1)
+    before = shader.reflectance(gbuffer, camera, LIGHT)
+    shader.update(patient.inject(PLACE, 3.0))
+    after = shader.reflectance(gbuffer, camera, LIGHT)
+    changed = (after != before).any(axis=-1)
+    assert 100 < np.count_nonzero(changed) < 0.7 * changed.size
+    # less blood: more light comes back, the more of green for its share
+    grown = after[changed].sum(axis=0) / before[changed].sum(axis=0)
+    assert 1.0 < grown[0] < grown[1]
+
+
 def test_instruments_stay_what_they_are(
     surface: AirSurface, patient: WoundedSurface, camera: Camera
 ) -> None:
@@ -147,7 +162,7 @@ def test_no_relief_reaches_as_deep_as_cuts_are_sure() -> None:
 Edit = tuple[str, float, float, float]
 EDITS = st.lists(
     st.tuples(
-        st.sampled_from(["cut", "wet", "redden", "dry", "heal"]),
+        st.sampled_from(["cut", "wet", "redden", "inject", "dry", "heal"]),
         st.floats(-3, 3),
         st.floats(-4, 6),
         st.floats(0.8, 2.5),
@@ -167,6 +182,8 @@ def edited(
         return patient.wet(place, size, 0.3 * size)
     if kind == "redden":
         return patient.redden(place, size)
+    if kind == "inject":
+        return patient.inject(place, 2.0 * size)
     return patient.dry() if kind == "dry" else patient.heal()
 
 

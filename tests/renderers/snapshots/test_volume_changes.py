@@ -176,11 +176,14 @@ def scenes_of(client: SnapshotClient, request: SnapshotRequest) -> tuple[Any, ..
         return (found.volume.values,)
     wounds = found.surface.wounds
     assert wounds is not None
+    assert wounds.pale is not None
     layers = wounds.pristine, wounds.flesh, wounds.bone, wounds.deep, wounds.film
-    return tuple(v.values for v in (found.surface.distance, *layers))
+    return tuple(v.values for v in (found.surface.distance, *layers, wounds.pale))
 
 
-@given(st.lists(st.sampled_from(["bite", "undo", "ask", "freeze"]), max_size=12))
+@given(
+    st.lists(st.sampled_from(["bite", "inject", "undo", "ask", "freeze"]), max_size=12)
+)
 def test_no_request_is_of_an_older_generation(
     tmp_path_factory: pytest.TempPathFactory,
     scene: Scene,
@@ -197,6 +200,8 @@ def test_no_request_is_of_an_older_generation(
         match step:
             case "bite":
                 head.bite(tuple(rng.integers(4, 24, 3).tolist()), 3.0)
+            case "inject":
+                head.inject(tuple(rng.integers(4, 24, 3).tolist()), 4.0)
             case "undo":
                 head.undo()
             case "freeze":
@@ -216,7 +221,9 @@ def test_no_request_is_of_an_older_generation(
         assert then.surface.wounds is not None
         wounds = then.surface.wounds
         wanted = then.surface.distance, wounds.pristine, wounds.flesh, wounds.bone
-        for one, other in zip(found, (*wanted, wounds.deep, wounds.film), strict=True):
+        assert wounds.pale is not None
+        more = wounds.deep, wounds.film, wounds.pale
+        for one, other in zip(found, (*wanted, *more), strict=True):
             assert one.tobytes() == other.values.tobytes()
 
 
@@ -266,10 +273,12 @@ def test_a_workers_picture_is_the_direct_tracers(
     """Edits, undoing and the head before, in turn, by one worker that keeps scenes."""
     head, camera = Operated.of(scene), outside if classic else inside
     asked = []
-    for step in ("", "bite", "", "deeper", "undo", "other"):
+    for step in ("", "bite", "", "inject", "deeper", "undo", "other"):
         match step:
             case "bite":
                 head.bite((17, 13, 20), 4.0)
+            case "inject":
+                head.inject((17, 13, 20), 6.0)
             case "deeper":
                 head.bite((17, 10, 20), 5.0)
             case "undo":

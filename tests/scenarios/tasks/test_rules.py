@@ -14,7 +14,13 @@ from anatomy.tissue import Label
 from renderers.scene import Volume
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks import task as tasks
-from scenarios.tasks.rules import ABSENT_S, is_in_sight, rule_of
+from scenarios.tasks.rules import (
+    ABSENT_S,
+    is_in_sight,
+    opening_mm2,
+    rule_of,
+    sections,
+)
 from scenarios.tasks.situation import Situation
 from surgery.kernels.carve import FULL
 from surgery.patient import Books
@@ -241,3 +247,32 @@ def test_a_hold_begins_anew_where_the_tip_moved_too_far() -> None:
     assert run(task, still)[0] == 1.0
     drifting = [at((2.0 * t, 0, 0), t) for t in times(1.9, 20)]
     assert run(task, drifting)[0] < 0.5
+
+
+@pytest.mark.parametrize("radius_mm", [2.0, 3.0, 5.0])
+def test_an_opening_is_as_large_as_the_hole_in_the_wall(radius_mm: float) -> None:
+    """A round hole through a wall of 1 mm, seen straight and obliquely."""
+    wall = room(0.0)
+    z, y, x = np.meshgrid(*[np.linspace(-20.0, 20.0, 81)] * 3, indexing="ij")
+    tube = np.sqrt(x**2 + z**2) - radius_mm
+    holed = wall.with_values(
+        np.minimum(wall.values, np.where(np.abs(y) < 6.0, tube, 9.0)).astype("f4"), -5.0
+    )
+    start, end = np.array([0.0, -5.0, 0.0]), np.array([0.0, 5.0, 0.0])
+    area_mm2 = math.pi * radius_mm**2
+    across = sections(start, end)
+    assert opening_mm2(holed, across) == pytest.approx(area_mm2, rel=0.08)
+    assert opening_mm2(wall, across) == 0.0
+    # without a wall the whole section
+    assert opening_mm2(OPEN_ROOM, across) == pytest.approx(20.5**2)
+    for share in (0.8, 1.2):
+        task = tasks.Open(
+            name="o",
+            title="",
+            start=(0.0, -5.0, 0.0),
+            end=(0.0, 5.0, 0.0),
+            radius_mm=1.0,
+            area_mm2=share * area_mm2,
+        )
+        progress, _ = run(task, [at([0.0, -10.0, 0.0], distance=holed)])
+        assert progress == pytest.approx(min(1.0 / share, 1.0), rel=0.08)

@@ -1,0 +1,44 @@
+"""`paravol volume`: a scan in a window, as a volume or a surface."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.cli.page_window import run_page
+from app.cli.terminal import Stages
+from disk import UserError
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+    from app.window.volume.volume_page import VolumePage
+
+
+def run_volume(case: Path | None, look: Path | None, threads: int) -> int:
+    """Show a case's scans, or those of the bundled head; UserError for a bad file."""
+    from paravol.patient import load_case, load_patient
+    from paravol.volume import load_look, scans_of
+    from scenarios import load_scenario
+
+    if look is not None and not look.is_file():
+        raise UserError(f"There is no file {look}.")
+    chosen = None if look is None else load_look(look)
+    with Stages() as stages:
+        if case is None:
+            patient = load_patient(load_scenario("first_flight")[0], stages)
+        else:
+            patient = load_case(case, stages)
+        scans = scans_of(patient.scene.volume, patient.others)
+
+    def make(
+        window: "MainWindow", edge_samples: int
+    ) -> "tuple[VolumePage, Callable[[], object]]":
+        from app.window.volume.volume_page import VolumePage
+
+        title = "The bundled head" if case is None else case.resolve().name
+        page = VolumePage(title, scans, threads)
+        page.full_screen_wanted.connect(window.full_screen.switch)
+        if chosen is not None:
+            page.controls.show_look(chosen)
+        return page, lambda: None
+
+    return run_page(make)

@@ -1,0 +1,111 @@
+"""All keys of a flight, over the page: F1 or ? shows and hides them."""
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QMouseEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+COLUMNS = 3
+
+CLOSING = "F1, ? or Esc hides this. The flight goes on."
+
+
+class HelpOverlay(QWidget):
+    """Lie over a page with groups of keys and what they do; hidden at first."""
+
+    def __init__(self, page: QWidget, groups: Mapping[str, Mapping[str, str]]) -> None:
+        """Lay groups of keys out, each below its name; empty ones are left out."""
+        super().__init__(page)
+        self.setObjectName("help")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self._rows = QVBoxLayout(self)
+        title = QLabel("Keys and mouse")
+        title.setObjectName("title")
+        self._rows.addWidget(title)
+        self._columns = QHBoxLayout()
+        self._rows.addLayout(self._columns)
+        self._tables: list[QGridLayout] = []
+        for column in _balanced({n: g for n, g in groups.items() if g}):
+            stack = QVBoxLayout()
+            for name, keys in column:
+                stack.addLayout(self._table(name, keys))
+            stack.addStretch(1)
+            self._columns.addLayout(stack, 1)
+        closing = QLabel(CLOSING)
+        self._rows.addWidget(closing)
+        page.installEventFilter(self)
+        self.hide()
+
+    def _table(self, name: str, keys: Mapping[str, str]) -> QGridLayout:
+        table = QGridLayout()
+        table.setColumnStretch(1, 1)
+        heading = QLabel(name)
+        heading.setObjectName("task")
+        table.addWidget(heading, 0, 0, 1, 2)
+        for row, (key, does) in enumerate(keys.items(), 1):
+            left, right = QLabel(key), QLabel(does)
+            left.setObjectName("key")
+            right.setWordWrap(True)
+            table.addWidget(left, row, 0, Qt.AlignmentFlag.AlignTop)
+            table.addWidget(right, row, 1, Qt.AlignmentFlag.AlignTop)
+        self._tables.append(table)
+        return table
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        self._rows.setContentsMargins(*(round(n * scale) for n in (22, 14, 22, 14)))
+        self._rows.setSpacing(round(8 * scale))
+        self._columns.setSpacing(round(22 * scale))
+        for table in self._tables:
+            table.setHorizontalSpacing(round(4 * scale))
+            table.setVerticalSpacing(round(2 * scale))
+            table.setContentsMargins(0, 0, 0, round(10 * scale))
+        self._place()
+
+    def switch(self) -> None:
+        """Show the keys, or hide them."""
+        self.setVisible(self.isHidden())
+        if not self.isHidden():
+            self._place()
+            self.raise_()
+
+    def _place(self) -> None:
+        """Lie in the middle of the page, as large as is needed and there is room."""
+        page = self.parentWidget()
+        if page is None or self.isHidden():
+            return
+        room = page.rect()
+        margin = max(room.width() // 40, 1)
+        room.adjust(margin, margin, -margin, -margin)
+        width = min(room.width(), max(self.sizeHint().width(), room.width() * 4 // 5))
+        height = min(max(self.heightForWidth(width), 1), room.height())
+        self.resize(width, height)
+        self.move(
+            room.center() - self.rect().center(),
+        )
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Stay in the middle of the page."""
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Go away."""
+        self.hide()
+
+
+def _balanced(
+    groups: Mapping[str, Mapping[str, str]],
+) -> list[list[tuple[str, Mapping[str, str]]]]:
+    """Share groups out over columns of about one height, in their order."""
+    sizes = [len(keys) + 2 for keys in groups.values()]
+    columns: list[list[tuple[str, Mapping[str, str]]]] = [[]]
+    taken, each = 0, sum(sizes) / COLUMNS
+    for size, group in zip(sizes, groups.items(), strict=True):
+        if columns[-1] and taken + size / 2 > each * len(columns) < each * COLUMNS:
+            columns.append([])
+        columns[-1].append(group)
+        taken += size
+    return columns

@@ -1,0 +1,61 @@
+"""What a person chose of the window's looks, kept from one start to the next."""
+
+from pathlib import Path
+
+import msgspec
+import platformdirs
+
+from disk import UserError, whole_file
+
+FONT_SCALES = (0.8, 1.5)
+"""Smallest and largest factor on the window's texts."""
+
+
+class WindowPreferences(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Hold the choices; what another version wrote beside them is left out.
+
+    theme: a name of `app.window.themes`; one that is not there is as good as the first.
+    font_scale: factor on every text, within `FONT_SCALES`.
+    """
+
+    theme: str = "dark"
+    font_scale: float = 1.0
+
+    def checked(self) -> "WindowPreferences":
+        """Return the choices with the font within its bounds."""
+        low, high = FONT_SCALES
+        scale = self.font_scale
+        kept = min(max(scale, low), high) if scale == scale else 1.0
+        return msgspec.structs.replace(self, font_scale=kept)
+
+
+def preferences_file() -> Path:
+    """Return where the user's choices are kept."""
+    folder = platformdirs.user_config_path("paravol", appauthor=False)
+    return folder / "window.json"
+
+
+def read_preferences(file: Path | None = None) -> WindowPreferences:
+    """Return what was chosen; the first choice where there is none, or it is damaged.
+
+    A window opens in any case: what it looks like is not worth an error.
+    """
+    try:
+        raw = (file or preferences_file()).read_bytes()
+        return msgspec.json.decode(raw, type=WindowPreferences).checked()
+    except (OSError, msgspec.DecodeError):
+        return WindowPreferences()
+
+
+def write_preferences(chosen: WindowPreferences, file: Path | None = None) -> None:
+    """Keep what was chosen; UserError where it cannot be written."""
+    file = file or preferences_file()
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(file) as beside:
+            beside.write_bytes(msgspec.json.encode(chosen) + b"\n")
+    except OSError as error:
+        raise UserError(
+            f"The choice cannot be kept: {file} cannot be written ({error.strerror}); "
+            "it holds until the window closes."
+        ) from error

@@ -1,0 +1,179 @@
+"""The page of a flight, laid out at many sizes; no flight is flown."""
+
+import itertools
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip(
+    "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
+)
+
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
+
+from app.window.flight.flight_page import FlightPage
+from app.window.flight.flight_thread import FlightThread
+from app.window.style import style_sheet
+from app.window.window_size import scale_for
+from paravol.flight import FlightOrder
+from paravol.inputs import choose_input
+from paravol.readings import Readings
+from scenarios import InstrumentState, Scenario
+from scenarios.tasks.task import Reach
+
+SIZES = (1280, 720), (1920, 1080), (3840, 2160)
+FACTORS = 1.0, 1.5, 2.0
+
+TASKS = tuple(
+    Reach(
+        name=name,
+        title="Bring the tip of the scope to the natural ostium of the maxillary sinus",
+        place=(0, 0, 0),
+        radius_mm=1.0,
+        hint="Follow the free edge of the uncinate process downwards and backwards, "
+        "until the fontanelle is seen; the ostium lies behind it, not in it.",
+    )
+    for name in ("one", "two")
+)
+SCENARIO = Scenario(
+    "long", "Uncinectomy and middle meatal antrostomy of the left side", tasks=TASKS
+)
+READINGS = Readings(
+    120.4, 104.6, -12.3, 3599.9, 10.25, drags_mm={"scope": 12.0, "tool": 11.0}
+)
+
+
+def opened(size: int = 64) -> FlightPage:
+    chosen = choose_input("mouse", None, SCENARIO, None, None)
+    order = FlightOrder(SCENARIO, None, chosen, size, 1, None)
+    return FlightPage(FlightThread(order), edge_samples=0)
+
+
+@pytest.fixture(scope="module")
+def page(application: QApplication) -> Iterator[FlightPage]:
+    window, page = QMainWindow(), opened()
+    window.setCentralWidget(page)
+    window.setMinimumSize(1, 1)
+    window.show()
+    page._timer.stop()
+    page._side.tasks.switch_hint()
+    page._side.show_tool(InstrumentState("microdebrider", is_sucking=True))
+    page._gauges.show_readings(READINGS)
+    picture = "picture 768 of 1024 px: frames were late"
+    page._gauges.show_status(READINGS.status(is_recording=False, picture=picture))
+    page._side._info.setText(
+        "CT soft tissue 350/40 · sagittal: R 112.3 · A 101.2 · I 103.4 mm · -1000 HU"
+    )
+    yield page
+    page.release()
+    window.close()
+
+
+def leaves(page: QWidget) -> list[QWidget]:
+    """Return what is seen of a page: every visible part that holds no others."""
+    parts = [part for part in page.findChildren(QWidget) if part.isVisible()]
+    parents = {id(part.parentWidget()) for part in parts}
+    return [part for part in parts if id(part) not in parents]
+
+
+def place_of(part: QWidget, page: QWidget) -> QRect:
+    return QRect(part.mapTo(page, QPoint()), part.size())
+
+
+def faults(page: QWidget) -> list[str]:
+    """Return what is cut off, lies outside or over something else."""
+    found = []
+    parts = leaves(page)
+    for part in parts:
+        name = part.text() if isinstance(part, QLabel) else type(part).__name__
+        if not page.rect().contains(place_of(part, page)):
+            found.append(f"{name} outside: {place_of(part, page)}")
+        if not isinstance(part, QLabel):
+            continue
+        if part.wordWrap():
+            if part.heightForWidth(part.width()) > part.height():
+                found.append(f"{name} cut off: {part.size()}")
+        elif not QRect(QPoint(), part.size()).contains(
+            QRect(QPoint(), part.sizeHint())
+        ):
+            found.append(f"{name} cut off: {part.size()} of {part.sizeHint()}")
+    for one, other in itertools.combinations(parts, 2):
+        if place_of(one, page).intersects(place_of(other, page)):
+            found.append(f"{one} over {other}")
+    return found
+
+
+def lay_out(page: FlightPage, size: tuple[int, int], factor: float) -> None:
+    """Give the page a size in a screen's pixels, of which Qt's are a factor larger."""
+    window = page.window()
+    logical = QSize(round(size[0] / factor), round(size[1] / factor))
+    scale = scale_for(logical, factor)
+    window.setStyleSheet(style_sheet(scale))
+    page.set_scale(scale)
+    window.resize(logical)
+    QApplication.processEvents()
+    QApplication.processEvents()
+    assert page.size() == logical
+
+
+@pytest.mark.parametrize("factor", FACTORS)
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_is_cut_off_or_lies_over_another_at_any_size(
+    page: FlightPage, size: tuple[int, int], factor: float
+) -> None:
+    for _ in range(3):
+        lay_out(page, size, factor)
+        assert faults(page) == [], page._large.name
+        page._large.next()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_help_has_room_for_all_keys(
+    page: FlightPage, size: tuple[int, int]
+) -> None:
+    lay_out(page, size, 1.0)
+    QTest.keyClick(page, Qt.Key.Key_F1)
+    assert page._help.isVisible()
+    assert faults(page._help) == []
+    assert page.rect().contains(page._help.geometry())
+    QTest.keyClick(page, Qt.Key.Key_Escape)
+    assert page._help.isHidden()
+    QTest.keyClick(page, Qt.Key.Key_Question)
+    QTest.mouseClick(page._help, Qt.MouseButton.LeftButton)
+    assert page._help.isHidden()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_long_message_takes_more_lines_within_the_picture(
+    page: FlightPage, size: tuple[int, int]
+) -> None:
+    lay_out(page, size, 1.0)
+    room, scale = page.picture.rect(), scale_for(QSize(*size))
+    page.picture.say("Ready", "Fly.")
+    short, *_ = page.picture.message_box(room, scale)
+    page.picture.say("The scope cannot be held " * 4, "Take a tool first. " * 20)
+    box, title, detail = page.picture.message_box(room, scale)
+    page.picture.say("")
+    assert box.height() > 2 * short.height()
+    assert box.contains(title)
+    assert box.contains(detail)
+    assert not title.intersects(detail)
+    assert room.contains(box.toAlignedRect())
+
+
+def test_views_change_places_and_come_back(page: FlightPage) -> None:
+    lay_out(page, SIZES[0], 1.0)
+    parts = {
+        "The scope's picture": page.picture,
+        "Slices": page._slices,
+        "Overview": page._overview,
+    }
+    before = {name: part.geometry() for name, part in parts.items()}
+    for name in ("Slices", "Overview", "The scope's picture"):
+        QTest.keyClick(page, Qt.Key.Key_F4)
+        QApplication.processEvents()
+        areas = {n: p.width() * p.height() for n, p in parts.items()}
+        assert max(areas, key=areas.__getitem__) == name == page._large.name
+    assert {name: part.geometry() for name, part in parts.items()} == before
