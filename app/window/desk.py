@@ -21,6 +21,7 @@ from app.window.home.exercise_list import ListEntry
 from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
 from app.window.page import Page
+from app.window.replay.replay_page import ReplayPage
 from app.window.result.result_page import ResultPage, WhatNext
 from app.window.tour import Tour
 from app.window.volume.volume_page import VolumePage
@@ -40,6 +41,7 @@ from paravol.trainee import (
     TraineeRecord,
     add_case,
     find_devices,
+    is_case,
     known_cases,
     record_of,
     result_of_session,
@@ -154,6 +156,7 @@ class Desk(QObject):
         self._again: Callable[[], None] | None = None
         self._works: set[BackgroundWork] = set()
         self._endings: list[threading.Thread] = []
+        window.dropped.connect(self._drop)
 
     # Home
 
@@ -169,6 +172,8 @@ class Desk(QObject):
         page.bar.trainee_chosen.connect(self._take_trainee)
         page.bar.device_chosen.connect(self._take_device)
         page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
+        page.recordings_wanted.connect(self.replay)
+        page.settings_wanted.connect(self._window.show_settings)
         page.bar.show_devices(self._devices, self._device, is_all=self._has_found)
         page.bar.show_trainees([], self._trainee)
         self._window.show_page(page)
@@ -423,6 +428,7 @@ class Desk(QObject):
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
         page.debrief_wanted.connect(partial(self._write_debrief, page))
+        page.replay_wanted.connect(self.replay)
         self._window.show_page(page)
         if flown.end.record is None:
             return
@@ -452,6 +458,27 @@ class Desk(QObject):
                 page.say(f"The flight cannot be scored: {text}")
 
         self._do(work, show, fail).staged.connect(page.show_stage)
+
+    def replay(self, record: Path | None = None) -> None:
+        """Show the page of replays; record: None for one that is chosen there."""
+        page = ReplayPage(edge_samples=self._order.edge_samples)
+        page.left.connect(self.open_home)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        self._window.show_page(page)
+        self._leave_flights()
+        if record is not None:
+            page.open([record])
+
+    def _drop(self, folders: Sequence[Path]) -> None:
+        """Open what was dropped on the window: sessions are replayed, a case flown."""
+        page = self._window.page
+        if isinstance(page, ReplayPage):
+            page.open(folders)
+        elif isinstance(page, HomePage) and is_case(folders[0]):
+            self.fly_case(folders[0])
+        elif isinstance(page, HomePage | ResultPage):
+            self.replay()
+            self._drop(folders)
 
     def _fly_again(self) -> None:
         assert self._again is not None

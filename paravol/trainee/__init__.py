@@ -1,6 +1,6 @@
 """What a trainee comes back to: exercises and results, cases, devices, choices."""
 
-from paravol.trainee.cases import KnownCase, add_case, case_at, known_cases
+from paravol.trainee.cases import KnownCase, add_case, case_at, is_case, known_cases
 from paravol.trainee.choices import ChoiceFile, Choices
 from paravol.trainee.exercises import Exercise, Ladder, ladder_of, learns
 from paravol.trainee.found_devices import FoundDevice, find_devices
@@ -24,6 +24,7 @@ __all__ = [
     "add_case",
     "case_at",
     "find_devices",
+    "is_case",
     "known_cases",
     "ladder_of",
     "learns",

@@ -49,6 +49,8 @@ class HomePage(Page):
         self._scale = 1.0
         self._tour: Tour | None = None
         self._next = ""
+        self._ladder: Ladder | None = None
+        self._cases: list[KnownCase] = []
         self.bar = HomeBar()
         self.list = ExerciseList()
         self.card = ExerciseCard()
@@ -108,6 +110,12 @@ class HomePage(Page):
         self.bar.set_scale(scale)
         self.card.set_scale(scale)
         self.recovery.set_scale(scale)
+        if self._ladder is not None:
+            # with the colours of another theme
+            current = self.list.current
+            exercise = None if current is None else current.exercise
+            name = self._next if exercise is None else exercise.name
+            self.list.show_all(self._ladder, self._cases, name)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key that no part of the page takes."""
@@ -126,6 +134,7 @@ class HomePage(Page):
         self, ladder: Ladder, cases: Sequence[KnownCase], last: str = ""
     ) -> None:
         """Show how the trainee stands; last: name of what was flown last."""
+        self._ladder, self._cases = ladder, list(cases)
         following = ladder.worth_doing(last)
         self._next = following.name
         word = "Continue" if last else "Begin"
