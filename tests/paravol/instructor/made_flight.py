@@ -1,5 +1,6 @@
 """Frames as a flight tells them, without a flight."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -47,6 +48,6 @@ class Hazards:
         self.gaps = gaps
         self.names = tuple(gaps)
 
-    def along_mm(self, name: str, *line: object) -> float:
-        """Return the distance."""
-        return self.gaps[name]
+    def along_mm(self, lines: Sequence[object]) -> list[dict[str, float]]:
+        """Return the distances of each line."""
+        return [dict(self.gaps) for _ in lines]
