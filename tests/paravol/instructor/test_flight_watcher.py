@@ -105,6 +105,13 @@ def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     watcher.on_start(0.31)
     state = told(watcher, frame(123))
     assert state["stage"] == "Flying"
+    sides = {
+        side["letters"]: (round(side["x"]), round(side["y"]))
+        for side in state["letters"]
+    }
+    # the scope looks back, so the patient's left is on the right
+    assert sides == {"L": (1, 0), "R": (-1, 0), "S": (0, -1), "I": (0, 1)}
+    assert state["looks"] == "P"
     assert state["clock_s"] == pytest.approx(12.3)
     assert state["tool"] == "microdebrider · working · suction on"
     assert state["residual_mm"] == 0.31
