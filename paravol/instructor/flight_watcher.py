@@ -157,12 +157,16 @@ class FlightWatcher(FlightObserver):
             return told
         view, sample = event.view, event.sample
         _, right, up, forward = view.camera.frame
+        changed_deg = sample.scope_deg
+        angle_deg = (
+            self.scenario.scope.angle_deg if changed_deg is None else changed_deg
+        )
         told |= {
             "letters": [asdict(each) for each in side_letters(right, up)],
             "looks": looks_towards(forward),
             "clock_s": event.clock_s,
             "is_frozen": sample.is_frozen,
-            "scope": f"{self.scenario.scope.angle_deg:g}\N{DEGREE SIGN}",
+            "scope": f"{angle_deg:g}\N{DEGREE SIGN}",
             "clearance_mm": _finite(view.clearance_mm),
             "touched": view.touched,
             "tool": tool_text(sample.instrument),
