@@ -22,7 +22,10 @@ def frame(
     hand = InstrumentState("microdebrider", is_working=True, is_sucking=True)
     still = np.zeros(3)
     sample = Sample(0.1 * number, pose, 0.0, still, still, 0, hand)
+    # looking backwards, with the patient's head upright
+    axes = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], np.float64)
     view = SimpleNamespace(
+        camera=SimpleNamespace(frame=axes),
         world_from_tip=pose,
         world_from_instrument=pose,
         clearance_mm=1.25,
