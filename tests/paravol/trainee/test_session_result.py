@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from paravol.progress import ProgressStore
-from paravol.trainee import ResultOrder, result_of_session
+from paravol.trainee.session_result import ResultOrder, result_of_session
 from scenarios.tasks import Status
 from tests.paravol.trainee import hoops_flight
 
