@@ -401,7 +401,7 @@ class Desk(QObject):
     def _on_left(self, flown: Flown, thread: FlightThread) -> None:
         """Go where whoever left a flight before its end wants to go."""
         error, end = thread.error, flown.take_end(thread)
-        if error is not None and end is not None:
+        if error is not None and end is not None and self._has_home:
             self._show_result(flown, thread.flight.head, words_for(error))
         elif self._has_home:
             self.open_home("" if error is None else words_for(error))
