@@ -14,12 +14,17 @@ from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress import ProgressStore, SessionEntry, entry_of_session
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of
+from paravol.session_scoring import assessment_of, wanted_metrics
 from scenarios import Scenario, Score
 from scenarios.bundle import EditRecord, read_recording
-from scenarios.metrics import Metric
+from scenarios.metrics import DEFINITIONS, Definition, Metric
+from scenarios.metrics.cavity import CAVITY
 from scenarios.passing import PassMark, pass_marks
-from scenarios.rubrics import Assessment, load_rubric
+from scenarios.rubrics import Assessment, Rubric, load_rubric
+
+SLOW = frozenset({"economy of motion", "touched area"})
+"""They search the head's air, and step the session again with the names of structures;
+so do those of the cavity. `paravol progress add` measures them."""
 
 KEPT = "Kept in your progress."
 
@@ -72,10 +77,11 @@ def result_of_session(
     recording = read_recording(order.record)
     has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
     rubric = load_rubric("operation" if has_cuts else "endoscopy")
-    # all metrics: an exercise's pass marks may be about any
+    flown = msgspec.json.decode(recording.info.scenario, type=Scenario)
     found = session_metrics(
         order.record,
         settings=rubric.settings,
+        chosen=quick_metrics(flown, rubric),
         progress=progress,
         patient=order.patient,
         trusts=True,
@@ -100,6 +106,17 @@ def result_of_session(
         kept,
         is_kept,
     )
+
+
+def quick_metrics(scenario: Scenario, rubric: Rubric) -> tuple[Definition, ...]:
+    """Return what is measured while somebody waits: all but what takes seconds.
+
+    What the exercise's marks or the rubric ask for is measured in any case.
+    """
+    slow = SLOW | {definition.name for definition in CAVITY}
+    asked = {limit.name for limit in scenario.marks.metrics}
+    asked |= {definition.name for definition in wanted_metrics(rubric)}
+    return tuple(d for d in DEFINITIONS if d.name not in slow or d.name in asked)
 
 
 def rated_entry(

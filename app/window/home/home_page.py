@@ -18,7 +18,7 @@ from app.window.home.exercise_card import ExerciseCard
 from app.window.home.exercise_list import ExerciseList, ListEntry
 from app.window.home.home_bar import HomeBar
 from app.window.home.recovery_card import RecoveryCard
-from app.window.page import Page
+from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.tour import Tour, TourStop
 from paravol.trainee import FoundDevice, KnownCase, Ladder
@@ -28,7 +28,7 @@ from scenarios.ladder import Door
 KEYS = "Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends"
 
 
-class HomePage(Page):
+class HomePage(TextPage):
     """Show what can be trained; whoever made it fills it and does what is wanted."""
 
     exercise_wanted = Signal(str)

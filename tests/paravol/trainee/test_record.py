@@ -4,7 +4,7 @@ import sqlite3
 from pathlib import Path
 
 from paravol.progress import ProgressStore
-from paravol.trainee import record_of
+from paravol.trainee.record import record_of
 from scenarios.ladder import Door
 from tests.paravol.progress.learners import entry
 

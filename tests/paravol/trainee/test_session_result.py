@@ -6,7 +6,15 @@ from pathlib import Path
 import pytest
 
 from paravol.progress import ProgressStore
-from paravol.trainee import ResultOrder, result_of_session
+from paravol.session_scoring import wanted_metrics
+from paravol.trainee.session_result import (
+    ResultOrder,
+    quick_metrics,
+    result_of_session,
+)
+from scenarios import Scenario
+from scenarios.rubrics import load_rubric
+from scenarios.scenario import MetricLimit, PassMarks
 from scenarios.tasks import Status
 from tests.paravol.trainee import hoops_flight
 
@@ -49,3 +57,13 @@ def test_a_store_that_refuses_costs_no_result(flown: Path, tmp_path: Path) -> No
     assert not result.is_kept
     assert "p.sqlite" in result.kept
     assert store.read_text() == "no store"
+
+
+def test_what_the_exercise_asks_for_is_measured_however_long_it_takes() -> None:
+    rubric = load_rubric("endoscopy")
+    quick = {d.name for d in quick_metrics(Scenario("s", "S"), rubric)}
+    assert {"economy of motion", "touched area"}.isdisjoint(quick)
+    assert {d.name for d in wanted_metrics(rubric)} <= quick
+    marks = PassMarks(metrics=(MetricLimit("economy of motion", least=0.5),))
+    asked = {d.name for d in quick_metrics(Scenario("s", "S", marks=marks), rubric)}
+    assert asked - quick == {"economy of motion"}

@@ -12,7 +12,8 @@ from app.window.result.points_list import points_text, reason_text
 from app.window.result.result_page import ResultPage, WhatNext
 from paravol.debrief.advice import Advice
 from paravol.flight import FlightEnd
-from paravol.trainee import SessionResult, ladder_of
+from paravol.trainee import ladder_of
+from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario, load_scenario
 from scenarios.passing import PassMark
 from scenarios.rubrics import Assessment, HardFail, Part, Standing, Verdict
