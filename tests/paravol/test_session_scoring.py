@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -104,9 +105,10 @@ def changed(flight: Flight, folder: Path, change: Callable[[Record], object]) ->
 
 def test_trusting_a_recording_gives_what_stepping_it_gives(flight: Flight) -> None:
     # an expert of oneself: its cavity is made again by its cuts alone
-    both = {"patient": flight.patient, "expert": flight.folder}
-    stepped = session_metrics(flight.folder, **both)
-    trusted = session_metrics(flight.folder, **both, trusts=True)
+    compared = partial(
+        session_metrics, flight.folder, patient=flight.patient, expert=flight.folder
+    )
+    stepped, trusted = compared(), compared(trusts=True)
     assert trusted.source == "recorded"
     assert trusted.score == stepped.score
     assert any(m.name == "breaches: orbit" and m.value for m in trusted.metrics)
