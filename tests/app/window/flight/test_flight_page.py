@@ -23,6 +23,7 @@ from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from paravol.readings import Readings
 from scenarios import InstrumentState, Scenario
+from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import Reach
 from tests.app.window.opened_window import ROOT
 
@@ -69,7 +70,10 @@ def page(application: QApplication) -> Iterator[FlightPage]:
 def fill(page: FlightPage) -> None:
     """Show long texts wherever there are texts."""
     page._timer.stop()
+    states = [TaskState(task.name, Status.OPEN, 0.5) for task in TASKS]
+    page._side.tasks.show_states(states)
     page._side.tasks.switch_hint()
+    assert TASKS[0].hint in page._side.tasks.hint
     page._side.show_tool(InstrumentState("microdebrider", is_sucking=True))
     page._gauges.show_readings(READINGS)
     picture = "picture 768 of 1024 px: frames were late"
