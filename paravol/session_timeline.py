@@ -1,6 +1,6 @@
 """A recorded session at any time, forwards and backwards."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate
@@ -29,6 +29,10 @@ flight of more than eight minutes goes back in steps of ten seconds."""
 
 GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
+
+
+def _time_of(frame: tuple[float, FrameRecord]) -> float:
+    return frame[0]
 
 
 def _untold(share: float) -> None:
@@ -83,6 +87,7 @@ class SessionTimeline:
                 place = self.recording.places.get(record.sample)
                 if place is not None:
                     self._frames.append((self._times[place], record))
+        self._frames.sort(key=_time_of)
         if patient is None:
             scenario = info.exercise()
             patient = load_patient(scenario, progress)
@@ -173,7 +178,11 @@ class SessionTimeline:
         """Return the recorded frame whose sample is nearest to a time, if any."""
         if not self._frames:
             return None
-        return min(self._frames, key=lambda frame: abs(frame[0] - time_s))[1]
+        after = bisect_left(self._frames, time_s, key=_time_of)
+        beside = self._frames[max(after - 1, 0) : after + 1]
+        nearest_s = min((at_s for at_s, _ in beside), key=lambda t: abs(t - time_s))
+        # of several frames of one moment the first
+        return self._frames[bisect_left(self._frames, nearest_s, key=_time_of)][1]
 
     def _step(self) -> None:
         """Take in the next sample; keep a keyframe where one is due."""

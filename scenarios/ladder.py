@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from scenarios.scenario import Scenario
 
@@ -80,7 +80,7 @@ def lower_bound(passes: int, runs: int, confidence: float = CONFIDENCE) -> float
     """Return Clopper and Pearson's one-sided lower bound of a pass rate."""
     if passes == 0:
         return 0.0
-    return float(beta.ppf(1.0 - confidence, passes, runs - passes + 1))
+    return float(betaincinv(passes, runs - passes + 1, 1.0 - confidence))
 
 
 def false_unlock(rate: float, runs: int) -> float:

@@ -17,6 +17,7 @@ from tests import flights
 from tests.hidden_posix import MODULES, NAMES, ROOT
 
 coarse_scenario = flights.coarse_scenario
+screen = flights.screen
 
 WHERE = {
     "machine/file_lock.py",
@@ -159,3 +160,15 @@ def test_mouse_and_emulated_arm_are_flown_without_posix(
         assert (Path(flight["record"]) / "result.json").is_file()
     # it was touched at the fiducials, through the port
     assert 0.0 < told["flights"]["emulator"]["residual_mm"] < 1.0
+
+
+@pytest.mark.display
+@pytest.mark.slow
+def test_the_window_is_flown_by_mouse_without_posix(
+    tmp_path: Path, screen: str, coarse_scenario: Path
+) -> None:
+    words = ["-m", "app", "train", "--scenario", str(coarse_scenario), "--size", "64"]
+    words += ["--seconds", "2", "--no-store", "--sound", "off"]
+    done = run_hidden(tmp_path, *words, patience_s=280.0)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "path length" in done.stdout

@@ -47,13 +47,13 @@ def overview() -> str:
                 # a command with commands of its own
                 assert isinstance(node.value, ast.Call)
                 words = _words(node.value)
-                rows[words["group"]].append(f"  {words['name']:<10} {words['help']}")
+                rows[words["group"]].append(f"  {words['name']:<13} {words['help']}")
             if _is_command(node):
                 assert isinstance(node, ast.FunctionDef)
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
                 words = _decorator_words(node)
                 name = words.get("name", node.name.replace("_", "-"))
-                rows[words["group"]].append(f"  {name:<10} {first}")
+                rows[words["group"]].append(f"  {name:<13} {first}")
     parts = ["\n".join([f"{group.title()}:", *sorted(rows[group])]) for group in GROUPS]
     return _HEAD + "\n\n".join(parts) + "\n" + _FOOT
 

@@ -6,8 +6,9 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 from PySide6.QtCore import QObject, QUrl, Signal
@@ -20,8 +21,7 @@ from app.window.flight.flight_tour import flight_stops
 from app.window.home.exercise_list import ListEntry
 from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
-from app.window.page import Page
-from app.window.result.result_page import ResultPage, WhatNext
+from app.window.page import Page, TextPage
 from app.window.tour import Tour
 from app.window.volume.volume_page import VolumePage
 from disk import UserError
@@ -32,17 +32,12 @@ from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
     ChoiceFile,
-    Exercise,
     FoundDevice,
     KnownCase,
-    ResultOrder,
-    SessionResult,
-    TraineeRecord,
     add_case,
     find_devices,
+    is_case,
     known_cases,
-    record_of,
-    result_of_session,
 )
 from paravol.trainee.found_devices import EMULATOR, MOUSE
 from paravol.training_setup import TrainingSetup
@@ -57,11 +52,19 @@ from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
 from scenarios.ladder import Door
 
+if TYPE_CHECKING:
+    from app.window.result.result_page import ResultPage
+    from paravol.trainee.record import TraineeRecord
+    from paravol.trainee.session_result import SessionResult
+
 STOP_PATIENCE_S = 5.0
 """The flight looks ten times a second whether it is left."""
 
 HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
+RESULT_PAGE = "app.window.result.result_page"
+"""It loads what scores a flight; no flight waits for that."""
+
 AS_TYPED = "as typed"
 """Words of the devices that the command line named."""
 
@@ -118,7 +121,7 @@ class Flown:
 class _Known:
     """Hold what was read for the home page."""
 
-    record: TraineeRecord | None = None
+    record: "TraineeRecord | None" = None
     cases: list[KnownCase] = field(default_factory=list)
 
 
@@ -154,6 +157,7 @@ class Desk(QObject):
         self._again: Callable[[], None] | None = None
         self._works: set[BackgroundWork] = set()
         self._endings: list[threading.Thread] = []
+        window.dropped.connect(self._drop)
 
     # Home
 
@@ -169,6 +173,8 @@ class Desk(QObject):
         page.bar.trainee_chosen.connect(self._take_trainee)
         page.bar.device_chosen.connect(self._take_device)
         page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
+        page.recordings_wanted.connect(self.replay)
+        page.settings_wanted.connect(self._window.show_settings)
         page.bar.show_devices(self._devices, self._device, is_all=self._has_found)
         page.bar.show_trainees([], self._trainee)
         self._window.show_page(page)
@@ -223,10 +229,13 @@ class Desk(QObject):
 
     def _read_record(self) -> None:
         trainee, store, cases = self._trainee, self._order.store, self._choices.cases
-        self._do(
-            lambda _: _Known(record_of(trainee, store), known_cases(cases)),
-            self._fill_home,
-        )
+
+        def work(progress: Progress) -> _Known:
+            from paravol.trainee.record import record_of
+
+            return _Known(record_of(trainee, store), known_cases(cases))
+
+        self._do(work, self._fill_home)
 
     def _fill_home(self, known: _Known) -> None:
         page, record = self._page(HomePage), known.record
@@ -348,7 +357,7 @@ class Desk(QObject):
     ) -> None:
         """Make an order beside the window: it opens files and devices."""
         page, port = self._window.page, self._setup.devices.port
-        if isinstance(page, HomePage | ResultPage):
+        if isinstance(page, TextPage):
             page.say("")
             page.show_stage("Preparing")
 
@@ -374,6 +383,8 @@ class Desk(QObject):
 
     def _on_first_shown(self, page: FlightPage, thread: FlightThread) -> None:
         self.first_shown.emit()
+        # beside the flight, so that its end need not wait for it
+        self._do(lambda _: import_module(RESULT_PAGE), lambda _: None)
         if not self._has_home or FLIGHT_TOUR in self._choices.tours:
             return
         hand = thread.flight.hand
@@ -390,7 +401,7 @@ class Desk(QObject):
     def _on_left(self, flown: Flown, thread: FlightThread) -> None:
         """Go where whoever left a flight before its end wants to go."""
         error, end = thread.error, flown.take_end(thread)
-        if error is not None and end is not None:
+        if error is not None and end is not None and self._has_home:
             self._show_result(flown, thread.flight.head, words_for(error))
         elif self._has_home:
             self.open_home("" if error is None else words_for(error))
@@ -414,6 +425,8 @@ class Desk(QObject):
         self, flown: Flown, head: PatientScene | None = None, problem: str = ""
     ) -> None:
         """Show a flight's figures, then what it was worth; head: None to load it."""
+        from app.window.result.result_page import ResultPage, what_next
+
         assert flown.end is not None
         scenario = flown.scenario
         page = ResultPage(scenario, flown.end, problem)
@@ -423,22 +436,23 @@ class Desk(QObject):
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
         page.debrief_wanted.connect(partial(self._write_debrief, page))
+        page.replay_wanted.connect(self.replay)
         self._window.show_page(page)
         if flown.end.record is None:
             return
-        order = ResultOrder(
-            flown.end.record,
-            flown.trainee,
-            has_store=self._order.has_store,
-            store=self._order.store,
-            patient=head,
-        )
+        kept, store = self._order.has_store, self._order.store
+        record, trainee = flown.end.record, flown.trainee
 
-        def work(progress: Progress) -> tuple[SessionResult, TraineeRecord]:
-            result = result_of_session(order, progress)
-            return result, record_of(order.trainee, order.store)
+        def work(progress: Progress) -> "tuple[SessionResult, TraineeRecord]":
+            from paravol.trainee.record import record_of
+            from paravol.trainee.session_result import ResultOrder, result_of_session
 
-        def show(found: tuple[SessionResult, TraineeRecord]) -> None:
+            order = ResultOrder(
+                record, trainee, has_store=kept, store=store, patient=head
+            )
+            return result_of_session(order, progress), record_of(trainee, store)
+
+        def show(found: "tuple[SessionResult, TraineeRecord]") -> None:
             result, record = found
             flown.is_kept = result.is_kept
             self._known = _Known(record, self._known.cases)
@@ -453,11 +467,36 @@ class Desk(QObject):
 
         self._do(work, show, fail).staged.connect(page.show_stage)
 
+    def replay(self, record: Path | None = None) -> None:
+        """Show the page of replays; record: None for one that is chosen there."""
+        from app.window.replay.replay_page import ReplayPage
+
+        page = ReplayPage(edge_samples=self._order.edge_samples)
+        page.left.connect(self.open_home)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        self._window.show_page(page)
+        self._leave_flights()
+        if record is not None:
+            page.open([record])
+
+    def _drop(self, folders: Sequence[Path]) -> None:
+        """Open what was dropped on the window: sessions are replayed, a case flown."""
+        from app.window.replay.replay_page import ReplayPage
+
+        page = self._window.page
+        if isinstance(page, HomePage) and is_case(folders[0]):
+            self.fly_case(folders[0])
+        elif isinstance(page, ReplayPage):
+            page.open(folders)
+        elif isinstance(page, TextPage):
+            self.replay()
+            self._drop(folders)
+
     def _fly_again(self) -> None:
         assert self._again is not None
         self._again()
 
-    def _write_debrief(self, page: ResultPage, record: Path) -> None:
+    def _write_debrief(self, page: "ResultPage", record: Path) -> None:
         """Write the debrief beside the recording and open it in the browser."""
         page.debrief.setEnabled(False)
         threads = self._setup.threads
@@ -537,16 +576,6 @@ class Desk(QObject):
         for ended in (begun.done, begun.failed):
             ended.connect(lambda _: self._works.discard(begun))
         return begun.start()
-
-
-def what_next(record: TraineeRecord, name: str) -> WhatNext:
-    """Return how an exercise stands now, and which other one is worth doing next."""
-    ladder = record.ladder
-    following: Exercise | None = ladder.worth_doing(name)
-    if following is not None and following.name == name:
-        found = (e for e in ladder.exercises if e.door is Door.OPEN and e.name != name)
-        following = next(found, None)
-    return WhatNext(ladder.find(name), following)
 
 
 def _typed(setup: TrainingSetup) -> FoundDevice:

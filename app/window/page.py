@@ -44,3 +44,15 @@ class Page(QWidget):
 
         Called once, when the page is never shown again.
         """
+
+
+class TextPage(Page):
+    """A page on which it can be said what is being done, and what went wrong."""
+
+    def say(self, problem: str) -> None:
+        """Say what went wrong; "" takes it away."""
+        raise NotImplementedError
+
+    def show_stage(self, stage: str, share: float = 0.0) -> None:
+        """Say what is being done, and how far it is; "" for nothing."""
+        raise NotImplementedError

@@ -4,6 +4,8 @@ import io
 import math
 import threading
 from collections import deque
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from devices import DeviceError
@@ -11,6 +13,7 @@ from paravol.flight import FlightEnd, FlightObserver
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
 from paravol.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
+from paravol.side_letters import looks_towards, side_letters
 from scenarios import Scenario
 from scenarios.hazard_watch import ALWAYS_NEAR, hazard_gaps
 from scenarios.instrument_state import NO_TOOL
@@ -33,8 +36,14 @@ class FlightWatcher(FlightObserver):
     distances measured by who asks for them, once for all who do.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        begun: "Callable[[FlightWatcher], object] | None" = None,
+    ) -> None:
+        """Prepare to hear of a flight; begun: called once, when there is one."""
         self.scenario = scenario
+        self._begun = begun
         self._changed = threading.Condition()
         self._version = 0
         self._event: FrameEvent | None = None
@@ -147,10 +156,17 @@ class FlightWatcher(FlightObserver):
         if event is None:
             return told
         view, sample = event.view, event.sample
+        _, right, up, forward = view.camera.frame
+        changed_deg = sample.scope_deg
+        angle_deg = (
+            self.scenario.scope.angle_deg if changed_deg is None else changed_deg
+        )
         told |= {
+            "letters": [asdict(each) for each in side_letters(right, up)],
+            "looks": looks_towards(forward),
             "clock_s": event.clock_s,
             "is_frozen": sample.is_frozen,
-            "scope": f"{self.scenario.scope.angle_deg:g}\N{DEGREE SIGN}",
+            "scope": f"{angle_deg:g}\N{DEGREE SIGN}",
             "clearance_mm": _finite(view.clearance_mm),
             "touched": view.touched,
             "tool": tool_text(sample.instrument),
@@ -163,6 +179,9 @@ class FlightWatcher(FlightObserver):
         return told
 
     def _tell(self, **news: object) -> None:
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            begun(self)
         with self._changed:
             for name, value in news.items():
                 setattr(self, name, value)

@@ -104,11 +104,13 @@ class InstructorPage(Closing):
         return f"http://{LOOPBACK}:{self.port}/{self._token}/"
 
     def watcher(self, scenario: Scenario) -> FlightWatcher:
-        """Return who hears of the next flight; from now on the page shows that one."""
-        before, self._watcher = self._watcher, FlightWatcher(scenario)
+        """Return who hears of a flight; the page shows it as soon as it has begun."""
+        return FlightWatcher(scenario, self._show)
+
+    def _show(self, watcher: FlightWatcher) -> None:
+        before, self._watcher = self._watcher, watcher
         if before is not None:
             before.wake()
-        return self._watcher
 
     def close(self) -> None:
         """End all answers and stop listening; harmless when repeated."""

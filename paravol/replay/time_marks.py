@@ -63,19 +63,32 @@ MEASURED = frozenset({MarkKind.TASK, MarkKind.INJURY, MarkKind.NEAR, MarkKind.MO
 def recorded_marks(records: Iterable[Record]) -> list[TimeMark]:
     """Return what the recording itself says, in order of time: no head is needed."""
     marks: list[TimeMark] = []
-    before = None
+    before: SampleRecord | None = None
     for record in records:
         if isinstance(record, SampleRecord):
-            name = record.instrument.name
-            if before is not None and name != before:
-                text = "Tool put away" if name == NO_TOOL else f"Tool: {name}"
-                marks.append(TimeMark.at(MarkKind.TOOL, record.time_s, text))
-            before = name
+            if before is not None:
+                marks += [
+                    TimeMark.at(MarkKind.TOOL, record.time_s, text)
+                    for text in _exchanged(before, record)
+                ]
+            before = record
         elif isinstance(record, EventRecord) and record.kind in _RECORDED:
             kind = _RECORDED[record.kind]
             text = f"{record.kind.capitalize()}: {record.text}"
             marks.append(TimeMark.at(kind, max(record.time_s, 0.0), text))
     return sorted(marks, key=lambda mark: mark.time_s)
+
+
+def _exchanged(before: SampleRecord, record: SampleRecord) -> list[str]:
+    """Say which tool or scope was exchanged between two samples."""
+    texts = []
+    name = record.instrument.name
+    if name != before.instrument.name:
+        texts.append("Tool put away" if name == NO_TOOL else f"Tool: {name}")
+    angle = record.scope_deg
+    if angle != before.scope_deg:
+        texts.append("Scope: the first" if angle is None else f"Scope: {angle:g}°")
+    return texts
 
 
 def measured_marks(

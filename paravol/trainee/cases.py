@@ -59,6 +59,11 @@ def case_at(folder: Path) -> KnownCase:
     return KnownCase(folder, folder.resolve().name, about)
 
 
+def is_case(folder: Path) -> bool:
+    """Return whether a folder says that it is a case."""
+    return (folder / RECORD).is_file()
+
+
 def known_cases(
     remembered: Sequence[str], folder: Path | None = None
 ) -> list[KnownCase]:

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from paravol.progress import SessionEntry
-from paravol.progress.session_entry import PERCENT
 from scenarios import Scenario, load_scenario
 from scenarios.ladder import Door, Rung, rungs
 from scenarios.scenario import CURRICULUM, Level, bundled_scenarios
@@ -21,6 +20,10 @@ from scenarios.tasks.task import (
     Survey,
     Task,
 )
+
+if TYPE_CHECKING:
+    # loads a database, which takes longer than to list what can be flown
+    from paravol.progress import SessionEntry
 
 _LEARNT: tuple[tuple[type[Task], str], ...] = (
     (Look, "find a place and keep it in the middle of the picture"),
@@ -46,7 +49,7 @@ class Exercise:
     scenario: Scenario
     rung: Rung | None
     waits: tuple[str, ...]
-    attempts: tuple[SessionEntry, ...]
+    attempts: "tuple[SessionEntry, ...]"
 
     @property
     def name(self) -> str:
@@ -108,13 +111,12 @@ class Ladder:
         return found or self.exercises[-1]
 
 
-def percent_of(entry: SessionEntry) -> float | None:
+def percent_of(entry: "SessionEntry") -> float | None:
     """Return an attempt's points in percent; None where it has none."""
-    value = entry.value(PERCENT)
-    return None if value is None else value.value
+    return None if entry.scored is None else entry.scored.percent
 
 
-def attempt_text(entry: SessionEntry) -> str:
+def attempt_text(entry: "SessionEntry") -> str:
     """Return how an attempt ended, in a word: tasks done, or points when it passed."""
     percent = percent_of(entry)
     points = "" if percent is None else f"{percent:.0f}"
@@ -125,7 +127,7 @@ def attempt_text(entry: SessionEntry) -> str:
     return f"{marks[entry.has_passed]}{points}".strip()
 
 
-def ladder_of(sessions: Iterable[SessionEntry]) -> Ladder:
+def ladder_of(sessions: "Iterable[SessionEntry]") -> Ladder:
     """Return the ladder of whoever flew these sessions, in order of time."""
     loaded = [load_scenario(name)[0] for name in bundled_scenarios()]
     inside = {file.stem for file in CURRICULUM.glob("*.toml")}

@@ -11,11 +11,17 @@ from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress import ProgressStore, SessionEntry, entry_of_session
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, usual_rubric
+from paravol.session_scoring import assessment_of, usual_rubric, wanted_metrics
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
+from scenarios.metrics import DEFINITIONS, Definition
+from scenarios.metrics.cavity import CAVITY
 from scenarios.passing import PassMark, pass_marks
-from scenarios.rubrics import Assessment, load_rubric
+from scenarios.rubrics import Assessment, Rubric, load_rubric
+
+SLOW = frozenset({"economy of motion", "touched area"})
+"""They search the head's air, and step the session again with the names of structures;
+so do those of the cavity. `paravol progress add` measures them."""
 
 KEPT = "Kept in your progress."
 
@@ -65,11 +71,13 @@ def result_of_session(
     cannot be read or scored.
     """
     progress("Reading the recording", 0.0)
-    rubric = load_rubric(usual_rubric(read_recording(order.record)))
-    # all metrics: an exercise's pass marks may be about any
+    recording = read_recording(order.record)
+    rubric = load_rubric(usual_rubric(recording))
+    flown = recording.info.exercise()
     found = session_metrics(
         order.record,
         settings=rubric.settings,
+        chosen=quick_metrics(flown, rubric),
         progress=progress,
         patient=order.patient,
         trusts=True,
@@ -98,6 +106,16 @@ def result_of_session(
         kept,
         is_kept,
     )
+
+
+def quick_metrics(scenario: Scenario, rubric: Rubric) -> tuple[Definition, ...]:
+    """Return what is measured while somebody waits: all but what takes seconds.
+
+    What the exercise's marks or the rubric ask for is measured in any case.
+    """
+    slow = SLOW | {definition.name for definition in CAVITY}
+    asked = {definition.name for definition in wanted_metrics(rubric, scenario)}
+    return tuple(d for d in DEFINITIONS if d.name not in slow or d.name in asked)
 
 
 def _kept(entry: SessionEntry, file: Path | None) -> tuple[str, bool]:

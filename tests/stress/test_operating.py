@@ -35,7 +35,15 @@ def corner() -> AirSurface:
     return surface_of(np.clip(walls, -6, 12).astype(np.float32))
 
 
-@pytest.mark.parametrize("name", sorted(INSTRUMENTS))
+QUICK = "microdebrider", "straight forceps", "sickle knife"
+EVERY = [
+    pytest.param(name, marks=() if name in QUICK else pytest.mark.slow)
+    for name in sorted(INSTRUMENTS)
+]
+"""One of each way to take tissue among the fast tests, the other tools among all."""
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_a_tool_pressed_into_a_corner(name: str) -> None:
     hand = Hand(
         operation_on(corner(), has_orbit=False), (9.0, 8.0, 11.0), (-1.0, -1.0, -1.0)
@@ -52,7 +60,7 @@ def test_a_tool_pressed_into_a_corner(name: str) -> None:
     assert again.patient.hash() == hand.operation.patient.hash()
 
 
-@pytest.mark.parametrize("name", sorted(INSTRUMENTS))
+@pytest.mark.parametrize("name", EVERY)
 def test_a_tool_that_begins_deep_in_tissue(name: str) -> None:
     hand = Hand(operation_on(has_orbit=False), tip_mm=(12.0, 11.0, 2.0))
     before = remaining(hand.operation.patient)

@@ -28,11 +28,12 @@ def flight_stops(page: QWidget) -> list[TourStop]:
             "Where you are",
             "The head from outside, with the scope in it. C opens the head.",
         ),
-        (
-            page,
-            "Keys",
-            "F1 or ? shows all keys. Space keeps a moment; Q ends the flight and shows "
-            "what it was worth.",
-        ),
     ]
-    return [TourStop(part, title, text) for part, title, text in found if part]
+    keys = TourStop(
+        None,
+        "Keys",
+        "F1 or ? shows all keys. Space keeps a moment; Q ends the flight and shows "
+        "what it was worth.",
+    )
+    stops = [TourStop(part, title, text) for part, title, text in found if part]
+    return [*stops, keys]

@@ -1,7 +1,6 @@
 """The list of all that can be flown, with how one stands in each."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor
@@ -163,8 +162,3 @@ class ExerciseList(QTreeWidget):
 def percent_text(percent: float | None) -> str:
     """Return points as a text, empty for none."""
     return "" if percent is None else f"{percent:.0f}"
-
-
-def folder_of(entry: ListEntry) -> Path | None:
-    """Return the folder of an entry's case."""
-    return None if entry.case is None else entry.case.folder

@@ -6,7 +6,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from disk import UserError
-from paravol.progress import demand_name
 from paravol.trainee import FoundDevice
 
 NOBODY = "no name"
@@ -92,6 +91,9 @@ class HomeBar(QWidget):
         name = self.trainee.currentText()
         if name == self._name:
             return
+        # only here: with it the store is loaded, which takes a while
+        from paravol.progress import demand_name
+
         try:
             self._name = demand_name(name)
         except UserError as error:

@@ -18,7 +18,7 @@ from app.window.home.exercise_card import ExerciseCard
 from app.window.home.exercise_list import ExerciseList, ListEntry
 from app.window.home.home_bar import HomeBar
 from app.window.home.recovery_card import RecoveryCard
-from app.window.page import Page
+from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.tour import Tour, TourStop
 from paravol.trainee import FoundDevice, KnownCase, Ladder
@@ -28,7 +28,7 @@ from scenarios.ladder import Door
 KEYS = "Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends"
 
 
-class HomePage(Page):
+class HomePage(TextPage):
     """Show what can be trained; whoever made it fills it and does what is wanted."""
 
     exercise_wanted = Signal(str)
@@ -49,6 +49,8 @@ class HomePage(Page):
         self._scale = 1.0
         self._tour: Tour | None = None
         self._next = ""
+        self._ladder: Ladder | None = None
+        self._cases: list[KnownCase] = []
         self.bar = HomeBar()
         self.list = ExerciseList()
         self.card = ExerciseCard()
@@ -108,6 +110,12 @@ class HomePage(Page):
         self.bar.set_scale(scale)
         self.card.set_scale(scale)
         self.recovery.set_scale(scale)
+        if self._ladder is not None:
+            # with the colours of another theme
+            current = self.list.current
+            exercise = None if current is None else current.exercise
+            name = self._next if exercise is None else exercise.name
+            self.list.show_all(self._ladder, self._cases, name)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key that no part of the page takes."""
@@ -126,6 +134,7 @@ class HomePage(Page):
         self, ladder: Ladder, cases: Sequence[KnownCase], last: str = ""
     ) -> None:
         """Show how the trainee stands; last: name of what was flown last."""
+        self._ladder, self._cases = ladder, list(cases)
         following = ladder.worth_doing(last)
         self._next = following.name
         word = "Continue" if last else "Begin"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
@@ -35,9 +36,12 @@ from paravol.readings import Readings
 from paravol.replay.free_camera import CameraMove
 from paravol.replay.replay_worker import OpenedReplay, ReplayOrder, Row, ShownReplay
 from paravol.replay.time_marks import TimeMark, next_mark, note_marks
+from paravol.session_pictures import ShownMoment
+from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios.bundle import Note
+from scenarios.instrument_state import NO_TOOL
 
 TICK_MS = 15
 OVERVIEW_SHARE = 0.15
@@ -406,15 +410,16 @@ class ReplayPage(Page):
             return
         is_first = self._seen is None
         self._seen = shown
-        self.picture.show_picture(shown.here.frame.pixels)
+        _show(self.picture, shown.here)
         if shown.there is not None:
-            self.beside.show_picture(shown.there.frame.pixels)
+            _show(self.beside, shown.there)
         self._say_what_is_shown(shown)
         signs = shown.here.signs
         self._bars.show_signs(signs)
         self.picture.point_at(shown.pointer, signs.hazard_text(), hazard_look(signs)[0])
         self._gauges.show_readings(_readings(shown))
         self._side.tasks.show_states(shown.here.tasks)
+        self._side.show_tool(shown.here.sample.instrument)
         if shown.tissue_changed and not is_first:
             self._side.slices.refresh()
             self._side.overview.refresh()
@@ -473,8 +478,11 @@ class ReplayPage(Page):
             return
         begun = time.monotonic()
         if shown is not None:
-            side.overview.scene.follow(shown.here.view)
-            side.slices.follow(shown.here.view.camera.frame[0])
+            view = shown.here.view
+            tool_mm = view.world_from_instrument[:3, 3]
+            has_tool = view.instrument != NO_TOOL and np.all(np.isfinite(tool_mm))
+            side.overview.scene.follow(view)
+            side.slices.follow(view.camera.frame[0], tool_mm if has_tool else None)
         side.overview.draw()
         ended = time.monotonic()
         waits_s = max((ended - begun) / OVERVIEW_SHARE, OVERVIEW_MS / 1e3)
@@ -484,6 +492,7 @@ class ReplayPage(Page):
     def _on_measuring(self, stage: str, share: float) -> None:
         if not self._is_left() and self._side is not None:
             self._side.metrics.say(f"{stage}: {share:.0%}")
+            self._gauges.show_status(f"Measuring the session: {share:.0%}")
 
     @Slot(object, object)
     def _on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
@@ -493,12 +502,13 @@ class ReplayPage(Page):
         self._show_marks()
         self._side.events.show_marks(marks)
         self._side.metrics.show_rows(rows)
+        self._gauges.show_status("F1: all keys")
 
     @Slot(str)
     def _on_unmeasured(self, problem: str) -> None:
         if not self._is_left() and self._side is not None:
-            self._side.metrics.say("Not measured")
-            self._side.metrics.show_rows([("", problem, "")])
+            self._side.metrics.say("Not measured", problem)
+            self._gauges.show_status("")
 
     @Slot(object)
     def _on_notes(self, notes: Sequence[Note]) -> None:
@@ -631,6 +641,8 @@ class ReplayPage(Page):
                 self._notices.notify(side.slices.switch(), "")
             case Qt.Key.Key_C if side is not None:
                 self._notices.notify(side.overview.switch(), "")
+            case Qt.Key.Key_F1 if side is not None:
+                side.show_keys()
             case Qt.Key.Key_I if side is not None:
                 side.tasks.switch_hint()
             case _:
@@ -667,6 +679,13 @@ class ReplayPage(Page):
 def bundle_of(path: Path) -> Path:
     """Return the bundle that a path means: itself, or the one that a file is of."""
     return path.parent if path.is_file() and path.parent.suffix else path
+
+
+def _show(picture: PictureView, moment: ShownMoment) -> None:
+    """Show a moment's picture, with the sides of the patient round it."""
+    _, right, up, forward = moment.view.camera.frame
+    picture.mark_sides(side_letters(right, up), looks_towards(forward))
+    picture.show_picture(moment.frame.pixels)
 
 
 def _readings(shown: ShownReplay) -> Readings:

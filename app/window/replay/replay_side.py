@@ -23,9 +23,10 @@ from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.replay.time_line import clock_text
+from paravol.readings import tool_text
 from paravol.replay.replay_worker import Row
 from paravol.replay.time_marks import TimeMark
-from scenarios import Scenario
+from scenarios import InstrumentState, Scenario
 from scenarios.bundle import Note
 from scenarios.bundle.notes import LONGEST_NOTE
 
@@ -47,7 +48,7 @@ KEYS = (
     ("M  C", "slices: CT, MR, both; open the head"),
     ("I", "hint to the task"),
     ("O", "open another session"),
-    ("F  Q", "full screen; leave"),
+    ("F  Q  F1", "full screen; leave; this list"),
 )
 
 
@@ -85,15 +86,20 @@ class MetricTable(QTreeWidget):
         self.setAccessibleName("Metrics")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setRootIsDecorated(False)
+        self.setWordWrap(True)
         self.setColumnCount(2)
         self.setHeaderLabels(["Metric", "Value"])
         self.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
 
-    def say(self, text: str) -> None:
-        """Say why there is nothing to show, or not yet."""
+    def say(self, text: str, why: str = "") -> None:
+        """Say that there is nothing to show, or not yet, and why."""
         self.setColumnCount(1)
         self.setHeaderLabels([text])
         self.clear()
+        if why:
+            item = QTreeWidgetItem([why])
+            item.setToolTip(0, why)
+            self.addTopLevelItem(item)
 
     def show_rows(self, rows: Sequence[Row]) -> None:
         """Show these rows."""
@@ -174,6 +180,16 @@ class ReplaySide(QWidget):
         self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.tasks = TaskPanel(scenario)
+        self._tool = QLabel()
+        self._tool.setObjectName("tool")
+        self._tool.setWordWrap(True)
+        self._info = QLabel()
+        self._info.setObjectName("status")
+        self._info.setWordWrap(True)
+        self.slices.told.connect(self._info.setText)
+        title = QLabel(scenario.title)
+        title.setObjectName("title")
+        title.setWordWrap(True)
         self.moments = MomentView()
         self.events = EventList()
         self.metrics = MetricTable()
@@ -185,11 +201,15 @@ class ReplaySide(QWidget):
         self.tabs.addTab(self.events, "Events")
         self.tabs.addTab(self.metrics, "Metrics")
         self.tabs.addTab(self.book, "Notes")
-        self.tabs.addTab(_keys(), "Keys")
+        self._keys = _keys()
+        self.tabs.addTab(self._keys, "Keys")
         column = self._column = QVBoxLayout(self)
+        column.addWidget(title)
         column.addWidget(self.tasks)
+        column.addWidget(self._tool)
         column.addWidget(self.overview, 3)
         column.addWidget(self.slices)
+        column.addWidget(self._info)
         column.addWidget(self.tabs, 4)
         column.addWidget(self.moments)
 
@@ -199,6 +219,16 @@ class ReplaySide(QWidget):
         self._column.setSpacing(round(6 * scale))
         for part in (self.overview, self.slices, self.tasks, self.moments):
             part.set_scale(scale)
+
+    def show_tool(self, tool: InstrumentState) -> None:
+        """Say which tool was in hand, and what it did."""
+        text = f"In hand: {tool_text(tool)}"
+        if self._tool.text() != text:
+            self._tool.setText(text)
+
+    def show_keys(self) -> None:
+        """Show what the keys do."""
+        self.tabs.setCurrentWidget(self._keys)
 
     def write_note(self) -> None:
         """Let somebody type a note."""

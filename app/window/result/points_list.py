@@ -74,7 +74,7 @@ def points_text(part: Part) -> str:
 def reason_text(part: Part) -> str:
     """Return what a part's points were given for, in words."""
     if not part.counts:
-        return f"Not counted: {part.standing}" + f" ({part.reason})" * bool(part.reason)
+        return f"Not counted: {part.reason or part.standing}"
     assert part.standing is Standing.SCORED
     full = [value for value, percent in part.thresholds if percent >= 100.0]
     none = [value for value, percent in part.thresholds if percent <= 0.0]

@@ -17,12 +17,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.window.page import Page
+from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.result.points_list import PointsList
 from paravol.flight import FlightEnd
-from paravol.trainee import Exercise, SessionResult
+from paravol.trainee import Exercise
 from paravol.trainee.exercises import short_title
+from paravol.trainee.record import TraineeRecord
+from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario
 from scenarios.ladder import Door
 from scenarios.rubrics import Verdict
@@ -37,7 +39,17 @@ class WhatNext:
     following: Exercise | None = None
 
 
-class ResultPage(Page):
+def what_next(record: TraineeRecord, name: str) -> WhatNext:
+    """Return how an exercise stands now, and which other one is worth doing next."""
+    ladder = record.ladder
+    following: Exercise | None = ladder.worth_doing(name)
+    if following is not None and following.name == name:
+        found = (e for e in ladder.exercises if e.door is Door.OPEN and e.name != name)
+        following = next(found, None)
+    return WhatNext(ladder.find(name), following)
+
+
+class ResultPage(TextPage):
     """Show a flight's figures at once, and its score when that is there."""
 
     again_wanted = Signal()

@@ -27,14 +27,13 @@ from devices.microscribe.wire.sign_on import RATES
 from devices.microscribe.wire.terminal_file import (
     TERMINAL_ERRORS,
     TERMINALS_ARE_FILES,
+    SocketFile,
     TerminalFile,
 )
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.serial_adapters import absence_remedy, permission_remedy
 from devices.source import QueuedSource
 from disk import UserError
-
-_DROPPED_AT_ONCE = 4096
 
 # A name with a NUL in it is a ValueError.
 _OPEN_ERRORS: tuple[type[Exception], ...] = (*TERMINAL_ERRORS, ValueError)
@@ -66,8 +65,9 @@ class SerialPort:
             ) from error
         self._name = name
         self._file: TerminalFile | None = None
-        if TERMINALS_ARE_FILES:
-            # a socket's file answers the same calls
+        if name.startswith("socket://"):
+            self._file = SocketFile(self._serial.fileno())
+        elif TERMINALS_ARE_FILES:
             self._file = TerminalFile(self._serial.fileno())
         self.set_rate(RATES[0])
 
@@ -122,13 +122,7 @@ class SerialPort:
 
     def reset_input(self) -> int:
         """Drop what has arrived unread; return how many bytes that was."""
-        if self._file is not None:
-            return len(self.read(self.waiting, 0.0))
-        count = 0
-        # of a socket pyserial tells only whether anything waits
-        while dropped := len(self.read(_DROPPED_AT_ONCE, 0.0)):
-            count += dropped
-        return count
+        return len(self.read(self.waiting, 0.0))
 
     def set_rate(self, baud: int) -> None:
         """Change the bit rate of both directions."""

@@ -1,4 +1,4 @@
-"""Reading and writing a terminal by its file, for POSIX systems.
+"""Reading and writing a terminal by its file, for POSIX systems, or a TCP socket.
 
 pyserial opens terminals and sets them up. Setting its timeout, however, sets the whole
 terminal anew, and its reading and writing think three times as long as the system
@@ -7,6 +7,7 @@ call takes; a pose passes here a hundred times a second and more.
 
 import os
 import select
+import socket
 import time
 from array import array
 
@@ -113,5 +114,45 @@ class TerminalFile:
         """Return what is there; terminals say "nothing" in both of these ways."""
         try:
             return os.read(self._file, count)
+        except BlockingIOError:
+            return b""
+
+
+class SocketFile(TerminalFile):
+    """A connected TCP socket that is read as a terminal is, on every system.
+
+    pyserial's own reading of sockets waits for the whole timeout where fewer bytes come
+    than were asked for, and leaves single bytes to wait for company.
+    """
+
+    def __init__(self, file: int) -> None:
+        super().__init__(file)
+        self._socket = socket.socket(fileno=file)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    @property
+    def waiting(self) -> int:
+        """Return how many bytes have arrived unread, `LARGEST_READ` at most."""
+        try:
+            return len(self._socket.recv(LARGEST_READ, socket.MSG_PEEK))
+        except BlockingIOError:
+            return 0
+
+    def write(self, data: bytes) -> int:
+        """Return how many of the bytes the system took at once."""
+        try:
+            return self._socket.send(data)
+        except BlockingIOError:
+            return 0
+
+    def forget(self) -> None:
+        """Let go of the socket, which is another's to close."""
+        self._socket.detach()
+        super().forget()
+
+    def _read_now(self, count: int) -> bytes:
+        try:
+            return self._socket.recv(count)
         except BlockingIOError:
             return b""

@@ -93,6 +93,7 @@ SINUSES = [
     shift=st.tuples(*[st.floats(-15, 15)] * 3),
     seed=st.integers(0, 1000),
 )
+@pytest.mark.slow
 def test_t1_comes_to_lie_on_the_ct_at_the_sinuses(
     phantom: Phantom,
     tmp_path: Path,

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.replay_command import run_replay
+from app.cli.replay_options import ReplayOptions
+from disk import UserError
 from paravol import session_replay
 from paravol.session_replay import ReplayReport
 from scenarios import Score
@@ -76,3 +78,22 @@ def test_the_figures_of_damage_are_in_the_json(
     said = capsys.readouterr().out
     assert '"first_byte": 1' in said
     assert '"good_s": 37.5' in said
+
+
+@pytest.mark.parametrize(
+    ("typed", "refused"),
+    [
+        (ReplayOptions(window=True, check=True), "--check"),
+        (ReplayOptions(window=True, video=Path("a.mp4")), "--video"),
+        (ReplayOptions(window=True, at=1.0), "--at"),
+    ],
+)
+def test_the_window_is_refused_with_what_needs_none(
+    typed: ReplayOptions, refused: str
+) -> None:
+    with pytest.raises(UserError, match=f"--window goes without {refused}"):
+        typed.demand_sense()
+
+
+def test_the_window_takes_a_second_session_and_a_case() -> None:
+    ReplayOptions(window=True, beside=Path("b"), case=Path("c")).demand_sense()

@@ -37,8 +37,13 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     ],
 )
 def test_bad_options_are_named(
-    words: list[str], named: str, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    named: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # a test before this one may have opened a window
+    monkeypatch.delitem(sys.modules, "app.window.main_window", raising=False)
     assert named in refused(words, capsys)
     # and none of it costs the time that loading Qt takes
     assert "app.window.main_window" not in sys.modules

@@ -33,7 +33,9 @@ def drawn(rng: np.random.Generator, found: PointErrors) -> np.ndarray:
     return (off.ravel() - fitted).reshape(-1, 3)
 
 
-@pytest.mark.parametrize("count", [3, 4, 5])
+@pytest.mark.parametrize(
+    "count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 5))]
+)
 def test_sound_sets_are_doubted_as_often_as_is_said(count: int) -> None:
     rng = np.random.default_rng(count)
     found, draws = errors(count), 4000

@@ -159,6 +159,7 @@ def test_it_listens_on_this_machine_only(page: InstructorPage) -> None:
 
 
 def test_before_a_flight_it_says_so(page: InstructorPage) -> None:
+    page.watcher(SCENARIO)  # of one that nobody has begun
     assert json.loads(ask(page, way(page, "state.json"))[1]) == {
         "stage": "No flight yet"
     }
@@ -176,7 +177,10 @@ def test_pictures_and_states_follow_the_flight_and_the_next(
             assert picture in read_until(pictures, picture)
             read_until(states, f'"clock_s": {0.1 * number}'.encode())
         following = page.watcher(SCENARIO)
-        read_until(states, b'"stage": "Preparing"')
+        watcher.on_frame(frame(6))  # type: ignore[arg-type]
+        read_until(states, b'"clock_s": 0.6000')  # the next has not begun
+        following.on_progress("Building the head", 0.1)
+        read_until(states, b'"stage": "Building the head: 10 %"')
         following.on_frame(frame(9))  # type: ignore[arg-type]
         picture = following.picture()
         assert picture is not None

@@ -1,6 +1,7 @@
 """Short recorded operations, made without any device."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -102,5 +103,5 @@ def record_flight(
             gap, print_ = seen.clearance_mm, frame.fingerprint()
             recorder.add(FrameRecord(number, n, frame.gain, gap, print_))
         recorder.add(EventRecord(0.5, "snapshot", "frame 2"))
-        recorder.close({})
+        recorder.close({"score": asdict(session.score())})
     return folder

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,12 +39,14 @@ def test_a_recording_tells_its_events_and_each_change_of_the_tool() -> None:
         sample(2.0, "curette"),
         sample(3.0, NO_TOOL),
         EventRecord(3.5, "unheard of", "left out"),
+        msgspec.structs.replace(sample(4.0, NO_TOOL), scope_deg=30.0),
     ]
     found = [(m.kind, m.time_s, m.text) for m in recorded_marks(records)]
     assert found == [
         (MarkKind.TOOL, 1.0, "Tool: curette"),
         (MarkKind.INJURY, 1.5, "Injury: orbit, left"),
         (MarkKind.TOOL, 3.0, "Tool put away"),
+        (MarkKind.TOOL, 4.0, "Scope: 30°"),
     ]
 
 

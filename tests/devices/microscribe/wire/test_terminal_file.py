@@ -7,17 +7,30 @@ from collections.abc import Iterator
 
 import pytest
 
-from devices.microscribe.wire.terminal_file import TerminalFile
+from devices.microscribe.wire.terminal_file import SocketFile, TerminalFile
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
 )
 
 
-@pytest.fixture
-def ends() -> Iterator[tuple[int, TerminalFile]]:
+@pytest.fixture(params=["terminal", "socket"])
+def ends(request: pytest.FixtureRequest) -> Iterator[tuple[int, TerminalFile]]:
+    """The far end's file and the near end, of either kind."""
     import tty
 
+    if request.param == "socket":
+        with (
+            socket.create_server(("127.0.0.1", 0)) as listener,
+            socket.create_connection(listener.getsockname()) as near,
+            listener.accept()[0] as far,
+        ):
+            far.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            file = SocketFile(near.fileno())
+            yield far.fileno(), file
+            file.forget()
+            assert near.fileno() >= 0  # not ours to close
+        return
     master, client = os.openpty()
     tty.setraw(client)
     os.set_blocking(client, False)
