@@ -25,9 +25,9 @@ def _within(
         enters, leaves = leaves, enters
     # beyond any count, and NaN: nothing is known
     if abs(enters) < 1e9:
-        first = max(first, int(math.floor(enters)) - 1)
+        first = max(first, math.floor(enters) - 1)
     if abs(leaves) < 1e9:
-        end = min(end, int(math.ceil(leaves)) + 2)
+        end = min(end, math.ceil(leaves) + 2)
     return first, end
 
 
