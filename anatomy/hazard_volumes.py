@@ -2,8 +2,9 @@
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,14 @@ UNIT_MM = 0.01
 
 FARTHEST_MM = 25.0
 """Distances are clipped to this on either side."""
+
+
+class HazardLine(NamedTuple):
+    """Describe `points` places on a line, from one on by a step, LPS mm ``(3,)``."""
+
+    begin_mm: NDArray[np.float64]
+    step_mm: NDArray[np.float64]
+    points: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +40,9 @@ class HazardVolumes:
     _boxes: dict[str, NDArray[np.float64]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+    _grids: list[tuple[NDArray[np.float64], list[str]]] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -43,24 +55,37 @@ class HazardVolumes:
         """Interpolate the distance to one hazard at ``(..., 3)`` LPS points."""
         return self.volumes[name].sample(points_mm) * UNIT_MM
 
-    def along_mm(
-        self,
-        name: str,
-        begin_mm: NDArray[np.float64],
-        step_mm: NDArray[np.float64],
-        count: int,
-    ) -> float:
-        """Return the least distance to a hazard of `count` points on a line, LPS mm."""
+    def along_mm(self, lines: Sequence[HazardLine]) -> list[dict[str, float]]:
+        """Return each line's least distance of its points to each hazard, LPS mm."""
         # Imported here: this module's names are needed where nothing is compiled.
         from renderers.scene.kernels.least_along import least_along
 
-        volume = self.volumes[name]
-        matrix = volume.voxel_from_world
-        start = matrix[:3, :3] @ begin_mm + matrix[:3, 3]
-        step = matrix[:3, :3] @ step_mm
-        far = volume.background
-        _, steps = least_along(volume.values, 1.0, start, step, count, far)
-        return UNIT_MM * steps
+        found: list[dict[str, float]] = [{} for _ in lines]
+        for matrix, names in self._by_grid():
+            for line, gaps in zip(lines, found, strict=True):
+                start = matrix[:3, :3] @ line.begin_mm + matrix[:3, 3]
+                step = matrix[:3, :3] @ line.step_mm
+                for name in names:
+                    volume = self.volumes[name]
+                    far = volume.background
+                    _, steps = least_along(
+                        volume.values, 1.0, start, step, line.points, far
+                    )
+                    gaps[name] = UNIT_MM * steps
+        return found
+
+    def _by_grid(self) -> list[tuple[NDArray[np.float64], list[str]]]:
+        """Return the names of the hazards that share a transform of mm to voxels."""
+        if not self._grids:
+            for name, volume in self.volumes.items():
+                matrix = volume.voxel_from_world
+                for known, names in self._grids:
+                    if np.array_equal(known, matrix):
+                        names.append(name)
+                        break
+                else:
+                    self._grids.append((matrix, [name]))
+        return self._grids
 
     def along_each_mm(
         self,
@@ -69,7 +94,7 @@ class HazardVolumes:
         steps_mm: NDArray[np.float64],
         count: int,
     ) -> NDArray[np.float64]:
-        """Return `along_mm` of many lines ``(n, 3)``, as ``(n,)``."""
+        """Return `along_mm` of many lines ``(n, 3)`` for one hazard, ``(n,)``."""
         from renderers.scene.kernels.least_along import least_along_each
 
         volume = self.volumes[name]

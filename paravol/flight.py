@@ -20,7 +20,7 @@ from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
 from paravol.exercise_path import start_path
-from paravol.flight_loop import FrameEvent, Timing, fly
+from paravol.flight_loop import FrameEvent, Pace, Timing, fly
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
@@ -41,6 +41,7 @@ from paravol.inputs.pose_sources import (
 from paravol.inputs.scope_rack import ScopeRack
 from paravol.operation_rehearsal import rehearse
 from paravol.patient import PatientScene, check_for_head, load_patient
+from paravol.picture_size import PictureSize
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.registration.at_start import register_by_touch
 from paravol.score_table import score_rows
@@ -75,6 +76,8 @@ class FlightOrder:
     patience_s: the flight ends when the device has been away for this long.
     instrument: a second device for the tool; None where the input moves it, if any.
     watchers: hear of the flight beside whoever shows it.
+    follows_window: the picture is as large as `Flight.picture` is asked for, and less
+    where frames would be late; `size` is then the most.
     """
 
     scenario: Scenario
@@ -88,6 +91,7 @@ class FlightOrder:
     patience_s: float = math.inf
     instrument: InstrumentInput | None = None
     watchers: "tuple[FlightObserver, ...]" = ()
+    follows_window: bool = False
 
     @property
     def has_own_tool(self) -> bool:
@@ -220,6 +224,7 @@ class Flight:
     be put in. hand: holds the instruments. recording: where
     the flight is recorded.
     head: as before anybody operated; None until it is there.
+    picture: chooses the picture's size; None where it stays.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
     """
@@ -237,6 +242,8 @@ class Flight:
         )
         self.recording = Recording(order)
         self.head: PatientScene | None = None
+        self.picture = PictureSize(order.size) if order.follows_window else None
+        self.size = order.size if self.picture is None else self.picture.first
         self.path = order.path
         self.result: FlightEnd | None = None
         self._observer = observer
@@ -287,7 +294,7 @@ class Flight:
         if self.path is None:
             self.path = start_path(patient, scenario.start)
         observer.on_patient(patient)
-        size = (order.size, order.size)
+        size = (self.size, self.size)
         view = build_view(
             scenario,
             patient,
@@ -324,7 +331,7 @@ class Flight:
                 scenario,
                 patient,
                 registration,
-                size=order.size,
+                size=self.size,
                 has_instrument=has_instrument,
             )
             matrix = self.hand.world_from_device = registration.world_from_device
@@ -442,7 +449,7 @@ class Flight:
                 on_injury=observer.on_injury,
                 on_task=observer.on_task,
                 on_changes=self.order.input.changed,
-                may_skip=self.order.input.may_skip,
+                pace=Pace(self.order.input.may_skip, self.picture),
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -15,10 +15,11 @@ from paravol.feedback.felt_signs import felt_signs
 from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
+from paravol.picture_size import PictureSize
 from paravol.readings import injury_text
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
-from renderers.scene import Change, ChangeKind
+from renderers.scene import Camera, Change, ChangeKind
 from scenarios import Sample, Session, View
 from scenarios.bundle import (
     EditRecord,
@@ -110,6 +111,22 @@ class Timing:
         return dict(zip(("p50", "p95", "p99"), (float(c) for c in cuts), strict=True))
 
 
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Say what is given up where frames would be late.
+
+    may_skip: on a machine that cannot work on all poses in time, some are left out
+    before anything is made of them; what is recorded is what was flown in any case.
+    sizes: chooses the size of each picture; None for the session's.
+    """
+
+    may_skip: bool = False
+    sizes: PictureSize | None = None
+
+
+ALL_OF_IT = Pace()
+
+
 def fly(
     source: OrderedPoses,
     completer: PoseCompleter,
@@ -123,22 +140,21 @@ def fly(
     on_injury: Callable[[str], None] = _unheard,
     on_task: Callable[[TaskEvent], None] = _unheard,
     on_changes: Callable[[Sequence[Change]], None] = _unheard,
-    may_skip: bool = False,
+    pace: Pace = ALL_OF_IT,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored; each frame shows the newest one. may_skip: on a
-    machine that cannot work on all of them in time, poses are left out before anything
-    is made of them; what is recorded is what was flown in any case. keeps: asked
+    Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. on_injury: called with each injury, told in
     words, before the frame that shows it; on_task: with what happens to each task;
-    on_changes: with what was cut, before that frame. Errors of the device pass through;
-    what was recorded before is on disk.
+    on_changes: with what was cut, before that frame. pace: what is given up to be in
+    time. Errors of the device pass through; what was recorded before is on disk.
     """
-    frames = _FrameRecorder(recorder, on_frame)
+    frames = _FrameRecorder(recorder, on_frame, session.size)
+    sized = _Sized(session, view, pace.sizes)
     operated = _Operated(view, recorder, on_injury, on_changes)
-    arrived = _Punctual() if may_skip else _arrived
+    arrived = _Punctual() if pace.may_skip else _arrived
     with (
         _frozen_garbage(),
         _settled(view),
@@ -151,6 +167,7 @@ def fly(
         while not is_over:
             newest: tuple[Pose, Sample] | None = None
             for pose in arrived(source):
+                sized.start(newest is None)
                 sample = completer.complete(pose)
                 # what came before the end is still shown: on a busy machine, all of it
                 is_over = sample.time_s >= until_s
@@ -172,7 +189,7 @@ def fly(
             pose, sample = newest
             operated.follow(session, sample.time_s)
             before, begun = begun, time.perf_counter()
-            seen = session.view(sample)
+            seen = sized.view(sample)
             shown = operated.shown(session, seen, keeps(sample.time_s))
             shown = replace(shown, clock_s=session.clock_s)
             if session.tasks is not None:
@@ -180,8 +197,57 @@ def fly(
             index = recorder.samples - 1
             finish = partial(frames.finish, number, index, pose, sample, shown)
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
+            sized.drawn()
             number += 1
     return frames.timing
+
+
+class _Sized:
+    """Let each view have the size that is chosen, and tell how long it took."""
+
+    def __init__(
+        self, session: Session, view: EndoscopeView, sizes: PictureSize | None
+    ) -> None:
+        self._session = session
+        self._view = view
+        self._sizes = sizes
+        self._begun_s = 0.0
+        self._skipped = 0
+        self._lens: Camera | None = None
+        if sizes is not None:
+            sizes.prepare = self._prepare
+
+    def start(self, is_first: bool) -> None:
+        """Hear that a pose has come; what is waited for before it counts for nothing.
+
+        is_first: it is the first one for a frame.
+        """
+        if is_first and self._sizes is not None:
+            self._begun_s = time.perf_counter()
+            self._skipped = self._view.views_skipped
+
+    def view(self, sample: Sample) -> View:
+        """Return the view of a sample."""
+        if self._sizes is None:
+            return self._session.view(sample)
+        edge = self._sizes.next()
+        seen = self._session.view(sample, (edge, edge))
+        self._lens = seen.camera
+        return seen
+
+    def drawn(self) -> None:
+        """Hear that the frame is begun, and the one before it finished.
+
+        A scope that rests costs nearly nothing, which tells nothing of its size.
+        """
+        now_s = time.perf_counter()
+        if self._sizes is not None and self._view.views_skipped == self._skipped:
+            self._sizes.took((now_s - self._begun_s) * 1e3, now_s)
+
+    def _prepare(self, edge: int) -> None:
+        """Make the tables of a size; called by a thread of its own."""
+        if self._lens is not None:
+            self._view.prepare(replace(self._lens, width=edge, height=edge))
 
 
 HASHED_EVERY_S = 5.0
@@ -271,8 +337,12 @@ class _Operated:
 class _FrameRecorder:
     """Record each finished frame and report it."""
 
-    def __init__(self, recorder: SessionRecorder, on_frame: OnFrame) -> None:
+    def __init__(
+        self, recorder: SessionRecorder, on_frame: OnFrame, size: tuple[int, int]
+    ) -> None:
+        """Begin; size: of the session, which need not be written for each frame."""
         self.timing = Timing()
+        self._size = size
         self._recorder = recorder
         self._on_frame = on_frame
         self.start()
@@ -298,7 +368,10 @@ class _FrameRecorder:
         self.timing.pose_age_ms.append(age_ms)
         self.timing.wall_s = self._last - self._started
         gap, print_ = seen.clearance_mm, frame.fingerprint()
-        self._recorder.add(FrameRecord(number, index, frame.gain, gap, print_))
+        height, width = frame.pixels.shape[:2]
+        size = 0 if (width, height) == self._size else width
+        record = FrameRecord(number, index, frame.gain, gap, print_, size=size)
+        self._recorder.add(record)
         kept = shown.tissue, shown.cuts, shown.signs, shown.tasks, shown.clock_s
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 

@@ -229,7 +229,8 @@ class Replay:
             self._view.apply(self._operation.take_changes())
             if self._operation.lens is not None:
                 self._view.lens = self._operation.lens.state
-        seen = self._session.view(sample)
+        size = record.size_of(self._session.size)
+        seen = self._session.view(sample, size)
 
         def finish(frame: Frame) -> None:
             is_same = None

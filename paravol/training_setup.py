@@ -89,9 +89,10 @@ class DeviceSetup:
 class TrainingSetup:
     """Hold what all flights of a training have in common.
 
-    size: of the square picture, pixels. record: folder of the recording; None keeps the
-    newest in the user's store. stream_igtl: the words of `--stream-igtl`. watcher:
-    makes who looks on at each flight; None where nobody does.
+    size: largest edge of the square picture, pixels; it follows the window. record:
+    folder of the recording; None keeps the newest in the user's store. stream_igtl: the
+    words of `--stream-igtl`. watcher: makes who looks on at each flight; None where
+    nobody does.
     """
 
     devices: DeviceSetup
@@ -124,6 +125,7 @@ class TrainingSetup:
             SessionStore.of_the_user(),
             instrument=second,
             watchers=() if self.watcher is None else (self.watcher(exercise),),
+            follows_window=True,
         )
 
     def order_for_case(self, case: Path) -> FlightOrder:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from disk import UserError
 
@@ -34,7 +35,7 @@ class VideoWriter:
         self._writer: Generator[None, Any, None] | None = None
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
-        """Append one frame."""
+        """Append one frame; one of another size is scaled to the film's."""
         if self._writer is None:
             # Imported here: finding the encoder costs time that other commands need
             # not pay.
@@ -51,6 +52,12 @@ class VideoWriter:
                 output_params=["-crf", "20", "-preset", "veryfast"],
             )
             self._writer.send(None)
+        width, height = self._size
+        if pixels.shape[:2] != (height, width):
+            scaled = Image.fromarray(pixels).resize(
+                self._size, Image.Resampling.LANCZOS
+            )
+            pixels = np.asarray(scaled)
         self._writer.send(np.ascontiguousarray(pixels))
         self._frames += 1
 

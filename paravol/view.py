@@ -10,7 +10,7 @@ from xxhash import xxh3_128_hexdigest
 
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
-from renderers.scene import Change, GBuffer
+from renderers.scene import Camera, Change, GBuffer
 from renderers.scene.change import merged
 from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
@@ -123,6 +123,15 @@ class EndoscopeView:
                     mesh.listed(views[0].camera, pose)
                     mesh.spine(pose)
         progress(stage, 1.0)
+
+    def prepare(self, camera: Camera) -> None:
+        """Make the tables of a lens and a picture size; beside a frame in work.
+
+        They take up to half a second and are kept: the first picture of the size then
+        takes not much longer than the second.
+        """
+        camera.lens_table()
+        self._camera_pass.prepare(camera)
 
     def apply(self, changes: Sequence[Change]) -> None:
         """Bring everything derived from the patient up to date, before a frame begins.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.hazard_volumes import HazardVolumes
+from anatomy.hazard_volumes import HazardLine, HazardVolumes
 
 ALWAYS_NEAR = frozenset(("septum",))
 """What a scope glides along in every nose: never named as the nearest hazard."""
@@ -80,19 +80,12 @@ def hazard_gaps(
     count = max(int((length_mm - radius_mm + STEP_MM / 2) / STEP_MM) + 1, 1)
     begin = tip + radius_mm * back
     step = STEP_MM * back
-    names = hazards.names
-    return HazardGaps(
-        {name: hazards.along_mm(name, tip, step, 1) for name in names},
-        {
-            name: hazards.along_mm(name, begin, step, count) - radius_mm
-            for name in names
-        },
-        None
-        if instrument_tip_mm is None
-        else {
-            name: hazards.along_mm(name, instrument_tip_mm, step, 1) for name in names
-        },
-    )
+    lines = [HazardLine(tip, step, 1), HazardLine(begin, step, count)]
+    if instrument_tip_mm is not None:
+        lines.append(HazardLine(instrument_tip_mm, step, 1))
+    at_tip, axis, *instrument = hazards.along_mm(lines)
+    shaft = {name: gap - radius_mm for name, gap in axis.items()}
+    return HazardGaps(at_tip, shaft, instrument[0] if instrument else None)
 
 
 @dataclass(slots=True)

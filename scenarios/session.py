@@ -238,11 +238,15 @@ class Session:
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
-    def view(self, sample: Sample) -> View:
-        """Return the view of a sample without scoring it."""
+    def view(self, sample: Sample, size: tuple[int, int] | None = None) -> View:
+        """Return the view of a sample without scoring it.
+
+        size: ``(width, height)`` of the picture, None for the session's. Nothing that
+        is scored depends on it.
+        """
         placed = self._placed(sample)
         return View(
-            self._camera(sample, placed),
+            self._camera(sample, placed, size),
             placed.world_from_tip,
             tool_frame(sample),
             placed.gap_mm,
@@ -256,11 +260,16 @@ class Session:
             self.endoscope.at(sample.scope_deg).angle_deg,
         )
 
-    def _camera(self, sample: Sample, placed: Placed) -> Camera:
+    def _camera(
+        self, sample: Sample, placed: Placed, size: tuple[int, int] | None = None
+    ) -> Camera:
         """Return what the scope of a sample sees."""
         scope = self.endoscope.at(sample.scope_deg)
         return scope.camera(
-            placed.world_from_tip, sample.roll_deg, self.size, sample.camera_roll_deg
+            placed.world_from_tip,
+            sample.roll_deg,
+            size or self.size,
+            sample.camera_roll_deg,
         )
 
     def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:

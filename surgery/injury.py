@@ -7,6 +7,7 @@ deeper into it than `OPEN_MM`, through the bone of the wall before it: to touch 
 or to dent it, is no injury.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -167,6 +168,7 @@ class InjuryWatch:
         }
         self._tools: dict[str, _Tool] = {}
         self._injuries: list[Injury] = []
+        self._events = np.empty((_MOST_EVENTS, EVENT))
         # compiled, or fetched compiled, before the flight begins
         self._warm_up()
 
@@ -273,7 +275,7 @@ class InjuryWatch:
 
     def _warm_up(self) -> None:
         """Follow a tool that is where nothing is told of it."""
-        rows, events = np.zeros((1, 7)), np.empty((_MOST_EVENTS, EVENT))
+        rows = np.zeros((1, 7))
         for hazard in list(self._hazards.values())[:1]:
             follow(
                 hazard.values,
@@ -284,7 +286,7 @@ class InjuryWatch:
                 rows,
                 np.full(STATE, -np.inf),
                 -np.inf,
-                events,
+                self._events,
             )
 
     def _follow(
@@ -297,8 +299,7 @@ class InjuryWatch:
         hazard: _Hazard,
     ) -> list[Injury]:
         """Follow a tool past one hazard; returns the injuries that begin."""
-        known = hazard.nearest
-        events = np.empty((_MOST_EVENTS, EVENT))
+        known, events = hazard.nearest, self._events
         count = follow(
             hazard.values,
             hazard.voxel,
@@ -311,8 +312,8 @@ class InjuryWatch:
             events,
         )
         elapsed_s = time_s - tool.time_s
-        nearest = events[NEAREST]
-        if np.isfinite(nearest[GAP]):
+        if events[NEAREST, GAP] < math.inf:
+            nearest = events[NEAREST]
             hazard.nearest = Approach(
                 float(nearest[GAP]),
                 tool.time_s + float(nearest[TIME]) * elapsed_s,
@@ -331,8 +332,8 @@ class InjuryWatch:
             injury = self._injury(at_s, name, place, float(event[DEPTH]), by)
             self._injuries.append(injury)
             begun.append(injury)
-        if not tool.states[name][INSIDE]:
-            tool.open.pop(name, None)
+        if name in tool.open and not tool.states[name][INSIDE]:
+            del tool.open[name]
         return begun
 
     def _injury(

@@ -179,27 +179,36 @@ class ScriptedHand:
         """Look at patches of the sites that are not seen yet, until enough are."""
         watch = self.session.coverage
         assert watch is not None
-        random = np.random.default_rng(5)
+        mucosa, random = watch.mucosa, np.random.default_rng(5)
+        within = self._scope.field_of_view_deg / 2 - 8.0
         for name in task.sites:
-            wanted = np.isin(watch.mucosa.site, watch.mucosa.members[name])
+            wanted = np.isin(mucosa.site, mucosa.members[name])
+            # from before the patches one sees them
+            chosen = random.choice(np.flatnonzero(wanted), 1500)
+            off = random.uniform(3.0, 20.0, (1500, 1)) * mucosa.normals[chosen]
+            tips, entries, _ = self._ways(mucosa.places[chosen] + off)
+            shaft = tips - entries
+            shaft /= np.linalg.norm(shaft, axis=1, keepdims=True)
             for _ in range(LOOKS):
-                if self.status(task) is not Status.OPEN:
-                    return
                 left = np.flatnonzero(wanted & ~watch.seen)
-                if not len(left):
+                if self.status(task) is not Status.OPEN or not len(left):
                     break
-                place = watch.mucosa.places[int(random.choice(left))]
-                x, y, z = place.tolist()
-                within = self._scope.field_of_view_deg / 2 - 8.0
-                look = Look(
-                    name=name, title="", place=(x, y, z), within_deg=within, hold_s=0.5
-                )
-                try:
-                    self.look(look)
-                except AssertionError:
-                    wanted &= np.linalg.norm(watch.mucosa.places - place, axis=1) > 1.5
-                    continue
-                self.stay(0.8)
+                patch = int(random.choice(left))
+                wanted[patch] = False
+                place = mucosa.places[patch]
+                ahead = place - tips
+                away = np.linalg.norm(ahead, axis=1)
+                ahead /= away[:, None]
+                turn = np.degrees(np.arccos(np.clip((shaft * ahead).sum(1), -1, 1)))
+                good = np.abs(turn - self._scope.angle_deg) < within
+                good &= (away > 4.0) & (away < 30.0)
+                good &= ahead @ mucosa.normals[patch] < -0.4
+                for n in random.permutation(np.flatnonzero(good))[:6]:
+                    if is_in_sight(self.distance, tips[n], place):
+                        roll = self._roll_towards(tips[n], shaft[n], place)
+                        self.go(tips[n], entries[n], roll)
+                        self.stay(0.6)
+                        break
 
     def _roll_towards(self, tip: Doubles, shaft: Doubles, place: Doubles) -> float:
         """Return the turn of the light post that looks at a place, degrees."""

@@ -158,14 +158,11 @@ def run_view_at(
 
     from paravol.snapshots.view_file import save_view
     from paravol.snapshots.view_sources import session_views
-    from scenarios.bundle import read_session
 
     if not time_s >= 0:
         raise UserError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
     with Stages() as stages:
-        width, height = read_session(folder)[0].picture_size
-        size = max(width, height)
-        _, views = session_views(folder, np.array([time_s]), size, case, stages)
+        _, views = session_views(folder, np.array([time_s]), None, case, stages)
         save_view(out, views[0])
     if not quietly:
         print(f"{out}: the view at {time_s:g} s, for paravol snapshot --view {out}")

@@ -12,7 +12,7 @@ from disk.typed_record import decode_json
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import head_problems, told
 from scenarios.ladder import LAST_RUNS, LEAST_RATE, Door, Rung, false_unlock, rungs
-from scenarios.scenario import Level, bundled_scenarios
+from scenarios.scenario import CameraHold, Level, Scope, bundled_scenarios
 from scenarios.tasks import Task
 from scenarios.tasks.task import Survey
 
@@ -106,6 +106,7 @@ def run_show(name: str, *, as_json: bool) -> int:
         ("about", scenario.about),
         ("head", _head(scenario)),
         ("scope", f"{scope.diameter_mm:g} mm, {scope.angle_deg:g} degrees"),
+        ("camera head", _camera(scope)),
         ("tools", ", ".join(scenario.tools)),
         ("needs", ", ".join(scenario.needs)),
         *((f"{_kind(task)}: {task.name}", task.title) for task in scenario.tasks),
@@ -145,6 +146,13 @@ def _head(scenario: Scenario) -> str:
         if grade:
             parts.append(f"polyps of grade {grade}, {side}")
     return ", ".join([*parts, "decongested"] if head.decongested else parts)
+
+
+def _camera(scope: Scope) -> str:
+    """Say what turns the camera head; nothing of one that is held upright."""
+    if scope.camera is CameraHold.UPRIGHT and not scope.camera_roll_deg:
+        return ""
+    return f"{scope.camera.value}, {scope.camera_roll_deg:g} degrees aslant at first"
 
 
 def _kind(task: Task) -> str:

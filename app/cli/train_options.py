@@ -8,7 +8,16 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from app.cli.device_options import ONE_DEVICE, DeviceOptions
-from app.cli.root import FLATTENED, Flag, ScenarioName, Size, Threads
+from app.cli.root import FLATTENED, Flag, ScenarioName, Threads
+
+MostSize = Annotated[
+    int,
+    Parameter(
+        help="Largest width and height of the picture in pixels. It follows the "
+        "window, and is less where frames would be late.",
+        validator=Number(gte=16, lte=8192),
+    ),
+]
 
 
 @Parameter(name="*")
@@ -68,7 +77,7 @@ class TrainOptions:
     devices: Annotated[DeviceOptions, FLATTENED] = ONE_DEVICE
     haptics: str = "none"
     haptics_fault: str | None = None
-    size: Size = 512
+    size: MostSize = 1024
     threads: Threads = 0
     record: Path | None = None
     instructor_page: Annotated[

@@ -3,6 +3,7 @@
 import itertools
 import tempfile
 import time
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from paravol.flight_loop import Timing as LoopTiming
 from paravol.flight_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.patient import PatientScene, load_patient
+from paravol.picture_size import steps_up_to
 from paravol.session_setup import (
     LIVE_TIER,
     SEED,
@@ -51,6 +53,7 @@ class FlightPlan(Plan, suite="flight"):
         self._repeats = 2 if quick else 5
         self._flown_s = 3.0 if quick else bundled_flight()[1].duration_s
         self._compared = 2 if quick else 20
+        self._sizes = steps_up_to(384 if quick else 1024)
         self._views: dict[int, EndoscopeView] = {}
 
     def tasks(self) -> list[Task]:
@@ -89,6 +92,14 @@ class FlightPlan(Plan, suite="flight"):
                 loop,
                 clock="wall",
                 cost_s=self._flown_s + 10.0,
+            ),
+            self.task(
+                "first_flight/picture size/change",
+                two,
+                self._size_changes,
+                {"most": self._sizes[-1], "tier": LIVE_TIER, "threads": 2},
+                clock="wall",
+                cost_s=20.0,
             ),
             self.task(
                 "first_flight/likeness",
@@ -184,6 +195,42 @@ class FlightPlan(Plan, suite="flight"):
                 keeps=lambda _: False,
             )
         return _of_loop(timing, time.process_time() - cpu)
+
+    def _size_changes(self) -> Measured:
+        """Time what the first frame of another size takes longer than the next ones.
+
+        As in a flight its tables are there. Every size comes from the one below it and
+        the one above it.
+        """
+        view, seen = self._view(2), self._seen(bundled_flight()[1].duration_s / 2)
+        way = [*self._sizes, *self._sizes[-2::-1]]
+        extra: list[float] = []
+        cpu, number = time.process_time(), 0
+
+        def draw(edge: int) -> float:
+            nonlocal number
+            number += 1
+            # a place of its own: what was drawn just now would only be exposed
+            frame = seen.camera.frame.copy()
+            frame[0, 0] += 1e-4 * number
+            camera = replace(seen.camera, frame=frame, width=edge, height=edge)
+            begun = time.perf_counter()
+            view.draw(replace(seen, camera=camera), number=1, elapsed_s=0.0, gain=1.0)
+            return time.perf_counter() - begun
+
+        for edge in way * (1 + self._repeats):
+            view.prepare(replace(seen.camera, width=edge, height=edge))
+            first = draw(edge)
+            extra.append(first - min(draw(edge) for _ in range(3)))
+        # the first time each takes memory that is then there
+        kept = np.maximum(extra[len(way) :], 0.0)
+        counters = {
+            f"extra_ms_p{rank}": float(np.quantile(kept, rank / 100)) * 1e3
+            for rank in (50, 95)
+        }
+        spent = (time.process_time() - cpu) / len(extra)
+        timing = Timing(float(kept.min()), float(np.median(kept)), spent, len(kept))
+        return Measured(timing, counters=counters)
 
     def _likeness(self) -> Measured:
         """Compare with ray-traced pictures: the six named views and the path."""

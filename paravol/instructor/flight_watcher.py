@@ -5,6 +5,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from devices import DeviceError
@@ -12,6 +13,7 @@ from paravol.flight import FlightEnd, FlightObserver
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
 from paravol.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
+from paravol.side_letters import looks_towards, side_letters
 from scenarios import Scenario
 from scenarios.hazard_watch import ALWAYS_NEAR, hazard_gaps
 from scenarios.instrument_state import NO_TOOL
@@ -154,10 +156,17 @@ class FlightWatcher(FlightObserver):
         if event is None:
             return told
         view, sample = event.view, event.sample
+        _, right, up, forward = view.camera.frame
+        changed_deg = sample.scope_deg
+        angle_deg = (
+            self.scenario.scope.angle_deg if changed_deg is None else changed_deg
+        )
         told |= {
+            "letters": [asdict(each) for each in side_letters(right, up)],
+            "looks": looks_towards(forward),
             "clock_s": event.clock_s,
             "is_frozen": sample.is_frozen,
-            "scope": f"{self.scenario.scope.angle_deg:g}\N{DEGREE SIGN}",
+            "scope": f"{angle_deg:g}\N{DEGREE SIGN}",
             "clearance_mm": _finite(view.clearance_mm),
             "touched": view.touched,
             "tool": tool_text(sample.instrument),

@@ -42,13 +42,14 @@ Place = tuple[float, float, float]
 def session_views(
     folder: Path,
     times_s: NDArray[np.float64],
-    size: int,
+    size: int | None,
     case: Path | None,
     progress: Progress,
 ) -> tuple[HeadScene, list[ViewFile]]:
     """Return what a session saw at each time, with the camera's gain of then.
 
-    The newest sample at or before a time counts, before the first one the first. case:
+    The newest sample at or before a time counts, before the first one the first. size:
+    edge of the pictures, pixels; None for that of the frame that was shown then. case:
     where the case that was flown through lies now. Raises ValueError for a session that
     cannot be read or was flown through another head, or for a time after its end.
     """
@@ -56,11 +57,13 @@ def session_views(
     info = recording.info
     samples: list[tuple[Sample, float | None, int]] = []
     gain, number = None, 0
+    sizes: dict[int, tuple[int, int]] = {}
     for record in recording.records:
         if isinstance(record, SampleRecord):
             samples.append((record.sample(), gain, number))
         elif isinstance(record, FrameRecord):
             gain, number = record.gain, record.number
+            sizes[number] = record.size_of(info.picture_size)
             if samples:
                 samples[-1] = samples[-1][0], gain, number
     if not samples:
@@ -73,7 +76,7 @@ def session_views(
             f"{info.surface_sha256[:12]}, now {patient.surface_sha256[:12]}); name the "
             "case it was flown through with --case."
         )
-    timeline = SessionTimeline(folder, patient, recording, size=(size, size))
+    timeline = SessionTimeline(folder, patient, recording)
     operation = timeline.session.operation
     begins = np.array([sample.time_s for sample, _, _ in samples])
     _demand_within(times_s, float(begins[-1]), folder)
@@ -91,7 +94,7 @@ def session_views(
             assert operation.lens is not None
             lens = operation.lens.state
         views[place] = view_of(
-            timeline.session.view(sample),
+            timeline.session.view(sample, (size, size) if size else sizes.get(number)),
             scenario,
             timeline.patient,
             gain=gain,

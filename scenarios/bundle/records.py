@@ -66,13 +66,16 @@ class SampleRecord(
         )
 
 
-class FrameRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class FrameRecord(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """One picture as it was shown.
 
     sample: index of the sample it shows, counted from 0 in this stream.
     gain: the camera's gain; stored because it depends on all frames before.
     xxh3_128: hash of the picture's bytes. blake2b: what stood there in recordings of
-    looks before 3, whose pictures are not compared.
+    looks before 3, whose pictures are not compared. size: edge of the square picture,
+    pixels; 0, and absent, where it is that of the session.
     """
 
     number: int
@@ -81,6 +84,11 @@ class FrameRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     clearance_mm: float
     xxh3_128: str = ""
     blake2b: str = ""
+    size: int = 0
+
+    def size_of(self, session: tuple[int, int]) -> tuple[int, int]:
+        """Return width and height of the picture; session: that of the session."""
+        return (self.size, self.size) if self.size else session
 
 
 class EventRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

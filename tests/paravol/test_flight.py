@@ -1,26 +1,30 @@
 """A flight's end: asked for, told, and on disk, whoever flies."""
 
+import itertools
 import json
 import subprocess
 import sys
+import time
 import zlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from PIL import Image, ImageColor
 
 from app.__main__ import main
 from app.window.style import ALARM
-from devices import load_probe_path, save_probe_path
+from devices import Pose, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
 from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
-from paravol.flight_loop import FrameEvent
+from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene, load_patient
+from paravol.picture_size import PictureSize
 from paravol.session_replay import replay_session
 from paravol.session_setup import (
     LIVE_TIER,
@@ -109,7 +113,7 @@ from paravol.inputs import choose_input
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
 from app.window.main_window import MainWindow
-from devices import load_probe_path, save_probe_path
+from devices import Pose, load_probe_path, save_probe_path
 from scenarios import load_scenario
 
 application = QApplication([])
@@ -281,6 +285,86 @@ def test_the_window_and_a_replay_save_the_view_that_was_seen(
         assert main([*words, "--out", str(out)]) == 0
         assert "paravol snapshot --view" in capsys.readouterr().out
         assert json.loads(out.read_text()) == json.loads(file.read_text())
+
+
+class Turning(PictureSize):
+    """Asks for another size with every frame."""
+
+    turn = itertools.cycle((SIZE, 64, 40))
+
+    def next(self) -> int:
+        return next(self.turn)
+
+
+@pytest.mark.slow
+def test_frames_of_changing_size_are_recorded_and_replayed_to_the_bit(
+    place: tuple[Scenario, PatientScene, list[Sample]], tmp_path: Path
+) -> None:
+    """And what is scored knows nothing of the size; a wrong size is noticed."""
+    scenario, patient, samples = place
+    registration = in_the_patient()
+    info = describe_session(
+        scenario, patient, registration, size=SIZE, has_instrument=True
+    )
+    info = msgspec.structs.replace(info, operated=False)
+    record, other = tmp_path / "flight.paravol", tmp_path / "other.paravol"
+    session = build_session(
+        scenario, patient, registration.world_from_device, (SIZE, SIZE)
+    )
+    drawer = build_view(
+        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
+    )
+    flown = [replace(sample, time_s=0.1 * n) for n, sample in enumerate(samples * 4)]
+    left = iter(flown)
+
+    class Poses:
+        def read(self, timeout_s: float) -> Pose:
+            if timeout_s == 0.0:
+                raise TimeoutError
+            return Pose(0.0, time.monotonic(), np.eye(4), 0)
+
+    class Given:
+        def complete(self, pose: Pose) -> Sample:
+            return next(left, replace(flown[-1], time_s=99.0))
+
+    shown: list[tuple[int, ...]] = []
+    with SessionRecorder(record, info) as recorder:
+        fly(
+            Poses(),
+            Given(),
+            session,
+            drawer,
+            recorder,
+            until_s=10.0,
+            on_frame=lambda event: shown.append(event.frame.pixels.shape),
+            keeps=lambda time_s: False,
+            pace=Pace(sizes=Turning(SIZE)),
+        )
+        recorder.close({"score": asdict(session.score())})
+    assert shown == [(n, n, 3) for n in (SIZE, 64, 40, SIZE, 64, 40, SIZE, 64)]
+    _, records, _ = read_session(record)
+    frames = [each for each in records if isinstance(each, FrameRecord)]
+    # the session's own size need not be written
+    assert [frame.size for frame in frames] == [0, 64, 40, 0, 64, 40, 0, 64]
+    film = tmp_path / "film.mp4"
+    report = replay_session(record, threads=2, patient=patient, video=film)
+    assert report.is_exact
+    assert report.same_score
+    # a view is that of the frame, as large as it was shown
+    out = tmp_path / "replayed.view.json"
+    for each, edge in ((flown[1], 64), (flown[2], 40), (flown[3], SIZE)):
+        words = ["replay", str(record), "--view-at", str(each.time_s)]
+        assert main([*words, "--out", str(out)]) == 0
+        assert load_view(out).to_camera().width == edge
+    assert film.stat().st_size > 0
+    with SessionRecorder(other, info) as recorder:
+        for kept in records:
+            if isinstance(kept, FrameRecord) and kept.size == 64:
+                kept = msgspec.structs.replace(kept, size=40)
+            recorder.add(kept)
+        recorder.close({"score": asdict(session.score())})
+    report = replay_session(other, threads=1, patient=patient)
+    assert report.differing_frames == [1, 4, 7]
 
 
 def test_a_disk_that_refuses_is_told_and_ends_nothing(

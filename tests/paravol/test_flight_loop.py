@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol import flight_loop
-from paravol.flight_loop import FrameEvent, _arrived, fly, thinned
+from paravol.flight_loop import FrameEvent, Pace, _arrived, fly, thinned
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -79,6 +79,8 @@ def test_no_pose_is_lost_between_two_frames() -> None:
 class Slow:
     """Frames that take their time, finished by another thread."""
 
+    views_skipped = 0
+
     def __init__(self) -> None:
         self._team = ThreadTeam(2)
         self._begun: Errand[Frame] | None = None
@@ -109,6 +111,7 @@ class Still:
 
     operation: Any = None
     tasks: Any = None
+    size = (2, 2)
     clock_s = 0.0
 
     def step(self, sample: Sample) -> None:
@@ -394,7 +397,7 @@ def steered(
         until_s=10.0,
         on_frame=lambda event: ages.append(event.pose_age_ms / 1e3),
         keeps=lambda time_s: False,
-        may_skip=may_skip,
+        pace=Pace(may_skip),
     )
     return ages, kept, stepped, clicks
 

@@ -1,6 +1,6 @@
 """Metrics of a recording agree with what the session itself counted."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +62,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
             sample = sample_at(number, centre)
             session.step(sample)
             recorder.add(SampleRecord.of(sample))
-        recorder.close({})
+        recorder.close({"score": asdict(session.score())})
     return Flight(folder, patient, session.score())
 
 
@@ -87,6 +87,25 @@ def test_removal_is_what_the_books_say(
         if mm3:
             told = found["patient", f"tissue removed: {tissue}"].value
             assert told == pytest.approx(mm3)
+
+
+def test_a_cavity_is_compared_as_it_was_after_all_undoing(flight: Flight) -> None:
+    """Strokes were taken back: the expert's session must be stepped to know it."""
+    chosen = definitions_named(
+        ("cavity distance to expert", "cavity overlap with expert", "tissue removed")
+    )
+    found = session_metrics(
+        flight.folder, patient=flight.patient, expert=flight.folder, chosen=chosen
+    )
+    values = {metric.name: metric.value for metric in found.metrics}
+    assert values["cavity distance to expert"] == 0.0
+    assert values["cavity overlap with expert"] == 1.0
+    cavity = found.measured.cavity
+    assert cavity is not None
+    # voxels whose middle became air, against the books' partial ones
+    voxel_mm3 = float(np.prod(flight.patient.surface.distance.spacing_mm))
+    mm3 = len(cavity.voxels) * voxel_mm3
+    assert mm3 == pytest.approx(values["tissue removed: in all"], rel=0.3)
 
 
 def test_contacts_and_hazards_are_the_scores(

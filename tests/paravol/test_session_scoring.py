@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -103,11 +104,17 @@ def changed(flight: Flight, folder: Path, change: Callable[[Record], object]) ->
 
 
 def test_trusting_a_recording_gives_what_stepping_it_gives(flight: Flight) -> None:
-    stepped = session_metrics(flight.folder, patient=flight.patient)
-    trusted = session_metrics(flight.folder, patient=flight.patient, trusts=True)
+    # an expert of oneself: its cavity is made again by its cuts alone
+    compared = partial(
+        session_metrics, flight.folder, patient=flight.patient, expert=flight.folder
+    )
+    stepped, trusted = compared(), compared(trusts=True)
     assert trusted.source == "recorded"
     assert trusted.score == stepped.score
     assert any(m.name == "breaches: orbit" and m.value for m in trusted.metrics)
+    found = {m.name: m.value for m in trusted.metrics}
+    assert found["cavity distance to expert"] == 0.0
+    assert found["cavity overlap with expert"] == 1.0
     for one, other in zip(trusted.metrics, stepped.metrics, strict=True):
         assert (one.name, one.role) == (other.name, other.role)
         assert one.reason == other.reason

@@ -432,7 +432,16 @@ class FlightPage(Page):
         readings = self._readings()
         self._gauges.show_readings(readings)
         is_recording = self._flight.recording.folder is not None
-        self._gauges.show_status(readings.status(is_recording=is_recording))
+        picture = self._flight.picture
+        if picture is not None:
+            # not with every step of a drag at the window's edge
+            picture.want(self._wanted_px())
+        self._gauges.show_status(
+            readings.status(
+                is_recording=is_recording,
+                picture="" if picture is None else picture.told,
+            )
+        )
         self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
@@ -444,6 +453,12 @@ class FlightPage(Page):
         self._notices.refresh()
         if self._is_overview_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()
+
+    def _wanted_px(self) -> int:
+        """Return the edge of the scope's picture where it is largest, in pixels."""
+        if self._screen is None:
+            return self.picture.edge_px
+        return max(self.picture.edge_px, self._screen.edge_px)
 
     def _draw_overview(self) -> None:
         """Draw, and not again before the budget allows."""

@@ -13,7 +13,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from app.window.panels.endoscope_panel import PictureView
+from app.window.panels.endoscope_panel import PictureView, picture_square
 from app.window.window_size import scale_for
 
 
@@ -39,6 +39,12 @@ class ScopeScreen(QWidget):
         self._picture = picture
         self._page = page
         picture.changed.connect(self.update)
+
+    @property
+    def edge_px(self) -> int:
+        """Return the edge of the round picture, in the screen's pixels."""
+        edge = picture_square(self.rect()).width()
+        return round(edge * self.devicePixelRatioF())
 
     def fill(self) -> str:
         """Fill another screen, or the only one; say which."""

@@ -1,5 +1,6 @@
 """The column beside the endoscope's picture: what to do, and where one is."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from app.window.panels.moments import MomentView
@@ -21,6 +22,7 @@ class SideColumn(QWidget):
         """Lay out the column; edge_samples: for the overview."""
         super().__init__()
         self.setObjectName("side")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         scope = order.scenario.scope
         self.overview = OverviewView(scope.endoscope(), edge_samples)
         self.slices = SlicesView()

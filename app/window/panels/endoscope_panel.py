@@ -68,7 +68,7 @@ class PictureView(QWidget):
     @property
     def edge_px(self) -> int:
         """Return the edge of the picture on the screen, in the screen's pixels."""
-        return round(_square(self.rect()).width() * self.devicePixelRatioF())
+        return round(picture_square(self.rect()).width() * self.devicePixelRatioF())
 
     def _renew(self) -> None:
         self.update()
@@ -127,7 +127,7 @@ class PictureView(QWidget):
     def paint(self, painter: QPainter, room: QRect, scale: float) -> None:
         """Paint all of it into a room, of this widget or another; scale: of texts."""
         painter.fillRect(room, Qt.GlobalColor.black)
-        square = _square(room)
+        square = picture_square(room)
         if not self._image.isNull():
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(square, self._image)
@@ -247,7 +247,7 @@ class PictureView(QWidget):
             painter.drawRoundedRect(bar, thick / 2, thick / 2)
 
 
-def _square(room: QRect) -> QRectF:
+def picture_square(room: QRect) -> QRectF:
     """Return where the round picture lies in a room."""
     side = max(min(room.width(), room.height()) - 2 * _MARGIN, 1.0)
     left = room.left() + (room.width() - side) / 2

@@ -24,19 +24,21 @@ class Gauges(QWidget):
             figure.setObjectName("figure")
             row.addWidget(before)
             row.addWidget(figure)
-            row.addStretch(1)
             self._figures[caption] = figure
         self.status = QLabel()
         self.status.setObjectName("status")
         # it has room to become longer at once
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         self.status.setAlignment(right)
-        row.addWidget(self.status, 12)
+        self.status.setWordWrap(True)
+        row.addWidget(self.status, 1)
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
         self._row.setContentsMargins(*(round(n * scale) for n in (14, 4, 14, 4)))
         self._row.setSpacing(round(8 * scale))
+        for figure in self._figures.values():
+            figure.setContentsMargins(0, 0, round(24 * scale), 0)
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""

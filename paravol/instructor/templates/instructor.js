@@ -49,6 +49,15 @@ function showHazards(told) {
 const ORDER = ["open", "failed", "waiting", "done"];
 const TASK = { done: ["done", "good"], failed: ["failed", "danger"], open: ["open", ""], waiting: ["later", "quiet"] };
 
+function showLetters(told) {
+  at("letters").replaceChildren(...told.letters.map((side) => {
+    const made = cell(side.letters);
+    made.style.left = 50 + 46 * side.x + "%";
+    made.style.top = 50 + 46 * side.y + "%";
+    return made;
+  }));
+}
+
 function showTasks(tasks) {
   const sorted = [...tasks].sort((a, b) => ORDER.indexOf(a.status) - ORDER.indexOf(b.status));
   const rows = sorted.map((task) => {
@@ -92,7 +101,8 @@ function show(told) {
   if (told.clock_s !== undefined) {
     say("clock", clock(told.clock_s) + (told.is_frozen ? " (stands)" : ""));
     say("tool", told.tool);
-    say("scope", told.scope + " scope; the picture is " + told.pose_age_ms.toFixed(0) + " ms after the hand");
+    showLetters(told);
+    say("scope", told.scope + " scope, looks to " + told.looks + "; the picture is " + told.pose_age_ms.toFixed(0) + " ms after the hand");
     say("cuts", String(told.cuts));
     const gap = told.clearance_mm;
     say("clearance", gap === null ? "outside the head"

@@ -92,6 +92,10 @@ class CameraPass:
         )
         return self._bands.begin(len(picture), develop, lambda: then(picture))
 
+    def prepare(self, camera: Camera) -> None:
+        """Make the tables of a size, which are kept; safe beside a picture in work."""
+        make_optics(self.settings, camera.extent, camera.width, camera.height)
+
     def close(self) -> None:
         """End the threads."""
         self._bands.close()

@@ -13,7 +13,7 @@ _NOTCH_DARK = 0.05
 _STOP_EDGE_PX = 3.0
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=12)
 def field_tables(
     settings: CameraSettings, extent: float, width: int, height: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -78,7 +78,7 @@ class Optics:
         return bool(self.tone[1] > 0)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=12)
 def make_optics(
     settings: CameraSettings, extent: float, width: int, height: int
 ) -> Optics:

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters
 from anatomy.queries.landmarks import landmarks
 from app.__main__ import main
-from app.cli.register_command import RegisterOptions, run_register, sinus_targets
+from app.cli.register_command import RegisterOptions, run_register
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
 from devices.openigtlink import PoseStreamer
 from devices.registration.registration_file import load_registration
 from paravol.registration import walk as registration_walk
+from paravol.registration.arm_registration import sinus_targets
 from scenarios import load_scenario
 from tests.devices.openigtlink.peers import wait_for_peers
 
@@ -121,7 +122,7 @@ def test_without_a_terminal_the_answer_is_read_before_the_work(
     def work(options: object, guide: object) -> None:
         raise AssertionError("the slow work began")
 
-    monkeypatch.setattr("app.cli.register_command._plan", work)
+    monkeypatch.setattr("paravol.registration.arm_registration.plan_registration", work)
     monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
     options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
     assert run_register(options, as_json=True) == 1

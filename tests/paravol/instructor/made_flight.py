@@ -1,5 +1,6 @@
 """Frames as a flight tells them, without a flight."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,7 +22,10 @@ def frame(
     hand = InstrumentState("microdebrider", is_working=True, is_sucking=True)
     still = np.zeros(3)
     sample = Sample(0.1 * number, pose, 0.0, still, still, 0, hand)
+    # looking backwards, with the patient's head upright
+    axes = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], np.float64)
     view = SimpleNamespace(
+        camera=SimpleNamespace(frame=axes),
         world_from_tip=pose,
         world_from_instrument=pose,
         clearance_mm=1.25,
@@ -47,6 +51,6 @@ class Hazards:
         self.gaps = gaps
         self.names = tuple(gaps)
 
-    def along_mm(self, name: str, *line: object) -> float:
-        """Return the distance."""
-        return self.gaps[name]
+    def along_mm(self, lines: Sequence[object]) -> list[dict[str, float]]:
+        """Return the distances of each line."""
+        return [dict(self.gaps) for _ in lines]

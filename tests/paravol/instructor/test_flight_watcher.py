@@ -5,6 +5,7 @@ import json
 import math
 import threading
 import weakref
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -105,6 +106,17 @@ def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     watcher.on_start(0.31)
     state = told(watcher, frame(123))
     assert state["stage"] == "Flying"
+    sides = {
+        side["letters"]: (round(side["x"]), round(side["y"]))
+        for side in state["letters"]
+    }
+    # the scope looks back, so the patient's left is on the right
+    assert sides == {"L": (1, 0), "R": (-1, 0), "S": (0, -1), "I": (0, 1)}
+    assert state["looks"] == "P"
+    assert state["scope"] == f"{watcher.scenario.scope.angle_deg:g}°"
+    changed = replace(frame(1).sample, scope_deg=45.0)
+    assert told(watcher, frame(1, sample=changed))["scope"] == "45°"
+    state = told(watcher, frame(123))
     assert state["clock_s"] == pytest.approx(12.3)
     assert state["tool"] == "microdebrider · working · suction on"
     assert state["residual_mm"] == 0.31

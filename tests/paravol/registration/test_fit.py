@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from anatomy import PhantomParameters, sinus_phantom
-from app.cli.register_command import SINUSES
 from devices import RegistrationError, RegistrationReason, register
 from devices.microscribe.emulator.in_memory import DrivenClock
 from devices.microscribe.kinematics.profiles import DX40937
@@ -20,6 +19,7 @@ from devices.registration.consistency import DOUBTED_CHANCE, REFUSED_CHANCE
 from devices.registration.registration_file import Agreement, RegistrationRecord
 from devices.registration.rehearsal import rehearse
 from devices.registration.target_error import BUDGET_MM
+from paravol.registration.arm_registration import SINUSES
 from paravol.registration.fit import (
     Fit,
     Touched,

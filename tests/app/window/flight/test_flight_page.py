@@ -1,6 +1,8 @@
 """The page of a flight, laid out at many sizes; no flight is flown."""
 
 import itertools
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -21,7 +23,9 @@ from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from paravol.readings import Readings
 from scenarios import InstrumentState, Scenario
+from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import Reach
+from tests.app.window.opened_window import ROOT
 
 SIZES = (1280, 720), (1920, 1080), (3840, 2160)
 FACTORS = 1.0, 1.5, 2.0
@@ -45,9 +49,9 @@ READINGS = Readings(
 )
 
 
-def opened(size: int = 64) -> FlightPage:
+def opened() -> FlightPage:
     chosen = choose_input("mouse", None, SCENARIO, None, None)
-    order = FlightOrder(SCENARIO, None, chosen, size, 1, None)
+    order = FlightOrder(SCENARIO, None, chosen, 2048, 1, None, follows_window=True)
     return FlightPage(FlightThread(order), edge_samples=0)
 
 
@@ -57,8 +61,19 @@ def page(application: QApplication) -> Iterator[FlightPage]:
     window.setCentralWidget(page)
     window.setMinimumSize(1, 1)
     window.show()
+    fill(page)
+    yield page
+    page.release()
+    window.close()
+
+
+def fill(page: FlightPage) -> None:
+    """Show long texts wherever there are texts."""
     page._timer.stop()
+    states = [TaskState(task.name, Status.OPEN, 0.5) for task in TASKS]
+    page._side.tasks.show_states(states)
     page._side.tasks.switch_hint()
+    assert TASKS[0].hint in page._side.tasks.hint
     page._side.show_tool(InstrumentState("microdebrider", is_sucking=True))
     page._gauges.show_readings(READINGS)
     picture = "picture 768 of 1024 px: frames were late"
@@ -66,9 +81,6 @@ def page(application: QApplication) -> Iterator[FlightPage]:
     page._side._info.setText(
         "CT soft tissue 350/40 · sagittal: R 112.3 · A 101.2 · I 103.4 mm · -1000 HU"
     )
-    yield page
-    page.release()
-    window.close()
 
 
 def leaves(page: QWidget) -> list[QWidget]:
@@ -105,11 +117,13 @@ def faults(page: QWidget) -> list[str]:
     return found
 
 
-def lay_out(page: FlightPage, size: tuple[int, int], factor: float) -> None:
+def lay_out(
+    page: FlightPage, size: tuple[int, int], factor: float, font_scale: float = 1.0
+) -> None:
     """Give the page a size in a screen's pixels, of which Qt's are a factor larger."""
     window = page.window()
     logical = QSize(round(size[0] / factor), round(size[1] / factor))
-    scale = scale_for(logical, factor)
+    scale = font_scale * scale_for(logical, factor)
     window.setStyleSheet(style_sheet(scale))
     page.set_scale(scale)
     window.resize(logical)
@@ -127,6 +141,56 @@ def test_nothing_is_cut_off_or_lies_over_another_at_any_size(
         lay_out(page, size, factor)
         assert faults(page) == [], page._large.name
         page._large.next()
+
+
+SCALED = """
+import os, sys
+os.environ["QT_SCALE_FACTOR"] = sys.argv[1]
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+from PySide6.QtWidgets import QApplication
+from app.window.main_window import MainWindow
+from tests.app.window.flight.test_flight_page import SIZES, faults, fill, opened
+
+application = QApplication([])
+window, page = MainWindow(), opened()
+assert window.devicePixelRatioF() == float(sys.argv[1])
+window.show_page(page)
+window.show()
+fill(page)
+for width, height in SIZES:
+    factor = window.devicePixelRatioF()
+    window.resize(round(width / factor), round(height / factor))
+    for _ in range(2):
+        application.processEvents()
+    assert page.grab().size().width() == width, page.size()
+    assert faults(page) == [], faults(page)
+    if len(sys.argv) > 2:
+        page.grab().save(f"{sys.argv[2]}/{width}x{factor:g}.png")
+page.release()
+print("done")
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", FACTORS)
+def test_qts_own_scaling_leaves_room_for_everything(factor: float) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", SCALED, f"{factor:g}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+    )
+    assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
+
+
+@pytest.mark.parametrize("size", [*SIZES, (1024, 768)])
+@pytest.mark.parametrize("font_scale", [0.8, 1.3])
+def test_smaller_and_larger_texts_fit_too(
+    page: FlightPage, size: tuple[int, int], font_scale: float
+) -> None:
+    lay_out(page, size, 1.0, font_scale)
+    assert faults(page) == []
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -177,3 +241,21 @@ def test_views_change_places_and_come_back(page: FlightPage) -> None:
         areas = {n: p.width() * p.height() for n, p in parts.items()}
         assert max(areas, key=areas.__getitem__) == name == page._large.name
     assert {name: part.geometry() for name, part in parts.items()} == before
+
+
+def test_the_picture_is_wanted_as_large_as_it_is_on_the_screen(
+    page: FlightPage,
+) -> None:
+    sizes = page._flight.picture
+    assert sizes is not None
+    assert page._flight.size == 512
+    for size, expected in zip(SIZES, (640, 1024, 2048), strict=True):
+        lay_out(page, size, 1.0)
+        page._refresh()
+        assert sizes._wanted == expected >= page.picture.edge_px > expected // 2
+    # beside large slices it is smaller
+    page._large.next()
+    QApplication.processEvents()
+    page._refresh()
+    assert sizes._wanted < 2048
+    page._large.show("The scope's picture")

@@ -1,0 +1,1 @@
+"""The page on which an arm is looked at and registered."""

@@ -1,0 +1,21 @@
+"""Every flight that is ordered has somebody who looks on, where anybody does."""
+
+from paravol.flight import FlightObserver
+from paravol.training_setup import DeviceSetup, TrainingSetup
+from scenarios import Scenario
+
+
+def test_each_order_has_a_watcher_of_its_own() -> None:
+    asked: list[str] = []
+
+    def watcher(scenario: Scenario) -> FlightObserver:
+        asked.append(scenario.name)
+        return FlightObserver()
+
+    setup = TrainingSetup(devices=DeviceSetup(), size=64, threads=1, watcher=watcher)
+    first, second = setup.order("hoops"), setup.order("centring")
+    assert asked == ["hoops", "centring"]
+    assert len(first.watchers) == len(second.watchers) == 1
+    assert first.watchers != second.watchers
+    alone = TrainingSetup(devices=DeviceSetup(), size=64, threads=1)
+    assert alone.order("hoops").watchers == ()
