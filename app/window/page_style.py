@@ -59,7 +59,6 @@ QComboBox, QLineEdit {{
     border-radius: {px(4)}; padding: {px(4)} {px(8)}; font-size: {pt(10.5)};
 }}
 QComboBox:focus, QLineEdit:focus {{ border: {px(2)} solid {ready}; }}
-QComboBox::drop-down {{ border: none; width: {px(20)}; }}
 QComboBox QLineEdit, QComboBox QLineEdit:focus {{ border: none; padding: 0; }}
 QComboBox QAbstractItemView {{
     color: {ink}; background: {panel}; selection-background-color: {edge};
