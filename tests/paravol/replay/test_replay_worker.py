@@ -230,6 +230,12 @@ def test_another_camera_looks_on_and_the_way_back_is_exact(begun: Begun) -> None
     own = heard.shown[-1].here
     assert own.is_recorded is None
     assert not np.array_equal(own.frame.pixels, before)
+    # whoever rests and looks again sees no other exposure
+    gain = own.frame.gain
+    shown = shown_at(worker, heard, 1.0 + EVERY_S)
+    worker.jump_to(1.0)
+    heard.until(lambda: heard.shown[-1].jump == shown.jump + 1)
+    assert heard.shown[-1].here.frame.gain == pytest.approx(gain, rel=1e-6)
     worker.leave_view(False)
     heard.until(lambda: not heard.shown[-1].is_free)
     assert np.array_equal(heard.shown[-1].here.frame.pixels, before)
