@@ -208,6 +208,8 @@ class FlightPage(Page):
                 )
             case Qt.Key.Key_Space:
                 self._keep_moment()
+            case Qt.Key.Key_K if self._moments.times_s:
+                self._moments.enlarge(self._moments.times_s[0])
             case Qt.Key.Key_P if self._order.scenario.tasks:
                 self._freeze()
             case Qt.Key.Key_I if self._order.scenario.tasks:

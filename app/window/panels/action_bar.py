@@ -70,6 +70,10 @@ class ActionBar(QWidget):
         """Return the button of a key; None where there is none."""
         return self._buttons.get(key)
 
+    def menu(self, key: Qt.Key) -> QMenu | None:
+        """Return what the button of a key opens; None where it presses the key."""
+        return self._menus.get(key)
+
     def offer(self, key: Qt.Key, choices: Sequence[Choice]) -> None:
         """Let the button of a key open a menu instead of pressing it."""
         button = self._buttons[key]
@@ -79,7 +83,8 @@ class ActionBar(QWidget):
             action = menu.addAction(f"{choice.title}: {choice.does}")
             action.setCheckable(True)
             action.setData(choice.title)
-            action.triggered.connect(choice.take)
+            # Qt adds whether it is checked now
+            action.triggered.connect(lambda _=False, take=choice.take: take())
         button.clicked.connect(lambda: self._open(key))
 
     def mark(self, key: Qt.Key, is_on: bool) -> None:
