@@ -39,7 +39,9 @@ SCOPE = (
     ActionButton("Wash", Key.Key_L, "L", "Washes the lens"),
 )
 TOOLS = (
-    ActionButton("Tool", Key.Key_T, "T", "Puts another tool into the second hand"),
+    ActionButton(
+        "Tool", Key.Key_T, "T", "Puts another tool into the second hand", is_wide=True
+    ),
     ActionButton(
         "Work", Key.Key_B, "B", "Bites, cuts or injects while held", is_held=True
     ),

@@ -26,7 +26,7 @@ class ActionButton:
 
     label: what stands on it. key: it presses, and tells. does: what for, in words.
     is_held: it counts while it is held. repeats: the key is pressed again and again
-    meanwhile.
+    meanwhile. is_wide: it takes a row of its own.
     """
 
     label: str
@@ -35,6 +35,7 @@ class ActionButton:
     does: str
     is_held: bool = False
     repeats: bool = False
+    is_wide: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +62,15 @@ class ActionBar(QWidget):
         self._buttons: dict[Qt.Key, QToolButton] = {}
         self._menus: dict[Qt.Key, QMenu] = {}
         self._grid = QGridLayout(self)
-        for place, button in enumerate(buttons):
-            self._grid.addWidget(self._made(button), *divmod(place, COLUMNS))
+        self._wide = {button.key for button in buttons if button.is_wide}
+        place = 0
+        for said in buttons:
+            if said.is_wide:
+                place = -(-place // COLUMNS) * COLUMNS
+            span = COLUMNS if said.is_wide else 1
+            row, column = divmod(place, COLUMNS)
+            self._grid.addWidget(self._made(said), row, column, 1, span)
+            place += span
         self._grid.setRowStretch(len(buttons), 1)
         self.set_scale(1.0)
 
@@ -110,8 +118,9 @@ class ActionBar(QWidget):
         self._grid.setSpacing(gap)
         width, height = (round(length * scale) for length in BUTTON)
         self.setFixedWidth(COLUMNS * width + (COLUMNS - 1) * gap + 2 * margin)
-        for button in self._buttons.values():
-            button.setFixedSize(width, height)
+        for key, button in self._buttons.items():
+            columns = COLUMNS if key in self._wide else 1
+            button.setFixedSize(columns * (width + gap) - gap, height)
         sheet = bar_sheet(scale)
         self.setStyleSheet(sheet)
         for menu in self._menus.values():
