@@ -25,10 +25,10 @@ class Window(QWidget):
         super().__init__()
         self.came: list[tuple[int, bool]] = []
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         self.came.append((event.key(), True))
 
-    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:  # noqa: N802
         self.came.append((event.key(), False))
 
 
