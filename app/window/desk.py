@@ -28,6 +28,7 @@ from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
+from paravol.replay.replay_worker import ReplayOrder
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
@@ -436,7 +437,7 @@ class Desk(QObject):
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
         page.debrief_wanted.connect(partial(self._write_debrief, page))
-        page.replay_wanted.connect(self.replay)
+        page.replay_wanted.connect(partial(self.replay, head=head))
         self._window.show_page(page)
         if flown.end.record is None:
             return
@@ -471,8 +472,13 @@ class Desk(QObject):
 
         self._do(work, show, fail).staged.connect(page.show_stage)
 
-    def replay(self, record: Path | None = None) -> None:
-        """Show the page of replays; record: None for one that is chosen there."""
+    def replay(
+        self, record: Path | None = None, head: PatientScene | None = None
+    ) -> None:
+        """Show the page of replays; record: None for one that is chosen there.
+
+        head: that was flown through, where it is loaded already.
+        """
         from app.window.replay.replay_page import ReplayPage
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
@@ -481,10 +487,13 @@ class Desk(QObject):
         self._window.show_page(page)
         self._leave_flights()
         if record is not None:
-            page.open([record])
+            page.replay(ReplayOrder(record, patient=head))
 
     def _drop(self, folders: Sequence[Path]) -> None:
-        """Open what was dropped on the window: sessions are replayed, a case flown."""
+        """Open what was dropped on the window: sessions are replayed, a case flown.
+
+        A flight that is under way asks first; to drop again is an answer.
+        """
         from app.window.replay.replay_page import ReplayPage
 
         page = self._window.page
@@ -492,7 +501,10 @@ class Desk(QObject):
             self.fly_case(folders[0])
         elif isinstance(page, ReplayPage):
             page.open(folders)
-        elif isinstance(page, TextPage):
+        elif page.may_leave():
+            for flown in self.flown:
+                if flown.thread is not None:
+                    flown.take_end(flown.thread)
             self.replay()
             self._drop(folders)
 

@@ -201,6 +201,7 @@ class FlightThread(QObject, FlightObserver):
                 event.number,
                 event.tissue,
                 event.frame.lens,
+                event.frame.pixels,
             )
             self._queue.draw(moment)
 
