@@ -341,6 +341,8 @@ class Desk(QObject):
         thread = FlightThread(
             order, has_sound=self._order.has_sound, volume=self._order.volume
         )
+        # not Python's garbage collection ends it, which may run in any thread
+        thread.setParent(self)
         page = FlightPage(thread, edge_samples=self._order.edge_samples)
         flown = Flown(order.scenario, self._trainee, thread)
         page.full_screen_wanted.connect(self._window.full_screen.switch)
@@ -560,9 +562,10 @@ class Desk(QObject):
         """Let go of earlier flights beside the window: what they still draw ends."""
         for flown in self.flown:
             if flown.thread is not None:
-                stop = partial(flown.thread.stop, STOP_PATIENCE_S)
+                ending = threading.Thread(
+                    target=_end, args=(flown.thread,), name="flight end", daemon=True
+                )
                 flown.thread = None
-                ending = threading.Thread(target=stop, name="flight end", daemon=True)
                 ending.start()
                 self._endings.append(ending)
 
@@ -585,13 +588,19 @@ class Desk(QObject):
         failed: Callable[[str], None] | None = None,
     ) -> BackgroundWork:
         """Do something beside the window; what becomes of it is told here."""
-        begun = BackgroundWork(work)
+        begun = BackgroundWork(work, self)
         self._works.add(begun)
         begun.done.connect(done)
         begun.failed.connect(failed or self._tell)
         for ended in (begun.done, begun.failed):
             ended.connect(lambda _: self._works.discard(begun))
         return begun.start()
+
+
+def _end(thread: FlightThread) -> None:
+    """Stop a flight; its object ends in the window's thread, as it began there."""
+    thread.stop(STOP_PATIENCE_S)
+    thread.deleteLater()
 
 
 def _typed(setup: TrainingSetup) -> FoundDevice:

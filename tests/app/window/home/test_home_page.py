@@ -12,6 +12,7 @@ from app.window.home.exercise_list import OPEN_CASE
 from app.window.home.home_page import HomePage
 from paravol.trainee import FoundDevice, KnownCase, ladder_of
 from paravol.unfinished_sessions import UnfinishedSession
+from tests.app.window.desk_run import delete
 from tests.paravol.progress.learners import entry
 
 CASE = KnownCase(Path("/heads/mine"), "mine", "CT head")
@@ -30,6 +31,7 @@ def page(application: QApplication) -> Iterator[HomePage]:
     yield page
     page.release()
     page.close()
+    delete(page)
 
 
 def rows(page: HomePage) -> dict[str, list[str]]:
