@@ -480,7 +480,11 @@ class Desk(QObject):
         def show(found: "tuple[SessionResult, TraineeRecord]") -> None:
             result, record = found
             flown.is_kept = result.is_kept
-            self._known = _Known(record, self._known.cases)
+            known = _Known(record, self._known.cases)
+            # who went home meanwhile sees it there
+            if self._page(HomePage) is not None:
+                self._fill_home(known)
+            self._known = known
             if self._window.page is page:
                 page.show_result(result)
                 page.show_next(what_next(record, scenario.name))
