@@ -99,8 +99,9 @@ class HazardVolumes:
 
         volume = self.volumes[name]
         matrix = volume.voxel_from_world
-        starts = begins_mm @ matrix[:3, :3].T + matrix[:3, 3]
-        steps = steps_mm @ matrix[:3, :3].T
+        # by einsum: of so many rows a matrix product would wake threads for nothing
+        starts = np.einsum("ij,nj->ni", matrix[:3, :3], begins_mm) + matrix[:3, 3]
+        steps = np.einsum("ij,nj->ni", matrix[:3, :3], steps_mm)
         # between voxels a distance may change by the square root of 3 a millimetre, and
         # by a rounding to whole units at either end
         longest_mm = float(np.linalg.norm(steps_mm, axis=1).max(initial=0.0))

@@ -1,20 +1,27 @@
-"""Make `scenarios/rubrics/population.json`: metrics of generated runs of stated skill.
+"""Make `scenarios/rubrics/populations/NAME.json`: metrics of generated runs of skill.
 
-    python examples/make_reference_population.py
-    python examples/make_reference_population.py --keep RUNS --runs 12 --out few.json
+    python examples/make_reference_population.py first_flight
+    python examples/make_reference_population.py --runs 8        # all exercises below
+    python examples/make_reference_population.py hoops --keep RUNS --out here
 
-No person flew these runs. Each follows the bundled first flight as a hand of a stated
-skill might: in submovements of least jerk along the way, with pauses and ways back, off
-the planned way by a slow wander, with tremor and the noise of an arm. The figures of
-`SKILLS` are assumptions, chosen so that time and path differ between groups about as
-much as published groups do (experts take half of novices' time and path); they are no
+No person flew these runs. Each follows a plan as a hand of a stated skill might: in
+submovements of least jerk along the way, with pauses and ways back, off the planned way
+by a slow wander, with tremor and the noise of an arm. The plan is the path that comes
+with an exercise, or what `paravol.scripted_hand` does in it. The figures of `SKILLS`
+are assumptions, chosen so that time and path differ between groups about as much as
+published groups do (experts take half of novices' time and path); they are no
 measurement of anybody. --keep leaves the recorded sessions in folders by group.
 """
 
 import argparse
+import json
+import multiprocessing
+import re
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -23,24 +30,39 @@ from numpy.typing import NDArray
 
 from devices import ProbePath, Registration, load_probe_path
 from disk import whole_file
+from paravol.inputs.pose_completer import AWAY_MM, PATH_WORK, path_instrument
 from paravol.patient import PatientScene, load_patient, no_progress
+from paravol.scripted_hand import ScriptedHand
 from paravol.session_metrics import session_metrics
-from paravol.session_setup import build_session, describe_session
+from paravol.session_setup import build_session, describe_session, operate_on
 from scenarios import Sample, Scenario, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.bundle import EditRecord, EventRecord, SampleRecord, SessionRecorder
+from scenarios.instrument_state import EMPTY_HAND
 from scenarios.metrics import Metric, Settings
 from scenarios.rubrics.population import Group, Population, Quantiles
 
 Floats = NDArray[np.float64]
 
-SCENARIO = "first_flight"
+EXERCISES = (
+    "first_flight",
+    "first_operation",
+    "hoops",
+    "path-following",
+    "steady-hold",
+    "centring",
+)
+"""Those with a path, and of the others those that a scope does alone in open air."""
+
 SEED = 24
 RUNS = 20
 RATE_HZ = 100.0
 ARM_MM = 0.05
 """Noise of an axis of the tip, as counts of an arm make it."""
 
-OUT = Path(__file__).parents[1] / "scenarios/rubrics/population.json"
+SLOWER = 3.0
+"""A scripted hand plans its way at 60 mm/s, which nobody flies at."""
+
+OUT = Path(__file__).parents[1] / "scenarios/rubrics/populations"
 SOURCE = "generated runs, not people: examples/make_reference_population.py"
 
 
@@ -75,28 +97,79 @@ SKILLS = (
 def main() -> None:
     """Generate, measure, sum up, write."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("exercises", nargs="*", default=EXERCISES, help="names")
     parser.add_argument("--keep", type=Path, help="leave the sessions here, by group")
     parser.add_argument("--runs", type=int, default=RUNS, help="of each group")
-    parser.add_argument("--out", type=Path, default=OUT, help="file to write")
+    parser.add_argument("--out", type=Path, default=OUT, help="folder to write to")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
     options = parser.parse_args()
-    scenario, folder = load_scenario(SCENARIO)
-    path = load_probe_path(folder / scenario.path)
+    scratch = tempfile.TemporaryDirectory()
+    spawned = multiprocessing.get_context("spawn")
+    with scratch, ProcessPoolExecutor(options.jobs, mp_context=spawned) as executor:
+        for exercise in options.exercises:
+            place = (options.keep or Path(scratch.name)) / exercise
+            runs = {
+                skill: [
+                    executor.submit(measured_run, exercise, place, skill, number)
+                    for number in range(options.runs)
+                ]
+                for skill in SKILLS
+            }
+            groups = []
+            for skill, waiting in runs.items():
+                values: dict[str, list[float]] = {}
+                for done in waiting:
+                    for name, value in done.result():
+                        values.setdefault(name, []).append(value)
+                groups.append((skill.name, options.runs, values))
+                print(exercise, skill.name, flush=True)
+            write(exercise, groups, options.out / f"{exercise}.json")
+
+
+@cache
+def flown(exercise: str) -> tuple[Scenario, PatientScene, ProbePath]:
+    """Return an exercise, its head and the plan in it, made once in each process."""
+    scenario, folder = load_scenario(exercise)
     patient = load_patient(scenario, no_progress)
-    groups = []
-    with tempfile.TemporaryDirectory() as scratch:
-        for skill in SKILLS:
-            place = (options.keep or Path(scratch)) / skill.name
-            values: dict[str, list[float]] = {}
-            for number in range(options.runs):
-                bundle = place / f"{skill.name}_{number:03d}.paravol"
-                record(bundle, scenario, patient, path, skill, number)
-                for name, value in summary(
-                    session_metrics(bundle, patient=patient).metrics
-                ):
-                    values.setdefault(name, []).append(value)
-                print(bundle.name, flush=True)
-            groups.append((skill.name, options.runs, values))
-    write(groups, options.out)
+    return scenario, patient, plan(scenario, folder, patient)
+
+
+def measured_run(
+    exercise: str, place: Path, skill: Skill, number: int
+) -> list[tuple[str, float]]:
+    """Record one run and return its values by name."""
+    scenario, patient, path = flown(exercise)
+    bundle = place / skill.name / f"{skill.name}_{number:03d}.paravol"
+    record(bundle, scenario, patient, path, skill, number)
+    found = session_metrics(bundle, patient=patient, trusts=True)
+    return list(summary(found.metrics))
+
+
+def plan(scenario: Scenario, folder: Path, patient: PatientScene) -> ProbePath:
+    """Return the way that runs follow: the exercise's path, or a scripted hand's."""
+    if scenario.path:
+        return load_probe_path(folder / scenario.path)
+    hand = ScriptedHand(scenario, patient, operates=False)
+    hand.do_all()
+    did = hand.samples
+    at_s = SLOWER * (np.array([s.time_s for s in did]) - did[0].time_s)
+    poses = np.array([s.device_from_tip for s in did])
+    roll_deg = np.degrees(np.unwrap(np.radians([s.roll_deg for s in did])))
+    columns = np.column_stack([poses[:, :3, 3], -poses[:, :3, 2], roll_deg])
+    even_s = np.arange(0.0, at_s[-1], 0.05)
+    even = np.stack([np.interp(even_s, at_s, c) for c in columns.T], axis=1)
+    axis = even[:, 3:6] / np.linalg.norm(even[:, 3:6], axis=1, keepdims=True)
+    count = len(even_s)
+    return ProbePath(
+        scenario.name,
+        even_s,
+        even[:, :3],
+        axis,
+        even[:, 6],
+        np.tile(AWAY_MM, (count, 1)),
+        np.tile([0.0, 1.0, 0.0], (count, 1)),
+        np.zeros(count, np.int64),
+    )
 
 
 def record(
@@ -112,18 +185,31 @@ def record(
     info = describe_session(
         scenario, patient, registration, size=64, has_instrument=False
     )
-    # nobody takes anything: the head stays as it is, which is stepped much faster
-    info = msgspec.structs.replace(info, operated=False)
-    session = build_session(scenario, patient, np.eye(4), (64, 64))
+    # where nobody takes anything, the head stays as it is: stepped much faster
+    operates = bool(np.any(path.buttons & PATH_WORK))
+    info = msgspec.structs.replace(info, operated=operates, has_instrument=operates)
+    operation = None
+    if operates:
+        patient, operation = operate_on(patient)
+    session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     with SessionRecorder(bundle, info) as recorder:
-        for sample in run(path, skill, number):
+        for sample in run(path, skill, number, has_hand=bool(scenario.path)):
             session.step(sample)
             recorder.add(SampleRecord.of(sample))
+            if operation is not None:
+                operation.take_changes()
+                for edit in operation.take_edits():
+                    recorder.add(EditRecord.of(edit))
+                for injury in operation.take_injuries():
+                    at_s, text = injury.time_s, injury.structure
+                    recorder.add(EventRecord(at_s, "injury", text))
         recorder.close({"score": session.score()})
 
 
-def run(path: ProbePath, skill: Skill, number: int) -> Iterator[Sample]:
-    """Yield the samples of one run along a path."""
+def run(
+    path: ProbePath, skill: Skill, number: int, *, has_hand: bool = True
+) -> Iterator[Sample]:
+    """Yield the samples of one run along a path; has_hand: it has a second one."""
     names = [one.name for one in SKILLS]
     place = names.index(skill.name) if skill.name in names else len(names)
     rng = np.random.default_rng([SEED, place, number])
@@ -137,6 +223,14 @@ def run(path: ProbePath, skill: Skill, number: int) -> Iterator[Sample]:
     off_mm += drawn(skill.tremor_mm) * tremor(count, rng)
     off_mm += ARM_MM * rng.standard_normal((count, 3))
     turn = np.radians(drawn(skill.wander_deg)) * slow_noise(count, rng)
+    works = bool(np.any(path.buttons & PATH_WORK))
+    tool_mm = np.zeros((count, 3))
+    if works:
+        # the second hand is as steady as the first, by numbers of its own
+        rng = np.random.default_rng([SEED, place, number, 1])
+        tool_mm += drawn(skill.wander_mm) * slow_noise(count, rng)
+        tool_mm += drawn(skill.tremor_mm) * tremor(count, rng)
+        tool_mm += ARM_MM * rng.standard_normal((count, 3))
     for n, time_s in enumerate(at_s):
         on = path.sample(float(time_s))
         axis = on.axis + np.cross(turn[n], on.axis)
@@ -144,9 +238,10 @@ def run(path: ProbePath, skill: Skill, number: int) -> Iterator[Sample]:
             n / RATE_HZ,
             tip_frame(on.tip_mm + off_mm[n], axis / np.linalg.norm(axis)),
             on.roll_deg,
-            on.instrument_tip_mm,
+            on.instrument_tip_mm + tool_mm[n],
             on.instrument_axis,
             0,
+            path_instrument(on) if has_hand else EMPTY_HAND,
         )
 
 
@@ -215,8 +310,10 @@ def quantiles(values: list[float]) -> Quantiles:
     return Quantiles(low, middle, high, len(values))
 
 
-def write(groups: list[tuple[str, int, dict[str, list[float]]]], file: Path) -> None:
-    """Write the groups' quantiles, atomically, to six digits."""
+def write(
+    scenario: str, groups: list[tuple[str, int, dict[str, list[float]]]], file: Path
+) -> None:
+    """Write the groups' quantiles, atomically, to six digits, a line for each value."""
     found = tuple(
         Group(
             name,
@@ -225,10 +322,16 @@ def write(groups: list[tuple[str, int, dict[str, list[float]]]], file: Path) -> 
         )
         for name, runs, values in groups
     )
-    population = Population(SOURCE, True, SCENARIO, SEED, Settings(), found)
-    text = msgspec.json.format(msgspec.json.encode(population), indent=1)
+    population = Population(SOURCE, True, scenario, SEED, Settings(), found)
+    text = json.dumps(msgspec.to_builtins(population), indent=1)
+    # four numbers stand in one line
+    text = re.sub(r"\[\s+([^][{}]*?)\s+\]", _one_line, text)
     with whole_file(file) as beside:
-        beside.write_bytes(text + b"\n")
+        beside.write_text(text + "\n", "utf-8")
+
+
+def _one_line(numbers: "re.Match[str]") -> str:
+    return "[" + re.sub(r",\s+", ", ", numbers[1]) + "]"
 
 
 if __name__ == "__main__":

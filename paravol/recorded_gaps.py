@@ -29,7 +29,7 @@ from scenarios.clearance import Clearance, shaft_clearances
 from scenarios.hazard_watch import STEP_MM
 from scenarios.instruments.catalogue import instrument_named
 from scenarios.metrics import Contacts
-from scenarios.scoring import CONTACT_MM
+from scenarios.scoring import CONTACT_MM, counted_path_mm
 from scenarios.session import SHAFT_CHECKED_MM
 from scenarios.structures import TISSUE
 from surgery.patient import OperatedPatient
@@ -216,9 +216,9 @@ def check_recorded(
 ) -> None:
     """Raise ChangedStreamError where the stream and the result do not agree.
 
-    Compared: duration, smallest gap, contacts and nearest approaches of the result with
-    those of the samples; each frame's gap with its sample's; what was taken and the
-    number of injuries with the stream's cuts and events.
+    Compared: duration, path length, smallest gap, contacts and nearest approaches of
+    the result with those of the samples; each frame's gap with its sample's; what was
+    taken and the number of injuries with the stream's cuts and events.
     """
     times, gap = gaps.contacts.time_s, gaps.contacts.gap_mm
     tips = poses.scope[:, :3, 3]
@@ -226,6 +226,7 @@ def check_recorded(
     first = bool(deep[0])
     found = {
         "duration": (score.duration_s, times[-1] - times[0]),
+        "path length": (score.path_length_mm, counted_path_mm(times, tips)),
         "smallest gap": (score.min_clearance_mm, gap.min()),
         "number of contacts": (score.contacts, first + (np.diff(deep * 1) > 0).sum()),
     }

@@ -1,12 +1,10 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +20,7 @@ from paravol.recorded_cavity import cavity_of, recorded_cavity
 from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
 from paravol.session_replay import recorded_score
 from paravol.session_setup import coverage_watch, flown_scenario, reopen_session
+from paravol.session_timeline import SessionTimeline
 from paravol.shortest_way import inside_of, shortest_way_mm
 from renderers.scene import Volume
 from scenarios import Sample, Scenario, Score, Session
@@ -33,7 +32,6 @@ from scenarios.bundle import (
     read_recording,
 )
 from scenarios.hazard_watch import ALWAYS_NEAR
-from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics import (
     DEFINITIONS,
     Breach,
@@ -57,6 +55,7 @@ from scenarios.metrics import (
 )
 from scenarios.metrics.cavity import CAVITY
 from scenarios.metrics.metric import Interval
+from scenarios.sample_columns import SampleColumns
 from surgery.edit import Edit
 
 _RECORD = "the record itself"
@@ -93,6 +92,9 @@ class SessionMetrics:
     frozen: tuple[Interval, ...] = ()
 
 
+Chosen = tuple[Definition, ...] | Callable[[Scenario], tuple[Definition, ...]]
+"""Which metrics are wanted: the same always, or what an exercise needs."""
+
 Watch = Callable[[Session, Sample], None]
 """Told of every sample after the session has taken it in."""
 
@@ -101,7 +103,7 @@ def session_metrics(
     folder: StrPath,
     *,
     settings: Settings | None = None,
-    chosen: tuple[Definition, ...] = DEFINITIONS,
+    chosen: Chosen = DEFINITIONS,
     arm: str = "",
     case: Path | None = None,
     has_head: bool = True,
@@ -110,6 +112,7 @@ def session_metrics(
     patient: PatientScene | PatientSource | None = None,
     trusts: bool = False,
     watch: Watch | None = None,
+    timeline: SessionTimeline | None = None,
 ) -> SessionMetrics:
     """Compute the metrics of a recorded session.
 
@@ -121,14 +124,18 @@ def session_metrics(
     that was flown through, where it is loaded already, or who loads it. trusts: do not
     step a session whose recording can be checked otherwise, see
     `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
-    watch: looks on while the session is stepped. UserError when the session cannot be
-    read, holds no sample, or was flown through another head.
+    watch: looks on while the session is stepped. timeline: of this session, before its
+    first sample, that is stepped to its end instead of another one. UserError when the
+    session cannot be read, holds no sample, or was flown through another head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
-    if not samples:
+    samples = SampleColumns.of(_sample_records(recording))
+    if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
+    scenario = _scenario(recording.info)
+    if callable(chosen):
+        chosen = chosen(scenario)
     settings = Settings() if settings is None else settings
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
     measured = _measured(samples, recording, settings, world_from_device)
@@ -145,31 +152,29 @@ def session_metrics(
         elif not isinstance(patient, PatientScene):
             patient = patient(flown)
         measured, score, source = _through_head(
-            _Flown(folder, recording, samples, patient, chosen, trusts, watch),
+            _Flown(
+                folder, recording, samples, patient, chosen, trusts, watch, timeline
+            ),
             measured,
             progress,
         )
         if isinstance(expert, Path) and _wants_cavity(chosen):
             other = recorded_cavity(expert, patient)
             measured = replace(measured, expert_cavity=other)
-    scenario = _scenario(recording.info)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
     progress("Metrics", 1.0)
-    span = samples[0].time_s, samples[-1].time_s
-    frozen = tuple(
-        (before.time_s, after.time_s)
-        for before, after in pairwise(samples)
-        if before.is_frozen or after.is_frozen
-    )
+    times = samples.time_s
+    stands = np.flatnonzero(samples.is_frozen[:-1] | samples.is_frozen[1:])
+    frozen = tuple((float(times[n]), float(times[n + 1])) for n in stands)
     return SessionMetrics(
         metrics,
         recording.complete,
         noise,
         settings,
         measured,
-        span,
+        (float(times[0]), float(times[-1])),
         scenario,
         score,
         source,
@@ -179,7 +184,7 @@ def session_metrics(
 
 def session_noise(
     measured: Measured,
-    samples: Sequence[Sample],
+    samples: SampleColumns,
     info: SessionInfo,
     scenario: Scenario,
     arm: str,
@@ -209,7 +214,7 @@ def session_noise(
         return SessionNoise(scope, tool)
     profile = profile_named(arm)
     chosen = places[:: max(len(places) // _MOST_POSES, 1)]
-    frames = np.array([samples[place].device_from_tip for place in chosen])
+    frames = samples.device_from_tip[chosen]
     world_from_device = np.array(info.world_from_device).reshape(4, 4)
     nothing = np.zeros((3, 3))
     errors = ArmErrors(profile.geometry, profile.encoders, EXACT, np.zeros(3), nothing)
@@ -225,12 +230,16 @@ def session_noise(
     return SessionNoise(scope, tool)
 
 
+def _sample_records(recording: Recording) -> list[SampleRecord]:
+    return [r for r in recording.records if isinstance(r, SampleRecord)]
+
+
 def _scenario(info: SessionInfo) -> Scenario:
-    return msgspec.json.decode(info.scenario, type=Scenario)
+    return info.exercise()
 
 
 def _measured(
-    samples: Sequence[Sample],
+    samples: SampleColumns,
     recording: Recording,
     settings: Settings,
     world_from_device: NDArray[np.float64],
@@ -263,8 +272,7 @@ class _Steps:
         self._undone = 0
 
     def add(self, sample: Sample) -> None:
-        """Step the session and read it."""
-        self._session.step(sample)
+        """Read the session after it has taken in a sample."""
         placed = self._session.placed
         assert placed is not None
         self.gaps.append(placed.gap_mm)
@@ -296,16 +304,31 @@ class _Steps:
 class _Flown(NamedTuple):
     """Hold a recording and the head it was flown through.
 
-    chosen: the metrics that are wanted. trusts: see `session_metrics`.
+    chosen: the metrics that are wanted. trusts, watch, timeline: see `session_metrics`.
     """
 
     folder: Path
     recording: Recording
-    samples: list[Sample]
+    samples: SampleColumns
     patient: PatientScene
     chosen: tuple[Definition, ...]
     trusts: bool
     watch: Watch | None
+    timeline: SessionTimeline | None
+
+    def session(self) -> tuple[Session, Iterator[Sample]]:
+        """Return a session at its begin, and the samples as it takes them in."""
+        if self.timeline is not None:
+            return self.timeline.session, self.timeline.walk()
+        _, session = reopen_session(self.folder, self.recording.info, self.patient)
+
+        def steps() -> Iterator[Sample]:
+            for record in _sample_records(self.recording):
+                sample = record.sample()
+                session.step(sample)
+                yield sample
+
+        return session, steps()
 
     def wants(self, name: str) -> bool:
         """Return whether a metric of this name is wanted."""
@@ -329,8 +352,8 @@ def _through_head(
         why = why_untrusted(
             flown.recording,
             score,
-            has_frozen=any(sample.is_frozen for sample in flown.samples),
-            undone=max(sample.instrument.undone for sample in flown.samples),
+            has_frozen=bool(flown.samples.is_frozen.any()),
+            undone=flown.samples.undone,
         )
         if score is not None and not why:
             return _as_recorded(flown, measured, score), score, "recorded"
@@ -345,23 +368,18 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         reopen_session(flown.folder, info, flown.patient)  # says what is wrong
     matrix = np.array(info.world_from_device).reshape(4, 4)
     samples = flown.samples
-    times = np.array([sample.time_s for sample in samples])
+    times = samples.time_s
     back = np.flatnonzero(np.diff(times) < 0.0)
     if len(back):
         raise UserError(
             f"samples must be in order of time: {times[back[0] + 1]} after "
-            f"{times[back[0]]}"
+            f"{times[back[0]]}. Its clock ran backwards, or the stream was changed; "
+            "--exact steps it all the same."
         )
-    nowhere = np.full(3, np.nan)
     poses = Poses(
         times,
-        matrix @ np.array([sample.device_from_tip for sample in samples]),
-        np.array(
-            [
-                nowhere if s.instrument.name == NO_TOOL else s.instrument_tip_mm
-                for s in samples
-            ]
-        ),
+        matrix @ samples.device_from_tip,
+        np.where(samples.is_held[:, None], samples.tool_mm, np.nan),
     )
     radius_mm = measured.endoscope.diameter_mm / 2
     gaps = recorded_gaps(
@@ -382,7 +400,7 @@ def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
         contacts=gaps.contacts,
         hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
         tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
-        if any(sample.instrument.name != NO_TOOL for sample in samples)
+        if samples.is_held.any()
         else None,
         coverage=score.coverage,
     )
@@ -400,15 +418,14 @@ def _stepped(
     flown: _Flown, measured: Measured, progress: Progress
 ) -> tuple[Measured, Score]:
     """Step the session through its head; add what that shows."""
-    samples = flown.samples
-    _, session = reopen_session(flown.folder, flown.recording.info, flown.patient)
+    times = flown.samples.time_s
+    session, samples = flown.session()
     steps = _Steps(session)
     for place, sample in enumerate(samples):
         steps.add(sample)
         if flown.watch is not None:
             flown.watch(session, sample)
-        progress("Stepping the session", (place + 1) / len(samples))
-    times = np.array([sample.time_s for sample in samples])
+        progress("Stepping the session", (place + 1) / len(times))
     names = tuple(dict.fromkeys(name for name in steps.touched if name))
     codes = {"": -1} | {name: code for code, name in enumerate(names)}
     contacts = Contacts(
@@ -424,7 +441,7 @@ def _stepped(
             cavity = cavity_of(session.operation.patient)
         edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
     radius_mm = measured.endoscope.diameter_mm / 2
-    is_held = any(sample.instrument.name != NO_TOOL for sample in samples)
+    is_held = flown.samples.is_held.any()
     measured = replace(
         measured,
         contacts=contacts,
@@ -460,7 +477,7 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
         raise UserError(
             f"{folder} was flown through another head: its path cannot be compared."
         )
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = SampleColumns.of(_sample_records(recording))
     return scope_track(
         samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )

@@ -218,8 +218,8 @@ class SessionPictures:
             0 if shown.recorded is None else shown.recorded.number,
             tissue,
             shown.frame.lens,
-            self._view.props if self._view is not None else (),
-            name,
+            props=self._view.props if self._view is not None else (),
+            name=name,
         )
 
     def _build(self) -> EndoscopeView:

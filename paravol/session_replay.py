@@ -24,7 +24,7 @@ from paravol.session_setup import build_view, reopen_session
 from paravol.video import VideoWriter
 from paravol.view import Frame
 from renderers.shading import LOOK_VERSION
-from scenarios import Sample, Scenario, Score
+from scenarios import Sample, Score
 from scenarios.bundle import (
     Damage,
     EditRecord,
@@ -148,7 +148,7 @@ class Replay:
         self._progress = progress
         self.recording = read_recording(folder)
         info = self.recording.info
-        scenario = msgspec.json.decode(info.scenario, type=Scenario)
+        scenario = info.exercise()
         patient = patient or load_patient(scenario, progress)
         patient, self._session = reopen_session(folder, info, patient)
         self.patient, self._operation = patient, self._session.operation

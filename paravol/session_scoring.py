@@ -1,10 +1,10 @@
 """Score recorded sessions by a rubric: one, or a folder of hundreds."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -16,20 +16,22 @@ from paravol.recorded_gaps import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
 from paravol.versions import versions
 from scenarios import Scenario
-from scenarios.bundle import write_json
+from scenarios.bundle import EditRecord, Recording, write_json
 from scenarios.metrics import DEFINITIONS, Definition
+from scenarios.passing import limited_metrics
 from scenarios.rubrics import (
     Assessment,
     Evidence,
     Population,
     Rubric,
     assess,
-    load_population,
+    bundled_populations,
+    population_of,
 )
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Open, Remove
 
-SCORING_VERSION = 1
+SCORING_VERSION = 2
 """Grows when the same session and rubric may get other points."""
 
 SUFFIX = ".paravol"
@@ -64,9 +66,16 @@ class BatchOrder(msgspec.Struct, frozen=True):
     exact: bool = False
 
 
-def wanted_metrics(rubric: Rubric) -> tuple[Definition, ...]:
-    """Return the definitions of the metrics that a rubric reads."""
+def usual_rubric(recording: Recording) -> str:
+    """Return the name of the bundled rubric for what was done: cut, or looked."""
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    return "operation" if has_cuts else "endoscopy"
+
+
+def wanted_metrics(rubric: Rubric, scenario: Scenario) -> tuple[Definition, ...]:
+    """Return what a rubric and an exercise's own pass mark read."""
     names = {source.metric for source in (*rubric.items, *rubric.fails)}
+    names |= {definition.name for definition in limited_metrics(scenario)}
     return tuple(d for d in DEFINITIONS if d.name in names)
 
 
@@ -84,13 +93,14 @@ def score_session(
     """Score one recorded session; return also the metrics behind it.
 
     exact: step it again; else its recording is trusted where it can be checked.
-    population: for the bands; None for the bundled one, which is generated. The other
+    population: for the bands; None for the bundled one, which is generated and there
+    for some exercises. The other
     arguments and errors are those of `session_metrics`.
     """
     found = session_metrics(
         folder,
         settings=rubric.settings,
-        chosen=wanted_metrics(rubric),
+        chosen=partial(wanted_metrics, rubric),
         arm=arm,
         case=case,
         progress=progress,
@@ -119,8 +129,10 @@ def assessment_of(
         frozenset(t.name for t in scenario.tasks if isinstance(t, Remove | Open)),
         score.operation,
         found.is_complete,
+        exercise=scenario,
     )
-    population = load_population() if population is None else population
+    if population is None:
+        population = population_of(scenario.name)
     return assess(rubric, evidence, population)
 
 
@@ -167,7 +179,8 @@ def scoring_key(session: Path, order: BatchOrder) -> str:
     digest = xxh3_128(f"{SCORING_VERSION} {versions()}".encode())
     digest.update(order.rubric.sha256().encode())
     digest.update(f"{order.arm} {order.case} {order.exact}".encode())
-    digest.update(hashlib.sha256(msgspec.json.encode(load_population())).digest())
+    for population in bundled_populations().values():
+        digest.update(population.read_bytes())
     for name in _PARTS:
         digest.update(f"/{name}/".encode())
         try:

@@ -110,7 +110,7 @@ def flown_scenario(folder: Path, info: SessionInfo, case: Path | None) -> Scenar
 
     folder: its name, for what is refused. case: where the case lies now.
     """
-    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    scenario = info.exercise()
     if case is not None:
         head = msgspec.structs.replace(scenario.head, case=str(case))
         scenario = msgspec.structs.replace(scenario, head=head)
@@ -144,7 +144,7 @@ def reopen_session(
     operation = None
     if info.operated:
         patient, operation = operate_on(patient)
-    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    scenario = info.exercise()
     matrix = np.array(info.world_from_device).reshape(4, 4)
     size = size or info.picture_size
     return patient, build_session(scenario, patient, matrix, size, operation)

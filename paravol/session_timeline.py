@@ -1,12 +1,10 @@
 """A recorded session at any time, forwards and backwards."""
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
-
-import msgspec
 
 from disk import UserError
 from paravol.patient import (
@@ -18,7 +16,7 @@ from paravol.patient import (
 )
 from paravol.session_setup import reopen_session
 from renderers.scene import Change
-from scenarios import Sample, Scenario, Score
+from scenarios import Sample, Score
 from scenarios.bundle import FrameRecord, Recording, SampleRecord, read_recording
 from scenarios.session import SessionState
 
@@ -91,7 +89,7 @@ class SessionTimeline:
                     self._frames.append((self._times[place], record))
         self._frames.sort(key=_time_of)
         if patient is None:
-            scenario = msgspec.json.decode(info.scenario, type=Scenario)
+            scenario = info.exercise()
             patient = load_patient(scenario, progress)
         self.patient, self.session = reopen_session(self._folder, info, patient, size)
         self.steps = 0
@@ -157,6 +155,21 @@ class SessionTimeline:
         assert self._sample is not None
         return self._sample, [] if operation is None else operation.take_changes()
 
+    def walk(self) -> Iterator[Sample]:
+        """Step to the end, and yield each sample when the session has taken it in.
+
+        Whoever looks on can take what it did to the patient; the rest is forgotten.
+        """
+        while self._place + 1 < len(self._samples):
+            self._take_in()
+            assert self._sample is not None
+            yield self._sample
+            self._forget()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Let views be of another size, ``(width, height)``, from now on."""
+        self.session.size = size
+
     def score(self) -> Score:
         """Return the score so far, what was taken, bled and hurt included."""
         return self.session.score()
@@ -173,10 +186,19 @@ class SessionTimeline:
 
     def _step(self) -> None:
         """Take in the next sample; keep a keyframe where one is due."""
+        self._take_in()
+        self._forget()
+
+    def _take_in(self) -> None:
         self._place += 1
         self.steps += 1
-        self._sample = sample = self._samples[self._place].sample()
-        self.session.step(sample)
+        self._sample = self._samples[self._place].sample()
+        self.session.step(self._sample)
+
+    def _forget(self) -> None:
+        """Drop what nobody took, and keep a keyframe where one is due."""
+        sample = self._sample
+        assert sample is not None
         if self.session.operation is not None:
             # nobody asks for them: the patient's books and the score have them
             self.session.operation.take_edits()

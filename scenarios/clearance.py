@@ -100,8 +100,9 @@ def shaft_clearances(
     nearest, air = least_along_each(
         distance.values,
         -1.0,
-        begins @ matrix[:3, :3].T + matrix[:3, 3],
-        (_STEP_MM * back) @ matrix[:3, :3].T,
+        # by einsum: of so many rows a matrix product would wake threads for nothing
+        np.einsum("ij,nj->ni", matrix[:3, :3], begins) + matrix[:3, 3],
+        np.einsum("ij,nj->ni", matrix[:3, :3], _STEP_MM * back),
         _count(radius_mm, length_mm),
         _FAR_MM,
         math.inf,

@@ -154,6 +154,7 @@ def _catalogue_problems(scenario: "Scenario") -> Iterator[Problem]:
             yield from _unknown(at, "instrument", INSTRUMENTS, name)
     if scenario.marks.metrics:
         from scenarios.metrics import DEFINITIONS
+        from scenarios.metrics.scope_view import OF_TARGETS
 
         known = {definition.name for definition in DEFINITIONS}
         for n, limit in enumerate(scenario.marks.metrics):
@@ -166,6 +167,9 @@ def _catalogue_problems(scenario: "Scenario") -> Iterator[Problem]:
             if limit.least is None and limit.most is None:
                 text = f"The metric {limit.name!r} needs least, most or both."
                 yield Problem(row, text)
+            if name in OF_TARGETS and not scenario.targets:
+                text = f"The metric {name!r} is measured for targets; name them."
+                yield Problem((*row, "name"), text)
 
 
 def _injections(scenario: "Scenario") -> Iterator[tuple[int, Inject]]:

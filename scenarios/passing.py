@@ -1,12 +1,16 @@
 """Whether a run of an exercise was good enough, mark by mark."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from scenarios.metrics import Metric
+from scenarios.metrics import Definition, Metric, definitions_named
 from scenarios.metrics.unlisted_tools import UNLISTED
 from scenarios.scenario import MetricLimit, Scenario
 from scenarios.tasks.engine import Status
+
+FAR = "nothing came nearer"
+"""How the reason begins why a hazard has no smallest distance: it was never near."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,19 +47,46 @@ def pass_marks(
     return found
 
 
+def limited_metrics(scenario: Scenario) -> tuple[Definition, ...]:
+    """Return the definitions of the metrics that the exercise's pass mark reads."""
+    names = {limit.name.partition(": ")[0] for limit in scenario.marks.metrics}
+    if scenario.tools:
+        names.add(UNLISTED)
+    return definitions_named(names)
+
+
 def _limited(limit: MetricLimit, metrics: Sequence[Metric]) -> PassMark:
-    rows = [m for m in metrics if m.name == limit.name and limit.role in ("", m.role)]
-    if not rows:
-        return PassMark(limit.name, None, "not measured")
-    metric = rows[0]
-    if metric.value is None:
-        return PassMark(limit.name, None, metric.reason)
-    is_low = limit.least is not None and metric.value < limit.least
-    is_high = limit.most is not None and metric.value > limit.most
-    unit = "" if metric.unit in ("1", "count") else f" {metric.unit}"
-    why = f"{metric.value:.4g}{unit}"
-    if is_low:
+    """Compare a value as it was measured; of several each has to keep the limit."""
+    rows = [
+        metric
+        for metric in metrics
+        if (metric.name == limit.name or metric.name.startswith(f"{limit.name}: "))
+        and limit.role in ("", metric.role)
+    ]
+    values = [metric for metric in rows if metric.value is not None]
+    if not values:
+        if not rows:
+            return PassMark(limit.name, None, "not measured")
+        is_far = all(row.reason.startswith(FAR) for row in rows)
+        is_met = True if is_far and limit.most is None else None
+        return PassMark(limit.name, is_met, rows[0].reason)
+    worst = max(values, key=lambda metric: _beyond(limit, metric))
+    beyond = _beyond(limit, worst)
+    unit = "" if worst.unit in ("1", "count") else f" {worst.unit}"
+    sigma = f" ± {worst.sigma:.2g}" if worst.sigma else ""
+    why = f"{worst.value:.4g}{sigma}{unit}"
+    if limit.least is not None:
         why += f", at least {limit.least:g} is asked for"
-    if is_high:
+    if limit.most is not None:
         why += f", at most {limit.most:g} is allowed"
-    return PassMark(limit.name, not (is_low or is_high), why)
+    if worst.sigma and abs(beyond) < worst.sigma:
+        why += "; nearer to it than its noise"
+    return PassMark(worst.name, beyond <= 0.0, why)
+
+
+def _beyond(limit: MetricLimit, metric: Metric) -> float:
+    """Return how far a value lies outside of the limits; at most 0 within them."""
+    assert metric.value is not None
+    under = -math.inf if limit.least is None else limit.least - metric.value
+    over = -math.inf if limit.most is None else metric.value - limit.most
+    return max(under, over)

@@ -18,7 +18,14 @@ from paravol.session_scoring import (
 )
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
-from scenarios.rubrics import Assessment, Part, PassMark, load_rubric, pass_mark
+from scenarios.rubrics import (
+    Assessment,
+    ExerciseMark,
+    Part,
+    PassMark,
+    load_rubric,
+    pass_mark,
+)
 from scenarios.rubrics.rubric import Rubric
 
 OUT = "assessments"
@@ -93,11 +100,15 @@ def line_text(line: Scored) -> str:
     """Return a session's total, or why it has none."""
     if line.assessment is None:
         return line.problem
-    return total_text(line.assessment)
+    text = total_text(line.assessment)
+    mark = line.assessment.exercise
+    if mark is None:
+        return text
+    return f"{text}; exercise {exercise_text(mark) if mark.missed else mark.verdict}"
 
 
 def total_text(assessment: Assessment) -> str:
-    """Return the total with its noise and the verdict."""
+    """Return the total with its noise and the rubric's verdict."""
     if assessment.percent is None:
         return f"{assessment.verdict}: {assessment.remarks[-1]}"
     sigma = f" ± {assessment.percent_sigma:.1f}" if assessment.percent_sigma else ""
@@ -107,9 +118,17 @@ def total_text(assessment: Assessment) -> str:
     return text
 
 
+def exercise_text(mark: ExerciseMark) -> str:
+    """Return whether the exercise's own pass mark was met, and why or why not."""
+    whys = mark.missed or mark.kept
+    return f"{mark.verdict}: {'; '.join(whys)}" if whys else str(mark.verdict)
+
+
 def print_assessment(assessment: Assessment, source: str) -> None:
     """Print each part with its points, value, thresholds and moments."""
     rows = [("total", total_text(assessment))]
+    if assessment.exercise is not None:
+        rows.append(("exercise", exercise_text(assessment.exercise)))
     rows += [
         (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
     ]
@@ -157,16 +176,18 @@ def as_csv(lines: list[Scored], rubric: Rubric) -> str:
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     items = [item.name for item in rubric.items]
-    head = ["Session", "Percent", "Sigma", "Verdict", "HardFails", "Problem"]
+    head = ["Session", "Percent", "Sigma", "Verdict", "Exercise", "HardFails"]
+    head.append("Problem")
     writer.writerow([*head, *items])
     for line in lines:
         found = line.assessment
         if found is None:
-            writer.writerow([line.session, "", "", "", "", line.problem])
+            writer.writerow([line.session, "", "", "", "", "", line.problem])
             continue
         percent = "" if found.percent is None else repr(found.percent)
         fails = ";".join(fail.name for fail in found.fails)
         row = [line.session, percent, repr(found.percent_sigma), str(found.verdict)]
+        row.append("" if found.exercise is None else str(found.exercise.verdict))
         points = [repr(p.points) if p.counts else "" for p in found.parts]
         writer.writerow([*row, fails, "", *points])
     return text.getvalue()

@@ -28,7 +28,6 @@ SIZES = (64, 2048)
 TRIAL = "first_flight"
 """Exercise by which devices are tried that were typed, when none is named."""
 
-KEPT = "Kept in paravol progress; --no-store leaves a session out."
 
 EDGE_SAMPLES = 8
 """For smooth edges, where a graphics card draws them."""
@@ -112,13 +111,9 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
         if flown.end is not None:
             _tell(flown.scenario.title, flown.end, flown.last_lines)
             if flown.is_kept:
-                print(KEPT)
+                print("Kept in paravol progress; --no-store leaves a session out.")
             elif not options.no_store:
-                keep_session(
-                    flown.end.record,
-                    flown.trainee,
-                    has_head=bool(flown.scenario.marks.metrics),
-                )
+                keep_session(flown.end.record, flown.trainee)
     errors += [desk.error] if desk.error is not None else []
     if errors:
         raise errors[0]
@@ -201,43 +196,20 @@ def _tell(title: str, end: "FlightEnd", last_lines: Sequence[str]) -> None:
 
 
 def keep_session(
-    record: "Path | None",
-    trainee: str,
-    store: "Path | None" = None,
-    *,
-    has_head: bool = False,
+    record: "Path | None", trainee: str, store: "Path | None" = None
 ) -> None:
-    """Add a flight's recording to the progress store.
+    """Score a flight's recording and add it to the progress store.
 
-    record: None where it was not recorded. store: None for the user's. has_head: with
-    the metrics of the head, which must be loaded for it. What goes wrong is said, and
-    costs nothing of the flight.
+    record: None where it was not recorded. store: None for the user's. What goes wrong
+    is said, and costs nothing of the flight.
     """
-    from paravol.progress import ProgressStore, entry_of_session
-    from paravol.session_metrics import session_metrics
-    from scenarios.passing import pass_marks
+    from paravol.progress import keep_flight
 
     if record is None:
         return
-    try:
-        # pass marks may be about what only the head tells
-        found = session_metrics(record, has_head=has_head, trusts=True)
-        entry = entry_of_session(record, trainee=trainee, metrics=found.metrics)
-        kept = ProgressStore(store)
-        kept.add(entry)
-    except (UserError, OSError) as error:
-        print(f"Not kept in paravol progress: {error}", file=sys.stderr)
-        return
-    if kept.told:
-        print(kept.told, file=sys.stderr)
-    print(KEPT)
-    if found.scenario is not None and found.scenario.tasks:
-        for mark in pass_marks(found.scenario, entry.tasks, found.metrics):
-            if not mark.is_met:
-                word = "open" if mark.is_met is None else "missed"
-                print(f"Pass mark {word}: {mark.title}: {mark.why or 'not known'}")
-        if entry.has_passed:
-            print("Passed.")
+    kept = keep_flight(record, trainee, store)
+    place = sys.stderr if kept.entry is None else sys.stdout
+    print("\n".join(kept.said), file=place)
 
 
 def _check(options: TrainOptions) -> None:

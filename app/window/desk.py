@@ -171,6 +171,7 @@ class Desk(QObject):
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
         page.scan_wanted.connect(self._show_scan)
+        page.bar.connection.clicked.connect(self.connect_arm)
         page.bar.trainee_chosen.connect(self._take_trainee)
         page.bar.device_chosen.connect(self._take_device)
         page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
@@ -281,6 +282,29 @@ class Desk(QObject):
             self._setup = typed
         else:
             self._setup = replace(typed, devices=device.chosen(typed.devices))
+
+    def connect_arm(self) -> None:
+        """Show the page of arms."""
+        from app.window.connection.connection_page import ConnectionPage
+
+        page = ConnectionPage(self._devices, chosen=self._setup.devices.port)
+        page.left.connect(self.open_home)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        page.registered.connect(self._take_registration)
+        self._window.show_page(page)
+
+    def _take_registration(self, port: str, file: Path) -> None:
+        """Let flights with the arm at a port use its registration."""
+        devices = self._order.setup.devices
+        self._order = replace(
+            self._order,
+            setup=replace(
+                self._order.setup, devices=replace(devices, registration=file)
+            ),
+        )
+        if self._setup.devices.port == port:
+            mine = replace(self._setup.devices, registration=file)
+            self._setup = replace(self._setup, devices=mine)
 
     def _show_scan(self, entry: ListEntry) -> None:
         """Show the scan of an exercise's head, or of a case."""

@@ -1,7 +1,7 @@
 """How fast recorded sessions are scored: by their recording, or stepped again."""
 
 import tempfile
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -16,11 +16,14 @@ from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.session_scoring import score_session
 from paravol.session_setup import build_session, describe_session
 from scenarios import Sample, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.rubrics import load_rubric
 
 RATE_HZ = 100.0
 ARM_MM = 0.05
+FRAME_EVERY = 4
+"""Samples between two pictures of a live flight."""
+
 TRUSTED, STEPPED = "recording trusted", "stepped again"
 
 
@@ -69,7 +72,6 @@ class ScoringPlan(Plan, suite="scoring"):
         info = msgspec.structs.replace(info, operated=False)
         session = build_session(scenario, self._patient, np.eye(4), (64, 64))
         rng = np.random.default_rng(1)
-        nowhere = np.full(3, np.nan)
         with SessionRecorder(folder, info) as recorder:
             for number in range(round(self._seconds * RATE_HZ)):
                 time_s = number / RATE_HZ
@@ -77,10 +79,19 @@ class ScoringPlan(Plan, suite="scoring"):
                 on = path.sample(at_s if turns % 2 == 0 else path.duration_s - at_s)
                 frame = tip_frame(on.tip_mm, on.axis)
                 frame[:3, 3] += ARM_MM * rng.standard_normal(3)
-                sample = Sample(time_s, frame, 0.0, nowhere, nowhere, 0)
-                sample = replace(sample, roll_deg=on.roll_deg)
+                tool_mm = on.instrument_tip_mm + ARM_MM * rng.standard_normal(3)
+                sample = Sample(
+                    time_s, frame, on.roll_deg, tool_mm, on.instrument_axis, 0
+                )
                 session.step(sample)
                 recorder.add(SampleRecord.of(sample))
+                if number % FRAME_EVERY == 0:
+                    shown = number // FRAME_EVERY
+                    recorder.add(
+                        FrameRecord(
+                            shown, number, 1.0, session.view(sample).clearance_mm
+                        )
+                    )
             recorder.close({"score": asdict(session.score())})
         return folder
 

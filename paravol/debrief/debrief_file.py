@@ -14,9 +14,9 @@ from paravol.debrief.head_picture import head_picture
 from paravol.debrief.page import Material, page, tip_pieces
 from paravol.debrief.pictures import NO_PICTURES, Picture, Quality, draw_pictures
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
-from paravol.session_scoring import assessment_of
+from paravol.session_scoring import assessment_of, usual_rubric
 from paravol.session_setup import flown_scenario
-from scenarios.bundle import EditRecord, Recording, read_recording
+from scenarios.bundle import read_recording
 from scenarios.rubrics import load_rubric
 
 MOST_PICTURES = 16
@@ -79,7 +79,7 @@ def write_debrief(
         raise UserError(f"--pictures must lie in 0 to 200, got {order.pictures}.")
     recording = read_recording(order.folder)
     scenario = flown_scenario(order.folder, recording.info, order.case)
-    rubric = load_rubric(order.rubric or _usual_rubric(recording))
+    rubric = load_rubric(order.rubric or usual_rubric(recording))
     patient = patient or load_patient(scenario, progress)
     findings = gather(
         order.folder,
@@ -93,6 +93,9 @@ def write_debrief(
     events = events_of(findings)
     pictures, head, seen = NO_PICTURES, Markup(""), None
     if order.quality is not None:
+        head = _head(findings, order.threads)
+        # before the pictures, for which the session goes back
+        seen = _seen(findings)
         pictures = draw_pictures(
             order.folder,
             findings,
@@ -104,8 +107,6 @@ def write_debrief(
             progress=progress,
             say=say,
         )
-        head = _head(findings, order.threads)
-        seen = _seen(findings)
     assessment = assessment_of(order.folder, rubric, findings.metrics)
     text = page(Material(findings, events, pictures, head, assessment, seen))
     with whole_file(order.out) as beside:
@@ -122,11 +123,6 @@ def write_debrief(
         count,
         len(text.encode()),
     )
-
-
-def _usual_rubric(recording: Recording) -> str:
-    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
-    return "operation" if has_cuts else "endoscopy"
 
 
 def _seen(findings: Findings) -> Picture | None:

@@ -10,6 +10,7 @@ from devices import load_probe_path
 from disk import UserError
 from paravol.patient import PatientScene, Progress
 from paravol.session_metrics import SessionMetrics, session_metrics
+from paravol.session_timeline import SessionTimeline
 from scenarios import Sample, Scenario, Score, Session, load_scenario, tip_frame
 from scenarios.bundle import Recording
 from scenarios.coverage import CoverageWatch
@@ -84,7 +85,10 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """Hold what a session showed; `compared`: None with a reason in `why_alone`."""
+    """Hold what a session showed; `compared`: None with a reason in `why_alone`.
+
+    timeline: of the session, stepped to its end: any moment is a short way back.
+    """
 
     name: str
     recording: Recording
@@ -95,6 +99,7 @@ class Findings:
     followed: Followed
     compared: Compared | None
     why_alone: str
+    timeline: SessionTimeline
 
     @property
     def begin_s(self) -> float:
@@ -127,6 +132,7 @@ def gather(
     if compare is None:
         track, why = _expert_track(scenario)
     followed = Followed()
+    timeline = SessionTimeline(folder, patient, recording)
     found = session_metrics(
         folder,
         settings=settings,
@@ -134,6 +140,7 @@ def gather(
         progress=progress,
         patient=patient,
         watch=followed.watch,
+        timeline=timeline,
     )
     followed.end()
     score = found.score
@@ -158,6 +165,7 @@ def gather(
         followed,
         compared,
         why,
+        timeline,
     )
 
 

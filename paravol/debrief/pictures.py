@@ -16,7 +16,6 @@ from paravol.debrief.events import Event
 from paravol.debrief.findings import Findings
 from paravol.patient import Progress
 from paravol.session_setup import build_view
-from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.render_session import render_session
 from paravol.snapshots.view_sources import session_views
@@ -92,17 +91,16 @@ def draw_pictures(
 ) -> Pictures:
     """Draw what was seen at events, and the wound before and after.
 
-    size: width and height, pixels.
+    size: width and height, pixels. The findings' timeline is elsewhere afterwards.
     """
     edits = findings.metrics.measured.edits
     wound_s = edits[-1].time_s if edits else None
     if quality is Quality.FAST:
-        return _live(folder, findings, events, wound_s, size, threads, progress)
+        return _live(findings, events, wound_s, size, threads, progress)
     return _traced(folder, findings, events, wound_s, size, case, progress, say)
 
 
 def _live(
-    folder: Path,
     findings: Findings,
     events: Sequence[Event],
     wound_s: float | None,
@@ -112,9 +110,10 @@ def _live(
 ) -> Pictures:
     """Draw with the live renderer, the tissue as it was at each moment."""
     info = findings.recording.info
-    timeline = SessionTimeline(
-        folder, findings.patient, findings.recording, size=(size, size)
-    )
+    timeline = findings.timeline
+    timeline.resize((size, size))
+    # what it did on its way to the end is in the tissue that is drawn first
+    timeline.go_to(max(findings.end_s, 0.0))
     drawn = build_view(
         findings.scenario,
         timeline.patient,

@@ -2,6 +2,7 @@
 
 from paravol.progress.cohort import Standing, is_more_better, standings
 from paravol.progress.csv_export import as_csv
+from paravol.progress.keep_flight import KeptFlight, keep_flight
 from paravol.progress.learning_curve import (
     LearningCurve,
     PassRate,
@@ -13,6 +14,7 @@ from paravol.progress.store import ProgressStore
 from paravol.progress.xapi import statements
 
 __all__ = [
+    "KeptFlight",
     "LearningCurve",
     "PassRate",
     "ProgressStore",
@@ -23,6 +25,7 @@ __all__ = [
     "entry_of_session",
     "fit_learning_curve",
     "is_more_better",
+    "keep_flight",
     "moving_pass_rate",
     "standings",
     "statements",

@@ -12,8 +12,7 @@ from disk import UserError
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric
-from scenarios.passing import pass_marks
-from scenarios.rubrics import Assessment, Verdict
+from scenarios.rubrics import Assessment, Verdict, exercise_mark
 from scenarios.tasks import TaskState
 
 NOBODY = ""
@@ -160,7 +159,7 @@ def entry_of_session(
         raise UserError(
             f"The assessment is of {assessment.session}, not of {name}; score this one."
         )
-    scenario = msgspec.json.decode(recording.info.scenario, type=Scenario)
+    scenario = recording.info.exercise()
     score = _score(folder)
     tasks = [] if score is None else score.tasks
     values = [
@@ -194,19 +193,22 @@ def has_passed(
 ) -> bool | None:
     """Return whether a session was good enough; None where something is open.
 
-    Every mark of the exercise must be met, see `scenarios.passing`, and where there is
-    a rubric its pass mark, and the percent that the exercise asks for. A percent too
-    near to its mark to tell is none reached.
+    The exercise's own pass mark decides, see `scenarios.rubrics.exercise_mark`: a
+    general rubric has thresholds of another exercise. Where an exercise asks for
+    nothing the rubric's verdict does; a percent too near to its mark to tell is none
+    reached. Where something that is asked for is not known, the answer is open.
     """
-    states = {task.name: task.status for task in tasks}
-    answers = [mark.is_met for mark in pass_marks(scenario, states, metrics)]
-    if assessment is not None and assessment.verdict is not Verdict.NO_DATA:
-        answers.append(assessment.verdict is Verdict.PASSED)
-        if assessment.percent is not None:
-            answers.append(assessment.percent >= scenario.marks.least_percent)
-    if False in answers:
-        return False
-    return None if None in answers or not answers else True
+    percent = None if assessment is None else assessment.percent
+    mark = exercise_mark(scenario, tasks, metrics, percent)
+    if assessment is not None and assessment.exercise is not None:
+        # of the same session, and of all metrics that it needs
+        mark = assessment.exercise
+    verdict = Verdict.NO_DATA
+    if mark is not None:
+        verdict = mark.verdict
+    elif assessment is not None:
+        verdict = assessment.verdict
+    return None if verdict is Verdict.NO_DATA else verdict is Verdict.PASSED
 
 
 def _score(folder: Path) -> Score | None:

@@ -3,21 +3,18 @@
 Here the session enters the progress store.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-import msgspec
 
 from disk import UserError
 from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress import ProgressStore, SessionEntry, entry_of_session
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, wanted_metrics
+from paravol.session_scoring import assessment_of, usual_rubric, wanted_metrics
 from scenarios import Scenario, Score
-from scenarios.bundle import EditRecord, read_recording
-from scenarios.metrics import DEFINITIONS, Definition, Metric
+from scenarios.bundle import read_recording
+from scenarios.metrics import DEFINITIONS, Definition
 from scenarios.metrics.cavity import CAVITY
 from scenarios.passing import PassMark, pass_marks
 from scenarios.rubrics import Assessment, Rubric, load_rubric
@@ -75,9 +72,8 @@ def result_of_session(
     """
     progress("Reading the recording", 0.0)
     recording = read_recording(order.record)
-    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
-    rubric = load_rubric("operation" if has_cuts else "endoscopy")
-    flown = msgspec.json.decode(recording.info.scenario, type=Scenario)
+    rubric = load_rubric(usual_rubric(recording))
+    flown = recording.info.exercise()
     found = session_metrics(
         order.record,
         settings=rubric.settings,
@@ -90,8 +86,12 @@ def result_of_session(
     scenario, score = found.scenario, found.score
     assert scenario is not None
     assert score is not None
-    least_percent = scenario.marks.least_percent
-    entry = rated_entry(order, found.metrics, assessment, least_percent)
+    entry = entry_of_session(
+        order.record,
+        trainee=order.trainee,
+        metrics=found.metrics,
+        assessment=assessment,
+    )
     marks = tuple(pass_marks(scenario, entry.tasks, found.metrics))
     kept, is_kept = "This session is left out of your progress.", False
     if order.has_store:
@@ -114,33 +114,8 @@ def quick_metrics(scenario: Scenario, rubric: Rubric) -> tuple[Definition, ...]:
     What the exercise's marks or the rubric ask for is measured in any case.
     """
     slow = SLOW | {definition.name for definition in CAVITY}
-    asked = {limit.name for limit in scenario.marks.metrics}
-    asked |= {definition.name for definition in wanted_metrics(rubric)}
+    asked = {definition.name for definition in wanted_metrics(rubric, scenario)}
     return tuple(d for d in DEFINITIONS if d.name not in slow or d.name in asked)
-
-
-def rated_entry(
-    order: ResultOrder,
-    metrics: Sequence[Metric],
-    assessment: Assessment,
-    least_percent: float = 0.0,
-) -> SessionEntry:
-    """Return a session's entry with its points, passed by the exercise's own marks.
-
-    least_percent: of points that the exercise asks for, 0 for none.
-
-    An exercise that says how it is passed is not failed by a general rubric, whose
-    thresholds are those of another exercise; one that does not say is passed by it.
-    """
-    record, trainee = order.record, order.trainee
-    own = entry_of_session(record, trainee=trainee, metrics=metrics)
-    rated = entry_of_session(
-        record, trainee=trainee, metrics=metrics, assessment=assessment
-    )
-    asks_points = own.has_passed and rated.has_passed is False and least_percent > 0
-    if own.has_passed is None or asks_points:
-        return rated
-    return msgspec.structs.replace(own, scored=rated.scored)
 
 
 def _kept(entry: SessionEntry, file: Path | None) -> tuple[str, bool]:

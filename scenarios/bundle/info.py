@@ -7,6 +7,8 @@ from typing import Literal
 import msgspec
 
 from disk import whole_file
+from disk.typed_record import decode_json
+from scenarios.scenario import Scenario
 
 
 class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -43,6 +45,11 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     operated: bool = False
     hazards_sha256: str = ""
     schema_version: Literal[1] = 1
+
+    def exercise(self) -> Scenario:
+        """Return what was flown; UserError where the text is none."""
+        file, what = "the exercise in session.json", "an exercise"
+        return decode_json(self.scenario.encode(), Scenario, file, what)
 
 
 def write_json(path: Path, value: object) -> None:

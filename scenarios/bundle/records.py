@@ -1,5 +1,7 @@
 """What a recorded session's stream holds: samples, frames and events."""
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 
@@ -14,16 +16,17 @@ class SampleRecord(
 ):
     """One measured sample; see `scenarios.sample.Sample`.
 
-    instrument: absent in recordings from before tools did anything. is_frozen: likewise
-    from before the trainer could be frozen. scope_deg: absent for the exercise's scope.
-    camera_roll_deg: absent where it is 0.
+    A number that there is not, such as the place of a tool that was lost, is NaN in a
+    sample and null in JSON. instrument: absent in recordings from before tools did
+    anything. is_frozen: likewise from before the trainer could be frozen. scope_deg:
+    absent for the exercise's scope. camera_roll_deg: absent where it is 0.
     """
 
     time_s: float
-    device_from_tip: list[float]
+    device_from_tip: Sequence[float | None]
     roll_deg: float
-    instrument_tip_mm: list[float]
-    instrument_pointing: list[float]
+    instrument_tip_mm: Sequence[float | None]
+    instrument_pointing: Sequence[float | None]
     buttons: int
     instrument: InstrumentState = AS_BEFORE
     is_frozen: bool = False
@@ -54,10 +57,10 @@ class SampleRecord(
             )
         return Sample(
             self.time_s,
-            np.array(self.device_from_tip).reshape(4, 4),
+            np.array(self.device_from_tip, np.float64).reshape(4, 4),
             self.roll_deg,
-            np.array(self.instrument_tip_mm),
-            np.array(self.instrument_pointing),
+            np.array(self.instrument_tip_mm, np.float64),
+            np.array(self.instrument_pointing, np.float64),
             self.buttons,
             self.instrument,
             self.is_frozen,

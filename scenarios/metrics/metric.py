@@ -41,7 +41,8 @@ class Definition:
 
     compute: a pure function of what was measured. filter: "raw" or "low-passed".
     moves: a still tool has a value too, by noise alone: the noise floor. is_slow: its
-    sigma comes from few draws of the noise.
+    sigma comes from few draws of the noise. sees_tool: it is about the scope, and reads
+    where the tool was.
     """
 
     name: str
@@ -51,6 +52,12 @@ class Definition:
     filter: str = "raw"
     moves: bool = False
     is_slow: bool = False
+    sees_tool: bool = False
+
+    @property
+    def needs_tool(self) -> bool:
+        """Return whether the poses of the tool matter to it."""
+        return self.sees_tool or self.role in (TOOL, HANDS)
 
     def answers(self, measured: "Measured") -> dict[str, Found]:
         """Return the values by full names: ``time in margin: orbit``."""

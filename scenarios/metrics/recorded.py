@@ -1,6 +1,5 @@
 """Tracks of recorded samples."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,81 +9,71 @@ from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
 from scenarios.instrument_state import NO_TOOL
 from scenarios.metrics.measured import ToolUse
 from scenarios.metrics.track import Track, lengths
-from scenarios.sample import Sample
+from scenarios.sample_columns import SampleColumns
 
 Doubles = NDArray[np.float64]
 
 
-def scope_track(samples: Sequence[Sample], world_from_device: Doubles) -> Track:
+def scope_track(samples: SampleColumns, world_from_device: Doubles) -> Track:
     """Return the scope's track; y of its frame is the light post.
 
     The arm does not measure its turn: that comes from `Sample.roll_deg`. Another scope
     begins another part.
     """
-    if not samples:
+    if not len(samples):
         return _no_track()
-    frames = world_from_device @ np.array([s.device_from_tip for s in samples])
-    roll_deg = np.array([s.roll_deg for s in samples])
-    times = np.array([s.time_s for s in samples])
-    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], roll_deg)
-    part = _parts([s.scope_deg for s in samples])
-    camera_deg = np.array([s.camera_roll_deg for s in samples])
-    track = Track.of_frames(times, posed, part)
-    return replace(track, camera_deg=camera_deg) if camera_deg.any() else track
+    frames = world_from_device @ samples.device_from_tip
+    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], samples.roll_deg)
+    track = Track.of_frames(samples.time_s, posed, _parts(samples.scope_deg))
+    if not samples.camera_deg.any():
+        return track
+    return replace(track, camera_deg=samples.camera_deg)
 
 
-def tool_track(samples: Sequence[Sample]) -> Track:
+def tool_track(samples: SampleColumns) -> Track:
     """Return the track of what the second hand holds, as `tool_frame` poses it.
 
     Another tool begins another part; an empty hand has no samples.
     """
-    held = [s for s in samples if s.instrument.name != NO_TOOL]
-    if not held:
+    held = np.flatnonzero(samples.is_held)
+    if len(held) == 0:
         return _no_track()
-    names = [s.instrument.name for s in held]
-    part = _parts(names)
+    part = _parts(samples.tool[held])
     posed = rolled_frames(
-        np.array([s.instrument_tip_mm for s in held]),
-        np.array([s.instrument_pointing for s in held]),
-        np.array([s.instrument.roll_deg for s in held]),
+        samples.tool_mm[held], samples.tool_pointing[held], samples.tool_roll_deg[held]
     )
-    times = np.array([s.time_s for s in held])
-    return Track.of_frames(times, posed, part)
+    return Track.of_frames(samples.time_s[held], posed, part)
 
 
 def scope_changes(
-    samples: Sequence[Sample], angle_deg: float
+    samples: SampleColumns, angle_deg: float
 ) -> tuple[tuple[float, float], ...]:
     """Return when a scope of another angle was put in, s, and that angle, in order.
 
     angle_deg: of the exercise's own.
     """
-    angles = [angle_deg if s.scope_deg is None else s.scope_deg for s in samples]
-    before = [angle_deg, *angles]
-    return tuple(
-        (sample.time_s, now)
-        for sample, now, last in zip(samples, angles, before, strict=False)
-        if now != last
-    )
+    own = np.isnan(samples.scope_deg)
+    angles = np.where(own, angle_deg, samples.scope_deg)
+    changed = np.flatnonzero(np.diff(angles, prepend=angle_deg))
+    return tuple((float(samples.time_s[n]), float(angles[n])) for n in changed)
 
 
-def _parts(held: Sequence[object]) -> NDArray[np.int64]:
-    """Return ``(n,)`` numbers that rise where another thing is held."""
-    changed = [a != b for a, b in zip([held[0], *held], held, strict=False)]
-    return np.cumsum(changed).astype(np.int64)
+def _parts(held: NDArray[np.generic]) -> NDArray[np.int64]:
+    """Return ``(n,)`` numbers that rise where another thing is held; NaN is one."""
+    before, now = held[:-1], held[1:]
+    changed = (before != now) & ~((before != before) & (now != now))
+    return np.concatenate([[0], np.cumsum(changed)]).astype(np.int64)
 
 
-def tool_use(samples: Sequence[Sample]) -> ToolUse:
+def tool_use(samples: SampleColumns) -> ToolUse:
     """Return when each tool worked or sucked; what was frozen does not count."""
-    times = np.array([s.time_s for s in samples])
-    used = [
-        s.instrument.name
-        if (s.instrument.is_working or s.instrument.is_sucking) and not s.is_frozen
-        else NO_TOOL
-        for s in samples
-    ]
-    names = [name for name in dict.fromkeys(used) if name != NO_TOOL]
-    return ToolUse(times, {n: np.array([u == n for u in used]) for n in names})
+    used = samples.is_used & ~samples.is_frozen
+    times = {
+        name: used & (samples.tool == place)
+        for place, name in enumerate(samples.names)
+        if name != NO_TOOL
+    }
+    return ToolUse(samples.time_s, {n: when for n, when in times.items() if when.any()})
 
 
 def rolled_frames(tip_mm: Doubles, pointing: Doubles, roll_deg: Doubles) -> Doubles:

@@ -19,6 +19,7 @@ from scenarios.metrics.scope_view import SCOPE_VIEW
 from scenarios.metrics.smoothness import SMOOTHNESS
 from scenarios.metrics.surface_seen import SURFACE_SEEN
 from scenarios.metrics.swept import SWEPT
+from scenarios.metrics.track import Track
 from scenarios.metrics.uncertainty import (
     LEAST_DRAWS,
     SEED,
@@ -113,10 +114,21 @@ def _values(
     ]
 
 
+def _as_needed(measured: Measured, chosen: tuple[Definition, ...]) -> Measured:
+    """Leave out the tool where no metric reads it: each draw of it takes its time.
+
+    What is left is disturbed alike with it and without it.
+    """
+    if any(definition.needs_tool for definition in chosen):
+        return measured
+    return replace(measured, tool=Track.none(), tool_hazards=None)
+
+
 def _drawn(
     measured: Measured, noise: SessionNoise, chosen: tuple[Definition, ...], draws: int
 ) -> dict[str, float]:
     rng = np.random.default_rng(SEED)
+    measured = _as_needed(measured, chosen)
     # the way without its noise, as well as it is known: noise is added to it once
     smooth = replace(
         measured,
@@ -141,7 +153,7 @@ def _floors(
     """Return what tools held still would give for metrics of motion."""
     rng = np.random.default_rng(SEED)
     moving = tuple(definition for definition in chosen if definition.moves)
-    resting = still(measured, noise, rng)
+    resting = still(_as_needed(measured, moving), noise, rng)
     return {
         _key(definition, name): found.value
         for definition, name, found in _values(resting, moving)

@@ -222,17 +222,22 @@ def tool_in_view(measured: Measured) -> Found:
     return Found(visible / total, tuple(spans))
 
 
+_OF_TARGETS = (
+    ("centred share", "1", _centred),
+    ("angle off axis", "deg", _off_axis),
+    ("working distance share", "1", _in_band),
+    ("unsteadiness", "deg/s", _steadiness),
+    ("pixel motion", "px", _pixel_motion),
+)
+
+OF_TARGETS = frozenset(name for name, _, _ in _OF_TARGETS)
+"""Metrics that have a value for each target, and none without any."""
+
 SCOPE_VIEW = (
     Definition("horizon error", SCOPE, "deg", horizon, "low-passed"),
     *(
         Definition(name, SCOPE, unit, partial(_targets, score=score), "low-passed")
-        for name, unit, score in (
-            ("centred share", "1", _centred),
-            ("angle off axis", "deg", _off_axis),
-            ("working distance share", "1", _in_band),
-            ("unsteadiness", "deg/s", _steadiness),
-            ("pixel motion", "px", _pixel_motion),
-        )
+        for name, unit, score in _OF_TARGETS
     ),
-    Definition("tool in view", SCOPE, "1", tool_in_view, "low-passed"),
+    Definition("tool in view", SCOPE, "1", tool_in_view, "low-passed", sees_tool=True),
 )

@@ -113,17 +113,21 @@ def draw_count(measured: Measured) -> int:
 def disturbed(
     measured: Measured, noise: SessionNoise, rng: np.random.Generator
 ) -> Measured:
-    """Return a session as another draw of the noise would have recorded it."""
-    offset = noise.scope.offset_mm * rng.standard_normal(3)
+    """Return a session as another draw of the noise would have recorded it.
+
+    Each part has numbers of its own: it is disturbed alike whatever the others hold.
+    """
+    scope, tool, patient, contacts, hazards, tool_hazards = rng.spawn(6)
+    offset = noise.scope.offset_mm * patient.standard_normal(3)
     return replace(
         measured,
-        scope=_shaken(measured.scope, noise.scope, rng),
-        tool=_shaken(measured.tool, noise.tool, rng),
+        scope=_shaken(measured.scope, noise.scope, scope),
+        tool=_shaken(measured.tool, noise.tool, tool),
         # the whole session is shifted against the patient, or he against it
         targets={name: at - offset for name, at in measured.targets.items()},
-        contacts=_contacts(measured.contacts, noise.scope, rng),
-        hazards=_gaps(measured.hazards, noise.scope, rng),
-        tool_hazards=_gaps(measured.tool_hazards, noise.tool, rng),
+        contacts=_contacts(measured.contacts, noise.scope, contacts),
+        hazards=_gaps(measured.hazards, noise.scope, hazards),
+        tool_hazards=_gaps(measured.tool_hazards, noise.tool, tool_hazards),
     )
 
 
@@ -131,10 +135,11 @@ def still(
     measured: Measured, noise: SessionNoise, rng: np.random.Generator
 ) -> Measured:
     """Return a session of the same samples in which both tools rest and shake."""
+    scope, tool = rng.spawn(2)
     return replace(
         measured,
-        scope=_shaken(_resting(measured.scope), noise.scope, rng),
-        tool=_shaken(_resting(measured.tool), noise.tool, rng),
+        scope=_shaken(_resting(measured.scope), noise.scope, scope),
+        tool=_shaken(_resting(measured.tool), noise.tool, tool),
     )
 
 
@@ -154,7 +159,9 @@ def _shaken(track: Track, noise: PoseNoise, rng: np.random.Generator) -> Track:
     count = len(track.time_s)
     if count == 0:
         return track
-    tip = track.tip_mm + rng.standard_normal((count, 3)) @ noise.factor.T
+    # by einsum: of so many rows a matrix product would wake threads for nothing
+    shake = np.einsum("ij,nj->ni", noise.factor, rng.standard_normal((count, 3)))
+    tip = track.tip_mm + shake
     quaternion = track.quaternion
     if noise.turn_rad > 0.0:
         known = np.isfinite(quaternion).all(axis=1)

@@ -4,19 +4,26 @@ from scenarios.rubrics.assess import Evidence, assess
 from scenarios.rubrics.assessment import (
     Assessment,
     Band,
+    ExerciseMark,
     HardFail,
     Part,
     Standing,
     Verdict,
 )
 from scenarios.rubrics.contrasting_groups import PassMark, pass_mark
-from scenarios.rubrics.population import Population, load_population
+from scenarios.rubrics.exercise_mark import exercise_mark
+from scenarios.rubrics.population import (
+    Population,
+    bundled_populations,
+    population_of,
+)
 from scenarios.rubrics.rubric import Rubric, load_rubric, shipped_rubrics
 
 __all__ = [
     "Assessment",
     "Band",
     "Evidence",
+    "ExerciseMark",
     "HardFail",
     "Part",
     "PassMark",
@@ -25,8 +32,10 @@ __all__ = [
     "Standing",
     "Verdict",
     "assess",
-    "load_population",
+    "bundled_populations",
+    "exercise_mark",
     "load_rubric",
     "pass_mark",
+    "population_of",
     "shipped_rubrics",
 ]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from scenarios.metrics.metric import Interval, Metric
+from scenarios.passing import FAR
 from scenarios.rubrics.assessment import (
     Assessment,
     Band,
@@ -16,6 +17,7 @@ from scenarios.rubrics.assessment import (
     Standing,
     Verdict,
 )
+from scenarios.rubrics.exercise_mark import exercise_mark
 from scenarios.rubrics.points import percent_of, percent_sigma
 from scenarios.rubrics.population import Population
 from scenarios.rubrics.rubric import (
@@ -28,6 +30,7 @@ from scenarios.rubrics.rubric import (
     Rubric,
     Source,
 )
+from scenarios.scenario import Scenario
 from scenarios.scoring import OperationFigures
 from scenarios.tasks import TaskState
 from scenarios.tasks.engine import Status
@@ -38,9 +41,6 @@ SURE = 1.6448536269514722
 _WHOLE = {"breaches": "any", "tissue removed": "in all"}
 """Metrics that name only what happened, and the name of all of it together."""
 
-_FAR = "nothing came nearer"
-"""How the reason begins why a hazard has no smallest distance: it was never near."""
-
 
 class Evidence(NamedTuple):
     """Hold what a session gives a rubric to read.
@@ -48,7 +48,8 @@ class Evidence(NamedTuple):
     session: name of the bundle. scenario: that was flown. span: seconds of the first
     and the last sample. tasks: their states, with times of the session, and
     removal_tasks the names of those about what is taken. operation: None where nobody
-    operated. remarks: what limits trust in it.
+    operated. remarks: what limits trust in it. exercise: whose own pass mark is judged;
+    None for none.
     """
 
     session: str
@@ -60,6 +61,7 @@ class Evidence(NamedTuple):
     operation: OperationFigures | None = None
     is_complete: bool = True
     remarks: tuple[str, ...] = ()
+    exercise: Scenario | None = None
 
 
 class _Value(NamedTuple):
@@ -116,6 +118,11 @@ def assess(
             f"Only {there:g} of {rubric.total_points:g} points could be scored; a "
             f"total needs {needed:g}."
         )
+    mark = None
+    if evidence.exercise is not None:
+        mark = exercise_mark(
+            evidence.exercise, evidence.tasks, evidence.metrics, percent
+        )
     return Assessment(
         evidence.session,
         rubric.name,
@@ -133,6 +140,7 @@ def assess(
         _verdict(percent, sigma, rubric.pass_percent),
         evidence.is_complete,
         tuple(remarks),
+        mark,
     )
 
 
@@ -292,7 +300,7 @@ def _of_metrics(source: Source, evidence: Evidence) -> _Value:
         rows = named
     known_rows = [m for m in rows if m.value is not None]
     if not known_rows:
-        is_far = all(m.reason.startswith(_FAR) for m in rows)
+        is_far = all(m.reason.startswith(FAR) for m in rows)
         return _Value(None, first.unit, role, first.reason, is_far=is_far)
     return _combined(known_rows, source.combine)
 

@@ -96,6 +96,17 @@ class Verdict(StrEnum):
     NO_DATA = "not enough data"
 
 
+class ExerciseMark(msgspec.Struct, frozen=True):
+    """Hold whether a session passed its exercise, by the exercise's own pass mark.
+
+    missed: what was not met, or is not known, in words. kept: what was met.
+    """
+
+    verdict: Verdict
+    missed: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+
+
 class Assessment(msgspec.Struct, frozen=True):
     """Hold a session scored by one version of a rubric.
 
@@ -104,7 +115,8 @@ class Assessment(msgspec.Struct, frozen=True):
     whole rubric. percent: 100 points / counted_points, after hard fails; None where too
     few parts could be scored. percent_sigma: 1 sigma of it, by the device's noise.
     remarks: what limits the score, in sentences. is_complete: the recording has its
-    end.
+    end. exercise: whether the exercise was passed, which the rubric does not know; None
+    where it asks for nothing.
     """
 
     session: str
@@ -123,3 +135,4 @@ class Assessment(msgspec.Struct, frozen=True):
     verdict: Verdict
     is_complete: bool = True
     remarks: tuple[str, ...] = ()
+    exercise: ExerciseMark | None = None

@@ -139,7 +139,7 @@ def test_both_ways_score_alike(flight: Flight) -> None:
 def moved(record: Record) -> Record:
     if isinstance(record, SampleRecord) and record.time_s == 1.0:
         frame = list(record.device_from_tip)
-        frame[3] += 0.5
+        frame[3] = (frame[3] or 0.0) + 0.5
         return msgspec.structs.replace(record, device_from_tip=frame)
     return record
 

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from disk import UserError
 from scenarios import Sample
 from scenarios.bundle import (
     EventRecord,
@@ -352,3 +353,35 @@ def test_a_recording_from_before_visible_sets_were_named_had_them() -> None:
     assert msgspec.convert(fields, SessionInfo).visible_sets
     plain = msgspec.structs.replace(INFO, visible_sets=False)
     assert not msgspec.convert(msgspec.to_builtins(plain), SessionInfo).visible_sets
+
+
+def test_a_place_that_there_is_not_comes_back_as_none(tmp_path: Path) -> None:
+    """Not a number is null in JSON; it costs no chunk."""
+    nowhere = np.full(3, np.nan)
+    pose = np.eye(4)
+    pose[0, 3] = np.nan
+    lost = Sample(1.0, pose, 0.0, nowhere, nowhere, 0)
+    with SessionRecorder(tmp_path / "a", INFO) as recorder:
+        recorder.add(SampleRecord.of(lost))
+    recording = read_recording(tmp_path / "a")
+    assert recording.damages == ()
+    (record,) = recording.records
+    assert isinstance(record, SampleRecord)
+    again = record.sample()
+    np.testing.assert_array_equal(again.device_from_tip, pose)
+    np.testing.assert_array_equal(again.instrument_tip_mm, nowhere)
+
+
+@pytest.mark.parametrize("text", ["nonsense", "{}"])
+def test_a_session_of_no_exercise_is_told(text: str) -> None:
+    info = msgspec.structs.replace(INFO, scenario=text)
+    with pytest.raises(UserError, match=r"the exercise in session\.json"):
+        info.exercise()
+
+
+def test_a_registration_has_sixteen_numbers(tmp_path: Path) -> None:
+    info = msgspec.structs.replace(INFO, world_from_device=[1.0] * 5)
+    with SessionRecorder(tmp_path / "a", info):
+        pass
+    with pytest.raises(UserError, match="16 numbers, got 5"):
+        read_recording(tmp_path / "a")

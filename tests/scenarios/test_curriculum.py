@@ -7,10 +7,10 @@ import msgspec
 import pytest
 
 from paravol.patient import check_for_head, load_patient, no_progress
+from paravol.scripted_hand import ScriptedHand, undone
 from scenarios import Scenario, load_scenario
 from scenarios.scenario import CURRICULUM, bundled_scenarios
 from scenarios.tasks import Task
-from tests.scripted_hand import ScriptedHand, undone
 
 NAMES = sorted(file.stem for file in CURRICULUM.glob("*.toml"))
 FAST = ("hoops",)

@@ -132,6 +132,7 @@ def test_an_exercise_needs_no_path(tmp_path: Path) -> None:
         ('"concha-bullosa:right"', '"concha-bulosa"', 9, "concha-bullosa"),
         ('"hazard dose: orbit"', '"hazard doze: orbit"', 35, "'hazard dose'"),
         (", most = 1.0", "", 35, "least, most"),
+        ('"hazard dose: orbit"', '"unsteadiness"', 35, "measured for targets"),
         ('tasks = ["meatus"]', 'tasks = ["meatos"]', 34, "'meatus'"),
         (
             '"middle meatus, left" =',

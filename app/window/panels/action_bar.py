@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt, Slot
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QGridLayout, QMenu, QToolButton, QWidget
 
 from app.window.style import BACKGROUND, EDGE, INK, PANEL, QUIET, READY
@@ -169,8 +169,8 @@ class ActionBar(QWidget):
 
 def bar_sheet(scale: float) -> str:
     """Return the rules of the bar and its menus; scale: on every length."""
-    back, edge, ink = (QColor(c).name() for c in (BACKGROUND, EDGE, INK))
-    panel, quiet, ready = (QColor(c).name() for c in (PANEL, QUIET, READY))
+    back, edge, ink = (c.name() for c in (BACKGROUND, EDGE, INK))
+    panel, quiet, ready = (c.name() for c in (PANEL, QUIET, READY))
     width = max(round(scale), 1)
     return f"""
 QWidget#actions {{ background: {back}; }}

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal, Slot
 from PySide6.QtGui import (
-    QColor,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -208,7 +207,7 @@ class EnlargedMoment(QDialog):
             corner = QPointF((self.width() - room) / 2.0, 0.0)
             painter.drawImage(QRectF(corner.x(), 0.0, room, room), self._image)
         painter.setFont(font_of(10, 1.0))
-        painter.setPen(QColor("white"))
+        painter.setPen(Qt.GlobalColor.white)
         line = QRectF(0.0, self.height() - 36.0, self.width(), 32.0)
         painter.drawText(line, int(Qt.AlignmentFlag.AlignCenter), self._caption[1])
         painter.end()
@@ -230,7 +229,7 @@ def caption_of(picture: MomentPicture) -> tuple[str, str]:
 def short_of(picture: MomentPicture) -> str:
     """Return the same in a few words, for below a small picture."""
     if picture.done is not None:
-        return f"{picture.done:.0%} drawn"
+        return f"{picture.done:.0%} drawn" if picture.done > 0.0 else "waits"
     if picture.pixels is None:
         return "failed"
     return "saved" if picture.rmse is None else f"live ±{picture.rmse:.1f}/255"

@@ -124,10 +124,19 @@ def test_a_flown_session_is_kept_and_nothing_fails_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    keep_session(SESSION, "")
+    # of a case that is not there any more: kept without a score
+    bundle = tmp_path / SESSION.name
+    shutil.copytree(SESSION, bundle)
+    info = json.loads((bundle / "session.json").read_text())
+    scenario = json.loads(info["scenario"])
+    scenario["head"]["case"] = str(tmp_path / "case")
+    info["scenario"] = json.dumps(scenario)
+    (bundle / "session.json").write_text(json.dumps(info))
+    keep_session(bundle, "")
     keep_session(None, "")
     (kept,) = ProgressStore().sessions()
     assert (kept.trainee, kept.bundle) == ("", SESSION.name)
+    assert "Not scored" in capsys.readouterr().out
     keep_session(tmp_path / "gone.paravol", "")
     assert "Not kept in paravol progress" in capsys.readouterr().err
     assert not SessionStore.of_the_user().folder.exists()

@@ -1,6 +1,6 @@
 """A short recorded operation on a small head, and its debrief without pictures."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +62,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
             sample = Sample(EVERY_S * n, frame, 0.0, at, way, 0, state, n in FROZEN)
             session.step(sample)
             recorder.add(SampleRecord.of(sample))
-        recorder.close({})
+        recorder.close({"score": asdict(session.score())})
     out = folder.with_name("debrief.html")
     write_debrief(DebriefOrder(folder, out, quality=None), patient=patient)
     return Recorded(folder, patient, out.read_text("utf-8"))

@@ -52,7 +52,8 @@ def test_events_and_wounds_get_pictures(recorded: Recorded, tmp_path: Path) -> N
     written = write_debrief(order, patient=recorded.patient)
     assert written.pictures == 4
     text = out.read_text("utf-8")
-    assert text.count("<img ") == 4
+    # the mucosa that was seen is drawn, too
+    assert text.count("<img ") == 5
     assert 'alt="The same view at the end of the session"' in text
     before, after = (
         text.split(f"{word} view")[0].rsplit('src="', 1)[1].split('"')[0]

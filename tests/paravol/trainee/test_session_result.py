@@ -63,7 +63,7 @@ def test_what_the_exercise_asks_for_is_measured_however_long_it_takes() -> None:
     rubric = load_rubric("endoscopy")
     quick = {d.name for d in quick_metrics(Scenario("s", "S"), rubric)}
     assert {"economy of motion", "touched area"}.isdisjoint(quick)
-    assert {d.name for d in wanted_metrics(rubric)} <= quick
+    assert {d.name for d in wanted_metrics(rubric, Scenario("s", "S"))} <= quick
     marks = PassMarks(metrics=(MetricLimit("economy of motion", least=0.5),))
     asked = {d.name for d in quick_metrics(Scenario("s", "S", marks=marks), rubric)}
     assert asked - quick == {"economy of motion"}

@@ -17,6 +17,7 @@ from scenarios.metrics.scope_view import views_of
 from scenarios.metrics.settings import Settings
 from scenarios.metrics.track import Piece, second_column
 from scenarios.sample import Sample, tool_frame
+from scenarios.sample_columns import SampleColumns
 from tests.scenarios.recorded_hand import ABOVE
 
 UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
@@ -49,7 +50,7 @@ def test_views_are_those_of_the_scopes_camera(
     pose = tip_frame(np.array([5.0, 6.0, 7.0]), np.array(pointing))
     turns = {"roll_deg": roll_deg, "camera_roll_deg": camera_deg}
     held = [sample(t, device_from_tip=pose, **turns) for t in (0.0, 1.0)]
-    track = scope_track(held, np.eye(4))
+    track = scope_track(SampleColumns.of(held), np.eye(4))
     tips = np.tile(pose[:3, 3], (2, 1))
     piece = Piece(0.0, 1.0, tips, track.quaternion, track.camera_deg)
     camera = scope.camera(pose, roll_deg, (64, 64), camera_deg)
@@ -68,7 +69,7 @@ def test_tools_are_posed_as_they_are_drawn(
     state = InstrumentState(roll_deg=roll_deg)
     held = sample(0.0, instrument_pointing=np.array(pointing), instrument=state)
     frame = tool_frame(held)
-    track = tool_track([held])
+    track = tool_track(SampleColumns.of([held]))
     assert second_column(track.quaternion)[0] == pytest.approx(frame[:3, 1], abs=1e-9)
     assert track.tip_mm[0] == pytest.approx(frame[:3, 3])
 
@@ -76,13 +77,13 @@ def test_tools_are_posed_as_they_are_drawn(
 def test_each_piece_of_a_scopes_track_knows_which_scope_it_was() -> None:
     """A target 30 degrees above the shaft is in the middle of the 30-degree scope."""
     held = [sample(0.01 * n, scope_deg=30.0 if n >= 50 else None) for n in range(100)]
-    assert scope_changes(held, 0.0) == ((held[50].time_s, 30.0),)
-    assert scope_changes(held, 30.0) == ()
+    assert scope_changes(SampleColumns.of(held), 0.0) == ((held[50].time_s, 30.0),)
+    assert scope_changes(SampleColumns.of(held), 30.0) == ()
     measured = Measured(
-        scope_track(held, np.eye(4)),
+        scope_track(SampleColumns.of(held), np.eye(4)),
         Track.none(),
         Endoscope(angle_deg=0.0),
-        scope_changes=scope_changes(held, 0.0),
+        scope_changes=scope_changes(SampleColumns.of(held), 0.0),
     )
     first, second = measured.scope_pieces
     angles = [measured.endoscope_of(piece).angle_deg for piece in (first, second)]
@@ -105,7 +106,7 @@ def test_a_tool_is_used_while_it_works_or_sucks_and_nothing_is_frozen() -> None:
     ]
     held = [sample(t, instrument=state) for t, state in enumerate(states)]
     frozen = sample(4.0, instrument=states[1], is_frozen=True)
-    use = tool_use([*held, frozen])
+    use = tool_use(SampleColumns.of([*held, frozen]))
     assert {name: used.tolist() for name, used in use.is_used.items()} == {
         "curette": [False, True, False, False, False],
         "suction tube": [False, False, True, False, False],
@@ -116,19 +117,20 @@ def test_an_empty_hand_has_no_samples_and_another_tool_is_another_part() -> None
     curette = InstrumentState("curette")
     names = [InstrumentState(), EMPTY_HAND, curette, curette]
     held = [sample(t, instrument=state) for t, state in enumerate(names)]
-    track = tool_track(held)
+    track = tool_track(SampleColumns.of(held))
     assert track.time_s.tolist() == [0.0, 2.0, 3.0]
     assert [len(p) for p in track.spans(5.0)] == [1, 2]
 
 
 def test_without_samples_there_is_an_empty_track() -> None:
-    for track in (scope_track([], np.eye(4)), tool_track([])):
+    none = SampleColumns.of([])
+    for track in (scope_track(none, np.eye(4)), tool_track(none)):
         assert track.pieces(Settings()) == []
 
 
 def test_a_pose_that_is_none_is_dropped() -> None:
     lost = sample(1.0, device_from_tip=np.full((4, 4), np.nan))
-    track = scope_track([sample(0.0), lost, sample(2.0)], np.eye(4))
+    track = scope_track(SampleColumns.of([sample(0.0), lost, sample(2.0)]), np.eye(4))
     assert track.valid.tolist() == [0, 2]
 
 

@@ -156,3 +156,13 @@ def test_an_unknown_name_is_told_with_the_known_ones() -> None:
     with pytest.raises(UserError, match=r"'speed'.*path length"):
         definitions_named(("speed",))
     assert {d.role for d in definitions_named(("SPARC",))} == {"scope", "tool"}
+
+
+def test_a_metric_is_the_same_whatever_else_is_asked_for() -> None:
+    """Also its noise: what nothing chosen reads is left out of the draws."""
+    times, tips = wander(2.0)
+    axes = swaying(times)
+    whole_one = whole(track(times, tips, axes), track(times, tips[::-1] + 2, axes))
+    together = measure(whole_one, NOISE)
+    alone = [m for d in DEFINITIONS for m in measure(whole_one, NOISE, (d,))]
+    assert alone == together

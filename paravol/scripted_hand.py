@@ -56,7 +56,11 @@ LINE_POINTS = 60
 
 @dataclass
 class ScriptedHand:
-    """Do a scenario's tasks; `session.tasks` says which were done."""
+    """Do a scenario's tasks; `session.tasks` says which were done.
+
+    samples: what it did, each 0.1 s. A place that it cannot come to ends it with an
+    AssertionError that names it.
+    """
 
     scenario: Scenario
     patient: PatientScene
@@ -64,6 +68,7 @@ class ScriptedHand:
     session: Session = field(init=False)
     time_s: float = 0.0
     injuries: list[str] = field(default_factory=list)
+    samples: list[Sample] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         patient, operation = self.patient, None
@@ -432,6 +437,7 @@ class ScriptedHand:
             state,
             camera_roll_deg=self._camera_deg,
         )
+        self.samples.append(sample)
         self.session.step(sample)
         if self._operation is not None:
             self._operation.take_changes()

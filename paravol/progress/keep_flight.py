@@ -1,0 +1,83 @@
+"""What happens to a flight when it is over: it is scored, and kept for its trainee."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from disk import UserError
+from paravol.patient import PatientScene, Progress, no_progress
+from paravol.progress.session_entry import SessionEntry, entry_of_session
+from paravol.progress.store import ProgressStore
+from paravol.session_metrics import session_metrics
+from paravol.session_scoring import assessment_of, usual_rubric
+from scenarios.bundle import read_recording
+from scenarios.rubrics import Assessment, load_rubric
+
+
+@dataclass(frozen=True, slots=True)
+class KeptFlight:
+    """Tell what was kept.
+
+    entry: as it is in the store; None where it could not be kept. assessment: by the
+    rubric for what was done; None without its head. said: in sentences.
+    """
+
+    entry: SessionEntry | None
+    assessment: Assessment | None
+    said: tuple[str, ...]
+
+
+def keep_flight(
+    record: Path,
+    trainee: str = "",
+    store: Path | None = None,
+    *,
+    patient: PatientScene | None = None,
+    progress: Progress = no_progress,
+) -> KeptFlight:
+    """Score a flight's recording and add it to the progress store.
+
+    trainee: a made-up name, "" for none. store: its file; None for the user's. patient:
+    the one that was flown through, as it was before anybody operated; None to load it.
+    What goes wrong is said, and costs nothing of the flight: without its head it is
+    kept with the metrics of motion alone.
+    """
+    said: list[str] = []
+    assessment = None
+    try:
+        rubric = load_rubric(usual_rubric(read_recording(record)))
+        try:
+            found = session_metrics(
+                record,
+                settings=rubric.settings,
+                progress=progress,
+                patient=patient,
+                trusts=True,
+            )
+            assessment = assessment_of(record, rubric, found)
+        except UserError as error:
+            said.append(f"Not scored: {error}")
+            found = session_metrics(record, has_head=False)
+        entry = entry_of_session(
+            record, trainee=trainee, metrics=found.metrics, assessment=assessment
+        )
+        kept = ProgressStore(store)
+        kept.add(entry)
+    except (UserError, OSError) as error:
+        said.append(f"Not kept in paravol progress: {error}")
+        return KeptFlight(None, assessment, tuple(said))
+    if kept.told:
+        said.append(kept.told)
+    if assessment is not None:
+        said.append(_scored(assessment, entry.has_passed))
+    said.append("Kept in paravol progress; --no-store leaves a session out.")
+    return KeptFlight(entry, assessment, tuple(said))
+
+
+def _scored(assessment: Assessment, has_passed: bool | None) -> str:
+    percent = "no total"
+    if assessment.percent is not None:
+        percent = f"{assessment.percent:.0f} %"
+    words = {True: "passed", False: "not passed", None: "not judged"}[has_passed]
+    mark = assessment.exercise
+    why = f": {'; '.join(mark.missed)}" if mark is not None and mark.missed else ""
+    return f"Scored by {assessment.rubric}: {percent}; exercise {words}{why}."
