@@ -390,9 +390,10 @@ def _frozen_garbage() -> Iterator[None]:
     """Exclude the objects that exist already from garbage collection.
 
     The compiler leaves half a million; a collection that visits them takes as long as
-    several frames.
+    several frames. What lies there unused is left until the flight is over: to look for
+    it would keep a window waiting for a second.
     """
-    gc.collect()
+    gc.collect(1)
     gc.freeze()
     try:
         yield

@@ -6,7 +6,7 @@ from paravol.patient import PatientScene
 from paravol.recorded_gaps import cut_again, why_untrusted
 from paravol.session_replay import recorded_score
 from paravol.session_setup import reopen_session
-from scenarios.bundle import SampleRecord, read_recording
+from scenarios.bundle import EditRecord, SampleRecord, read_recording
 from scenarios.metrics.cavity import Cavity
 from surgery.patient import OperatedPatient
 
@@ -24,13 +24,16 @@ def recorded_cavity(folder: Path, patient: PatientScene) -> Cavity | None:
     if not info.operated:
         return None
     samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    score = recorded_score(folder)
     why = why_untrusted(
         recording,
-        recorded_score(folder),
+        score,
         has_frozen=any(sample.is_frozen for sample in samples),
         undone=max((sample.instrument.undone for sample in samples), default=0),
     )
-    if not why:
+    cuts = sum(isinstance(record, EditRecord) for record in recording.records)
+    figures = None if score is None else score.operation
+    if not why and figures is not None and figures.edits == cuts:
         return cavity_of(cut_again(recording, patient))
     _, session = reopen_session(folder, info, patient)
     for sample in samples:

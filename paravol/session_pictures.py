@@ -35,6 +35,9 @@ from scenarios.tasks import TaskState
 
 FILM_FPS = 30.0
 
+SETTLED_S = 10.0
+"""After so long a camera's exposure follows no longer."""
+
 GAP_PX = 8
 """Between two pictures side by side."""
 
@@ -157,10 +160,14 @@ class SessionPictures:
         elif operation is not None and operation.lens is not None:
             self._view.lens = operation.lens.state
         is_own = seen is not flown
+        elapsed_s = 0.0 if before is None else 1.0 / FILM_FPS
+        if free is not None:
+            # one who looks around and rests sees what a camera shows in the end
+            elapsed_s = SETTLED_S
         frame = self._view.draw(
             seen,
             number=0 if recorded is None else recorded.number,
-            elapsed_s=0.0 if before is None else 1.0 / FILM_FPS,
+            elapsed_s=elapsed_s,
             gain=None if is_own else gain,
         )
         tasks, signs = timeline.session.tasks, TouchSigns(hazard=seen.hazard)
@@ -211,8 +218,8 @@ class SessionPictures:
             0 if shown.recorded is None else shown.recorded.number,
             tissue,
             shown.frame.lens,
-            self._view.props if self._view is not None else (),
-            name,
+            props=self._view.props if self._view is not None else (),
+            name=name,
         )
 
     def _build(self) -> EndoscopeView:

@@ -186,7 +186,8 @@ def metrics(
     case
         Where the case that was flown through lies now.
     expert
-        Another session of the same head, whose path is compared with.
+        Another session of the same head, whose path, and the cavity it cut, are
+        compared with.
     motion_only
         Leave the head out: no contact, hazards, targets or removal, but at once.
     """

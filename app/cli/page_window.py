@@ -30,9 +30,10 @@ def run_page(
     from PySide6.QtWidgets import QApplication
 
     from app.window.main_window import MainWindow
+    from paravol.window_preferences import read_preferences
 
     application = QApplication(["paravol"])
-    window = MainWindow()
+    window = MainWindow(preferences=read_preferences())
     interrupted = False
 
     def interrupt(number: int, frame: FrameType | None) -> None:

@@ -24,9 +24,15 @@ class BackgroundWork(QObject):
     """Why nothing came of it, in a sentence."""
     _ended = Signal(object, str)
 
-    def __init__(self, work: Callable[[Progress], Any]) -> None:
-        """Take work; it is given a progress to report to."""
-        super().__init__()
+    def __init__(
+        self, work: Callable[[Progress], Any], parent: QObject | None = None
+    ) -> None:
+        """Take work; it is given a progress to report to.
+
+        parent: keeps this object until its end was told. Without one whoever holds it
+        does; Python's garbage collection might end it in any thread.
+        """
+        super().__init__(parent)
         self._work = work
         self._staged = ("", 0.0)
         # by way of the window's thread, whoever listens
@@ -55,6 +61,8 @@ class BackgroundWork(QObject):
             self.failed.emit(problem)
         else:
             self.done.emit(found)
+        if self.parent() is not None:
+            self.deleteLater()
 
     def _stage(self, stage: str, share: float) -> None:
         staged = stage, round(share, 2)

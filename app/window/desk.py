@@ -28,6 +28,7 @@ from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
+from paravol.replay.replay_worker import ReplayOrder
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
@@ -170,6 +171,7 @@ class Desk(QObject):
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
         page.scan_wanted.connect(self._show_scan)
+        page.bar.connection.clicked.connect(self.connect_arm)
         page.bar.trainee_chosen.connect(self._take_trainee)
         page.bar.device_chosen.connect(self._take_device)
         page.tour_ended.connect(partial(self._note_tour, HOME_TOUR))
@@ -281,6 +283,29 @@ class Desk(QObject):
         else:
             self._setup = replace(typed, devices=device.chosen(typed.devices))
 
+    def connect_arm(self) -> None:
+        """Show the page of arms."""
+        from app.window.connection.connection_page import ConnectionPage
+
+        page = ConnectionPage(self._devices, chosen=self._setup.devices.port)
+        page.left.connect(self.open_home)
+        page.full_screen_wanted.connect(self._window.full_screen.switch)
+        page.registered.connect(self._take_registration)
+        self._window.show_page(page)
+
+    def _take_registration(self, port: str, file: Path) -> None:
+        """Let flights with the arm at a port use its registration."""
+        devices = self._order.setup.devices
+        self._order = replace(
+            self._order,
+            setup=replace(
+                self._order.setup, devices=replace(devices, registration=file)
+            ),
+        )
+        if self._setup.devices.port == port:
+            mine = replace(self._setup.devices, registration=file)
+            self._setup = replace(self._setup, devices=mine)
+
     def _show_scan(self, entry: ListEntry) -> None:
         """Show the scan of an exercise's head, or of a case."""
         page = self._window.page
@@ -340,6 +365,8 @@ class Desk(QObject):
         thread = FlightThread(
             order, has_sound=self._order.has_sound, volume=self._order.volume
         )
+        # not Python's garbage collection ends it, which may run in any thread
+        thread.setParent(self)
         page = FlightPage(thread, edge_samples=self._order.edge_samples)
         flown = Flown(order.scenario, self._trainee, thread)
         page.full_screen_wanted.connect(self._window.full_screen.switch)
@@ -436,7 +463,7 @@ class Desk(QObject):
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
         page.debrief_wanted.connect(partial(self._write_debrief, page))
-        page.replay_wanted.connect(self.replay)
+        page.replay_wanted.connect(partial(self.replay, head=head))
         self._window.show_page(page)
         if flown.end.record is None:
             return
@@ -455,7 +482,11 @@ class Desk(QObject):
         def show(found: "tuple[SessionResult, TraineeRecord]") -> None:
             result, record = found
             flown.is_kept = result.is_kept
-            self._known = _Known(record, self._known.cases)
+            known = _Known(record, self._known.cases)
+            # who went home meanwhile sees it there
+            if self._page(HomePage) is not None:
+                self._fill_home(known)
+            self._known = known
             if self._window.page is page:
                 page.show_result(result)
                 page.show_next(what_next(record, scenario.name))
@@ -467,8 +498,13 @@ class Desk(QObject):
 
         self._do(work, show, fail).staged.connect(page.show_stage)
 
-    def replay(self, record: Path | None = None) -> None:
-        """Show the page of replays; record: None for one that is chosen there."""
+    def replay(
+        self, record: Path | None = None, head: PatientScene | None = None
+    ) -> None:
+        """Show the page of replays; record: None for one that is chosen there.
+
+        head: that was flown through, where it is loaded already.
+        """
         from app.window.replay.replay_page import ReplayPage
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
@@ -477,10 +513,13 @@ class Desk(QObject):
         self._window.show_page(page)
         self._leave_flights()
         if record is not None:
-            page.open([record])
+            page.replay(ReplayOrder(record, patient=head))
 
     def _drop(self, folders: Sequence[Path]) -> None:
-        """Open what was dropped on the window: sessions are replayed, a case flown."""
+        """Open what was dropped on the window: sessions are replayed, a case flown.
+
+        A flight that is under way asks first; to drop again is an answer.
+        """
         from app.window.replay.replay_page import ReplayPage
 
         page = self._window.page
@@ -488,7 +527,10 @@ class Desk(QObject):
             self.fly_case(folders[0])
         elif isinstance(page, ReplayPage):
             page.open(folders)
-        elif isinstance(page, TextPage):
+        elif page.may_leave():
+            for flown in self.flown:
+                if flown.thread is not None:
+                    flown.take_end(flown.thread)
             self.replay()
             self._drop(folders)
 
@@ -544,9 +586,10 @@ class Desk(QObject):
         """Let go of earlier flights beside the window: what they still draw ends."""
         for flown in self.flown:
             if flown.thread is not None:
-                stop = partial(flown.thread.stop, STOP_PATIENCE_S)
+                ending = threading.Thread(
+                    target=_end, args=(flown.thread,), name="flight end", daemon=True
+                )
                 flown.thread = None
-                ending = threading.Thread(target=stop, name="flight end", daemon=True)
                 ending.start()
                 self._endings.append(ending)
 
@@ -569,13 +612,19 @@ class Desk(QObject):
         failed: Callable[[str], None] | None = None,
     ) -> BackgroundWork:
         """Do something beside the window; what becomes of it is told here."""
-        begun = BackgroundWork(work)
+        begun = BackgroundWork(work, self)
         self._works.add(begun)
         begun.done.connect(done)
         begun.failed.connect(failed or self._tell)
         for ended in (begun.done, begun.failed):
             ended.connect(lambda _: self._works.discard(begun))
         return begun.start()
+
+
+def _end(thread: FlightThread) -> None:
+    """Stop a flight; its object ends in the window's thread, as it began there."""
+    thread.stop(STOP_PATIENCE_S)
+    thread.deleteLater()
 
 
 def _typed(setup: TrainingSetup) -> FoundDevice:

@@ -64,6 +64,12 @@ QComboBox QAbstractItemView {{
     color: {ink}; background: {panel}; selection-background-color: {edge};
     selection-color: {ink};
 }}
+QCheckBox {{ color: {ink}; font-size: {pt(10)}; }}
+QPlainTextEdit {{
+    color: {ink}; background: {panel}; border: 1px solid {edge};
+    font-size: {pt(10.5)};
+}}
+QPlainTextEdit:focus {{ border: 1px solid {ready}; }}
 QTreeWidget {{
     color: {ink}; background: {panel}; border: 1px solid {edge};
     font-size: {pt(10.5)};

@@ -47,14 +47,14 @@ HELP = {
     "Left stick": "tilt about the nostril",
     "Right stick ↑ ↓": "move in, move out",
     "Right stick ← →": "turn the light post",
-    "A B": "right pedal, left pedal",
+    "A B": "keep the moment; work the tool",
 }
 
 MOUSE_HELP = {
     "Push, pull": "move in, move out",
     "Tip, twist": "tilt about the nostril",
     "Lean": "turn the light post",
-    "Buttons": "right pedal, left pedal",
+    "Buttons": "keep the moment; work the tool",
 }
 
 DEAD_SHARE = 0.08

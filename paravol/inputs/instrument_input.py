@@ -137,7 +137,9 @@ class GamepadInstrument(_SteeredInstrument):
         self._which = file, number
         self._pad = open_gamepad(file, number)
         self.name = self._pad.name
-        self.keys = self._pad.layout.help
+        self.keys = dict(self._pad.layout.help)
+        # the last of them are the buttons: here they belong to the tool
+        self.keys[[*self.keys][-1]] = "work the tool; suction"
 
     def _handset(self) -> Handset:
         return self._pad

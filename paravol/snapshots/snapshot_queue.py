@@ -18,7 +18,7 @@ from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import Worker, running_worker
 from paravol.snapshots.spool_folder import own_spool
-from renderers.scene import save_png
+from renderers.scene import rmse_codes, save_png
 from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
@@ -34,6 +34,7 @@ class SelectedMoment:
     """Name a frame of the flight that is wanted at high quality.
 
     tissue: as the frame shows it; None where nobody operates. lens: of the frame.
+    live: the frame's picture, ``(h, w, 3)`` uint8 sRGB, to compare; None not to.
     props: what stands in the scene beside the view's tool. name: of the picture's file,
     "" for one by its time.
     """
@@ -44,6 +45,7 @@ class SelectedMoment:
     number: int
     tissue: OperatedHead | None = None
     lens: LensState = CLEAN
+    live: NDArray[np.uint8] | None = None
     props: tuple[PlacedMesh, ...] = ()
     name: str = ""
 
@@ -53,13 +55,15 @@ class MomentPicture:
     """Show a moment's picture as it is now; pixels ``(h, w, 3)`` uint8 sRGB.
 
     done: the share that is finished; None where nothing more will come. `message` says
-    then where the picture is, or why there is none.
+    then where the picture is, or why there is none, and `rmse` how far the live picture
+    was from it, in 8-bit codes; None where nobody compared.
     """
 
     time_s: float
     pixels: NDArray[np.uint8] | None
     done: float | None
     message: str = ""
+    rmse: float | None = None
 
 
 class _ClosedError(Exception):
@@ -178,7 +182,11 @@ class SnapshotQueue(Closing):
             file = self._folder / f"{name}.png"
             text = {"Title": f"{moment.time_s:.2f} s", "Software": "PARAVOL"}
             save_png(file, pixels, text)
-            self._show(MomentPicture(moment.time_s, pixels, None, os.fspath(file)))
+            live, rmse = moment.live, None
+            if live is not None and live.shape == pixels.shape:
+                rmse = rmse_codes(live, pixels)
+            told = MomentPicture(moment.time_s, pixels, None, os.fspath(file), rmse)
+            self._show(told)
         except _ClosedError:
             return
         except (OSError, RuntimeError, UserError) as error:

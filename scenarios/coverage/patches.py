@@ -113,9 +113,12 @@ def mucosa_of(
     places = sums[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
     normals = sums[:, 3:] @ distance.direction.T
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    named = np.array(sites_of(places, normals, structures), dtype=np.str_)
-    chosen = np.flatnonzero(np.char.str_len(named) > 0)
-    names, numbers = np.unique(named[chosen], return_inverse=True)
+    named = sites_of(places, normals, structures)
+    # numpy sorts texts without letting go of the interpreter: a window would wait
+    names = tuple(sorted({name for name in named if name}))
+    chosen = np.flatnonzero([bool(name) for name in named])
+    number_of = {name: number for number, name in enumerate(names)}
+    numbers = [number_of[name] for name in named if name]
     table = np.full(count, -1, np.int32)
     table[keys[chosen]] = np.arange(len(chosen))
     table[slivers] = table[owner[slivers]]
@@ -123,8 +126,8 @@ def mucosa_of(
         places[chosen],
         normals[chosen],
         area[chosen],
-        numbers.astype(np.int64),
-        tuple(names.tolist()),
+        np.array(numbers, np.int64),
+        names,
         table,
         block,
         blocks,

@@ -7,10 +7,12 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.vtk.head_model import HeadModel
+from app.window.flight.flight_actions import FlightActions
 from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.flight.help_overlay import HelpOverlay
 from app.window.flight.keys import TASK_KEYS, WINDOW_KEYS, HandEvents
 from app.window.flight.large_view import LargeView
+from app.window.flight.scope_keys import SCOPE_KEYS, ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
 from app.window.flight.sound_keys import SOUND_KEYS, SoundKeys
@@ -75,8 +77,6 @@ class FlightPage(Page):
         self._overview.changed.connect(self._on_overview_changed)
         self._slices = self._side.slices
         self._moments = self._side.moments
-        self._large = LargeView(self._lay_out(), self.picture, self._side)
-        self._help = HelpOverlay(self, _keys_of(order))
         self._screen: ScopeScreen | None = None
         self._hand: HandEvents | None = None
         controls = order.input.controls
@@ -84,10 +84,22 @@ class FlightPage(Page):
             controls = order.instrument.controls
         if controls is not None:
             self._hand = HandEvents(controls, self, self.picture)
+        told = self._notices.notify
+        tools = None
         if not order.has_own_tool:
-            self._tools = ToolKeys(self._flight.hand, self, self._notices.notify)
-        self._sound = SoundKeys(thread.sound, self, self._notices.notify)
-        self._view_keys = ViewKeys(self, self._slices, self, self._notices.notify)
+            tools = ToolKeys(self._flight.hand, self, self.picture, told)
+        self._sound = SoundKeys(thread.sound, self, told)
+        self._actions = FlightActions(
+            self,
+            ScopeKeys(self._flight.scopes, self, told),
+            tools,
+            self._sound,
+            is_steered=controls is not None,
+            has_tasks=bool(order.scenario.tasks),
+        )
+        self._view_keys = ViewKeys(self, self._slices, self, told)
+        self._large = LargeView(self._lay_out(), self.picture, self._side)
+        self._help = HelpOverlay(self, _keys_of(order))
         self._injury = ""
         self._injured_until_s = 0.0
         self._overview_due_s = 0.0
@@ -119,6 +131,7 @@ class FlightPage(Page):
         row = QHBoxLayout(middle)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
+        row.addWidget(self._actions.bar)
         column = QVBoxLayout()
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -137,6 +150,7 @@ class FlightPage(Page):
         """Draw everything as large as the window has room for."""
         for part in (self.picture, self._bars, self._side, self._gauges, self._help):
             part.set_scale(scale)
+        self._actions.bar.set_scale(scale)
         self.update()
 
     def switch_help(self) -> None:
@@ -194,6 +208,8 @@ class FlightPage(Page):
                 )
             case Qt.Key.Key_Space:
                 self._keep_moment()
+            case Qt.Key.Key_K if self._moments.times_s:
+                self._moments.enlarge(self._moments.times_s[0])
             case Qt.Key.Key_P if self._order.scenario.tasks:
                 self._freeze()
             case Qt.Key.Key_I if self._order.scenario.tasks:
@@ -446,6 +462,7 @@ class FlightPage(Page):
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
             self._side.tasks.show_states(self._frame.tasks)
+            self._actions.show_frame(self._frame, has_hint=self._side.tasks.has_hint)
             view, tool = self._frame.view, None
             if view.instrument != NO_TOOL:
                 tool = view.world_from_instrument[:3, 3]
@@ -478,7 +495,7 @@ def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:
         keys |= order.instrument.keys
     tasks = TASK_KEYS if order.scenario.tasks else {}
     return {
-        "Scope": keys,
+        "Scope": keys | SCOPE_KEYS,
         "Tool": {} if order.has_own_tool else TOOL_KEYS,
         "Flight": tasks | WINDOW_KEYS | SOUND_KEYS,
         "Views": VIEW_KEYS,

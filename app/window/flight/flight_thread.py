@@ -25,7 +25,11 @@ from paravol.flight_observers import FlightObservers
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
-from paravol.snapshots.snapshot_queue import SelectedMoment, SnapshotQueue
+from paravol.snapshots.snapshot_queue import (
+    MomentPicture,
+    SelectedMoment,
+    SnapshotQueue,
+)
 from scenarios import InstrumentState, View
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import Status, TaskEvent, TaskState
@@ -201,7 +205,10 @@ class FlightThread(QObject, FlightObserver):
                 event.number,
                 event.tissue,
                 event.frame.lens,
+                event.frame.pixels,
             )
+            # it has its place in the strip while others are drawn
+            self.pictured.emit(MomentPicture(time_s, None, 0.0))
             self._queue.draw(moment)
 
     def on_view_saved(self, message: str, where: str) -> None:

@@ -10,7 +10,7 @@ from devices.controls.keyboard import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
 
 WINDOW_KEYS = {
     "[ ]": "turn the camera head",
-    "Space": "keep this moment",
+    "Space K": "keep this moment; enlarge it",
     "V": "save this view",
     "Q": "end the flight",
 }

@@ -41,7 +41,7 @@ class SideColumn(QWidget):
         title.setObjectName("title")
         title.setWordWrap(True)
         about = QLabel(
-            f"{scope.angle_deg:g}° scope, {scope.diameter_mm:g} mm · {order.input.name}"
+            f"{scope.diameter_mm:g} mm scope · {order.input.name}"
             + ("" if second is None else f" · tool: {second.name}")
             + f" · {HELP_LINE}"
         )

@@ -34,6 +34,11 @@ class SoundKeys(QObject):
         self._notify(what, why)
 
     @property
+    def is_on(self) -> bool:
+        """Return whether there is something to be heard."""
+        return self._sound.is_on and not self._problem
+
+    @property
     def caption(self) -> str:
         """Return what to say of the sound beside what it tells of."""
         if self._problem:

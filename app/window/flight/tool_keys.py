@@ -1,9 +1,9 @@
-"""Keys of the second hand: which tool it holds, and what it does with it."""
+"""Keys and mouse of the second hand: which tool it holds, and what it does with it."""
 
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from paravol.inputs.operating_hand import OperatingHand
@@ -12,7 +12,7 @@ from scenarios.instruments import INSTRUMENTS, Action
 
 TOOL_KEYS = {
     "T": "next tool; Shift: the one before",
-    "B": "bite or cut, while held",
+    "B, wheel": "bite or cut, while pressed",
     "N L": "suction; wash the lens",
     "Z": "undo the last cut",
     "Pg↑ Pg↓": "tool ahead, back",
@@ -35,22 +35,43 @@ _USES = {
 }
 
 
+def tool_use(name: str) -> str:
+    """Return how a tool of the catalogue is used, in words."""
+    if name == NO_TOOL:
+        return "The second hand is free."
+    return _USES[INSTRUMENTS[name].action]
+
+
 class ToolKeys(QObject):
-    """Pass a window's keys on to the second hand."""
+    """Pass a window's keys, and a picture's middle mouse button, to the second hand."""
 
     def __init__(
         self,
         hand: OperatingHand,
         window: QWidget,
+        picture: QWidget,
         notify: Callable[[str, str], None],
     ) -> None:
-        """Listen to the window; notify: says a line and what it means."""
+        """Listen to the window and the picture's mouse.
+
+        notify: says a line and what it means.
+        """
         super().__init__(window)
         self._hand = hand
-        self._window = window
         self._notify = notify
-        self._is_sucking = False
+        self.is_sucking = False
         window.installEventFilter(self)
+        picture.installEventFilter(self)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the tools that may be taken, the empty hand first."""
+        return NO_TOOL, *(self._hand.tools or INSTRUMENTS)
+
+    @property
+    def holds_scope(self) -> bool:
+        """Return whether the scope is held and its controls move the tool."""
+        return self._hand.holds_scope
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the second hand; let the rest pass."""
@@ -62,6 +83,10 @@ class ToolKeys(QObject):
                     if not event.isAutoRepeat():
                         self._hand.work(False)
                     return True
+        elif isinstance(event, QMouseEvent):
+            # a stroke goes on to the scope: a blade cuts while it is dragged
+            if event.button() == Qt.MouseButton.MiddleButton:
+                self._hand.work(event.type() != QEvent.Type.MouseButtonRelease)
         elif event.type() == QEvent.Type.WindowDeactivate:
             # whoever looks elsewhere lifts keys unseen
             self._hand.work(False)
@@ -102,9 +127,9 @@ class ToolKeys(QObject):
             self._hand.undo()
             self._notify("Undone", "The last cut was taken back, if there was one.")
         else:
-            self._is_sucking = not self._is_sucking
-            self._hand.suck(self._is_sucking)
-            self._notify(f"Suction {'on' if self._is_sucking else 'off'}", "")
+            self.is_sucking = not self.is_sucking
+            self._hand.suck(self.is_sucking)
+            self._notify(f"Suction {'on' if self.is_sucking else 'off'}", "")
 
     def _swap(self) -> None:
         """Hold the scope and move the tool, or the other way round."""
@@ -119,11 +144,11 @@ class ToolKeys(QObject):
             self._notify("The scope moves", "The tool stays; T puts another one in.")
 
     def _choose(self, step: int) -> None:
-        names = [NO_TOOL, *(self._hand.tools or INSTRUMENTS)]
+        names = self.names
         place = names.index(self._hand.tool or NO_TOOL)
-        name = names[(place + step) % len(names)]
+        self.take(names[(place + step) % len(names)])
+
+    def take(self, name: str) -> None:
+        """Take a tool, or put the one in hand away."""
         self._hand.choose(name)
-        if name == NO_TOOL:
-            self._notify("No tool in hand", "")
-        else:
-            self._notify(name.capitalize(), _USES[INSTRUMENTS[name].action])
+        self._notify(name.capitalize() or "No tool in hand", tool_use(name))

@@ -40,6 +40,8 @@ class HomeBar(QWidget):
         self.device.setAccessibleName("What moves the scope")
         self.device.activated.connect(self._on_device)
         self.recordings = QPushButton("Recordings")
+        self.connection = QPushButton("Connection")
+        self.connection.setToolTip("Look at an arm, and register it")
         self.settings = QPushButton("Settings")
         self.tour = QPushButton("Tour (F1)")
         self._name = ""
@@ -52,7 +54,7 @@ class HomeBar(QWidget):
             label.setBuddy(chooser)
             self._row.addWidget(label)
             self._row.addWidget(chooser)
-        for button in (self.recordings, self.settings, self.tour):
+        for button in (self.recordings, self.connection, self.settings, self.tour):
             self._row.addWidget(button)
 
     def set_scale(self, scale: float) -> None:

@@ -1,30 +1,48 @@
-"""A kept moment in the window, while and after it is drawn at high quality."""
+"""Kept moments in the window, side by side, while and after they are drawn."""
 
 from pathlib import Path
 
-from PySide6.QtCore import QRectF, Qt, Slot
-from PySide6.QtGui import QImage, QPainter, QPaintEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal, Slot
+from PySide6.QtGui import (
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QDialog, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from paravol.snapshots.snapshot_queue import MomentPicture
 
 HEIGHT_PX = 120
+CAPTION_PX = 44.0
+_GAP_PX = 8.0
 _BAR_PX = 4.0
+
+MOST_MOMENTS = 24
+"""Kept in the strip; older ones are in the recording's folder."""
 
 
 class MomentView(QWidget):
-    """Show the snapshot that is being drawn; hidden until a moment is kept."""
+    """Show the snapshots of kept moments, the newest first; a click enlarges one.
+
+    Hidden until a moment is kept.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self._scale = 1.0
         self.setFixedHeight(HEIGHT_PX)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.hide()
-        self._image = QImage()
-        self._picture: MomentPicture | None = None
+        self._pictures: dict[float, MomentPicture] = {}
+        self._images: dict[float, QImage] = {}
+        self._first = 0
+        self.enlarged: EnlargedMoment | None = None
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
@@ -32,62 +50,186 @@ class MomentView(QWidget):
         self.setFixedHeight(round(HEIGHT_PX * scale))
 
     @property
+    def times_s(self) -> list[float]:
+        """Return the times of the moments in the strip, the newest first."""
+        return list(reversed(self._pictures))
+
+    @property
     def caption(self) -> tuple[str, str]:
-        """Return what is written beside the picture: a title and a line of detail."""
-        picture = self._picture
-        if picture is None:
-            return "", ""
-        title = f"Moment at {picture.time_s:.1f} s"
-        if picture.done is not None:
-            return title, f"being drawn: {picture.done:.0%}"
-        if picture.pixels is None:
-            return title, picture.message
-        return title, f"saved as snapshots/{Path(picture.message).name}"
+        """Return what is said of the newest moment: a title and a line of detail."""
+        times = self.times_s
+        return caption_of(self._pictures[times[0]]) if times else ("", "")
 
     @Slot(object)
     def show_moment(self, picture: MomentPicture) -> None:
         """Take a picture; one without pixels leaves those of its moment standing."""
-        before = self._picture
-        if before is not None and before.time_s != picture.time_s:
-            self._image = QImage()
+        at_s = picture.time_s
+        self._pictures[at_s] = picture
         if picture.pixels is not None:
-            self._image = image_of(picture.pixels)
-        self._picture = picture
+            self._images[at_s] = image_of(picture.pixels)
+        while len(self._pictures) > MOST_MOMENTS:
+            oldest = next(iter(self._pictures))
+            if self.enlarged is not None and self.enlarged.time_s == oldest:
+                self.enlarged.close()
+            del self._pictures[oldest]
+            self._images.pop(oldest, None)
+        title, detail = self.caption
+        self.setAccessibleName(f"{title}, {detail}")
+        self.setToolTip("Kept moments: a click enlarges one, the wheel shows more.")
+        if self.enlarged is not None and self.enlarged.time_s == at_s:
+            self.enlarged.show_image(self._images.get(at_s), caption_of(picture))
         self.show()
         self.update()
 
+    def enlarge(self, time_s: float) -> None:
+        """Show a moment in a window of its own, which goes on growing."""
+        if self.enlarged is None:
+            self.enlarged = EnlargedMoment(self.window())
+            self.enlarged.stepped.connect(self._step)
+        self.enlarged.time_s = time_s
+        picture = self._pictures[time_s]
+        self.enlarged.show_image(self._images.get(time_s), caption_of(picture))
+        self.enlarged.show()
+
+    @Slot(int)
+    def _step(self, by: int) -> None:
+        """Enlarge the moment that lies so many places on in the strip."""
+        if self.enlarged is not None:
+            times = self.times_s
+            self.enlarge(times[(times.index(self.enlarged.time_s) + by) % len(times)])
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Enlarge the moment that was clicked."""
+        for time_s, square in self._squares():
+            if square.contains(event.position()):
+                self.enlarge(time_s)
+                return
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Go on to older moments, and back."""
+        step = -1 if event.angleDelta().y() > 0 else 1
+        self._first = min(max(self._first + step, 0), max(len(self._pictures) - 1, 0))
+        self.update()
+
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture, its name and how far it is."""
+        """Paint the pictures, their names and how far they are."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), BACKGROUND)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        edge = float(self.height())
-        square = QRectF(0.0, 0.0, edge, edge)
-        painter.fillRect(square, Qt.GlobalColor.black)
-        if not self._image.isNull():
-            painter.drawImage(square, self._image)
-        picture = self._picture
-        if picture is not None:
-            self._paint_caption(painter, picture, edge + 14.0 * self._scale)
+        for time_s, square in self._squares():
+            painter.fillRect(square, Qt.GlobalColor.black)
+            if time_s in self._images:
+                painter.drawImage(square, self._images[time_s])
+            self._paint_caption(painter, self._pictures[time_s], square)
         painter.end()
 
+    def _squares(self) -> list[tuple[float, QRectF]]:
+        """Return where each moment's picture stands, as far as there is room."""
+        edge = self.height() - CAPTION_PX * self._scale
+        wide = max(edge, 90.0 * self._scale) + _GAP_PX * self._scale
+        count = max(int((self.width() + _GAP_PX * self._scale) / wide), 1)
+        shown = self.times_s[self._first : self._first + count]
+        return [
+            (time_s, QRectF(place * wide, 0.0, edge, edge))
+            for place, time_s in enumerate(shown)
+        ]
+
     def _paint_caption(
-        self, painter: QPainter, picture: MomentPicture, left: float
+        self, painter: QPainter, picture: MomentPicture, square: QRectF
     ) -> None:
-        title, detail = self.caption
         scale = self._scale
-        box = QRectF(left, 8.0 * scale, self.width() - left, self.height())
-        wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
-        painter.setFont(font_of(11, scale, bold=True))
+        wide = max(square.width(), 90.0 * scale)
+        line = QRectF(square.left(), square.bottom() + 6.0 * scale, wide, 18.0 * scale)
+        flags = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        painter.setFont(font_of(9, scale, bold=True))
         painter.setPen(INK)
-        painter.drawText(box, wrap, title)
-        painter.setFont(font_of(10, scale))
+        painter.drawText(line, flags, f"{picture.time_s:.1f} s")
         failed = picture.done is None and picture.pixels is None
+        painter.setFont(font_of(9, scale))
         painter.setPen(ALARM if failed else QUIET)
-        painter.drawText(box.adjusted(0.0, 24.0 * scale, 0.0, 0.0), wrap, detail)
+        line.translate(0.0, 17.0 * scale)
+        painter.drawText(line, flags, short_of(picture))
         if picture.done is not None:
-            width = max(box.width() - 8.0 * scale, 0.0)
-            bar = QRectF(left, 62.0 * scale, width, _BAR_PX * scale)
+            bar = QRectF(
+                square.left(), square.bottom(), square.width(), _BAR_PX * scale
+            )
             painter.fillRect(bar, EDGE)
             bar.setWidth(bar.width() * min(max(picture.done, 0.0), 1.0))
             painter.fillRect(bar, READY)
+
+
+class EnlargedMoment(QDialog):
+    """Show one kept moment as large as its window is; Esc or a click closes it."""
+
+    stepped = Signal(int)
+    """Another one is wanted: so many places on."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.time_s = 0.0
+        self._image = QImage()
+        self._caption = "", ""
+        edge = min(parent.width(), parent.height()) * 3 // 4
+        self.resize(edge, edge)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    def show_image(self, image: QImage | None, caption: tuple[str, str]) -> None:
+        """Take a picture, None for none yet, and what is said of it."""
+        self._image = QImage() if image is None else image
+        self._caption = caption
+        self.setWindowTitle(caption[0])
+        self.setAccessibleName(", ".join(caption))
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Close."""
+        self.close()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Close with Enter or the space bar, too; the arrows show the others."""
+        match event.key():
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
+                self.close()
+            case Qt.Key.Key_Left:
+                self.stepped.emit(-1)
+            case Qt.Key.Key_Right:
+                self.stepped.emit(1)
+            case _:
+                super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture and what is said of it."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), Qt.GlobalColor.black)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        room = float(min(self.width(), self.height() - 40))
+        if not self._image.isNull():
+            corner = QPointF((self.width() - room) / 2.0, 0.0)
+            painter.drawImage(QRectF(corner.x(), 0.0, room, room), self._image)
+        painter.setFont(font_of(10, 1.0))
+        painter.setPen(Qt.GlobalColor.white)
+        line = QRectF(0.0, self.height() - 36.0, self.width(), 32.0)
+        painter.drawText(line, int(Qt.AlignmentFlag.AlignCenter), self._caption[1])
+        painter.end()
+
+
+def caption_of(picture: MomentPicture) -> tuple[str, str]:
+    """Return what is said of a moment: a title and a line of detail."""
+    title = f"Moment at {picture.time_s:.1f} s"
+    if picture.done is not None:
+        return title, f"being drawn: {picture.done:.0%}"
+    if picture.pixels is None:
+        return title, picture.message
+    detail = f"saved as snapshots/{Path(picture.message).name}"
+    if picture.rmse is not None:
+        detail += f" · live picture off by {picture.rmse:.1f} of 255"
+    return title, detail
+
+
+def short_of(picture: MomentPicture) -> str:
+    """Return the same in a few words, for below a small picture."""
+    if picture.done is not None:
+        return f"{picture.done:.0%} drawn" if picture.done > 0.0 else "waits"
+    if picture.pixels is None:
+        return "failed"
+    return "saved" if picture.rmse is None else f"live ±{picture.rmse:.1f}/255"

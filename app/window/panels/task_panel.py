@@ -75,6 +75,11 @@ class TaskPanel(QWidget):
             _set_text(self._lines[0][0], ALL_DONE)
         self._tell_hint()
 
+    @property
+    def has_hint(self) -> bool:
+        """Return whether the hint is shown."""
+        return self._has_hint
+
     def switch_hint(self) -> None:
         """Show the hint to what is to be done now, or take it away."""
         self._has_hint = not self._has_hint

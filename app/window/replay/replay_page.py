@@ -225,6 +225,7 @@ class ReplayPage(Page):
         if before is not None:
             self._endings.append(before.leave())
         self._opened, self._seen = opened, None
+        self.transport.set_ready(True)
         self._show_side(opened)
         self._notices.say("")
         times = opened.frame_times_s

@@ -31,6 +31,7 @@ QPushButton, QComboBox, QLineEdit {{
 }}
 QPushButton:hover {{ border-color: {ink}; }}
 QPushButton:checked {{ background: {edge}; border-color: {ready}; }}
+QPushButton:disabled, QComboBox:disabled {{ color: {quiet}; border-color: {edge}; }}
 QPushButton:focus, QComboBox:focus, QLineEdit:focus {{
     border: {px(2)} solid {ready};
 }}

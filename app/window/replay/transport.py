@@ -78,6 +78,12 @@ class Transport(QWidget):
         rows.addLayout(first)
         rows.addLayout(second)
         self._lines = first, second
+        self._needing = [
+            part
+            for part in self.findChildren(QWidget)
+            if isinstance(part, QPushButton | QComboBox) and part is not self.open
+        ]
+        self.set_ready(False)
         for part in self.findChildren(QWidget):
             # who clicks wants the page to have the keys
             if part.focusPolicy() != Qt.FocusPolicy.NoFocus:
@@ -103,6 +109,11 @@ class Transport(QWidget):
         self._rows.setSpacing(round(4 * scale))
         for line in self._lines:
             line.setSpacing(round(6 * scale))
+
+    def set_ready(self, is_ready: bool) -> None:
+        """Offer all buttons where there is a session, else only to open one."""
+        for part in self._needing:
+            part.setEnabled(is_ready)
 
     def show_playing(self, is_playing: bool) -> None:
         """Say what the button does next."""

@@ -1,15 +1,25 @@
 """A desk with places of its own for all that it keeps, and a way to wait for it."""
 
+import gc
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QTimer
+from PySide6.QtWidgets import QWidget
 
 from app.window.desk import Desk, DeskOrder
 from app.window.main_window import MainWindow
 from paravol.session_store import SessionStore
 from paravol.training_setup import DeviceSetup, TrainingSetup
+
+
+def delete(*widgets: QWidget) -> None:
+    """End widgets here and now: garbage collection might do so in any thread."""
+    for widget in widgets:
+        widget.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
 
 
 def wait(time_ms: int = 20) -> None:
@@ -29,6 +39,7 @@ def until(what: str, holds: Callable[[], object], limit_s: float = 200.0) -> Non
 
 def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Desk:
     """Return a desk whose window is not shown yet."""
+    gc.collect()  # what other tests left, before there are threads
     setup = TrainingSetup(devices=devices or DeviceSetup(), size=64, threads=1)
     order = DeskOrder(
         setup,

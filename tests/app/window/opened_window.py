@@ -36,6 +36,7 @@ class OpenedWindow:
         given_input: str | None = "mouse",
         size: int = 128,
         record: Path | None = None,
+        device: str | None = None,
     ) -> None:
         """Open it; the flight begins with `start`."""
         # Imported here: the tests themselves open no window.
@@ -56,7 +57,7 @@ class OpenedWindow:
         scenario, folder = load_scenario(scenario_name)
         file = folder / scenario.path
         path = load_probe_path(file)
-        chosen = choose_input(given_input, None, scenario, path, file)
+        chosen = choose_input(given_input, device, scenario, path, file)
         order = FlightOrder(scenario, path, chosen, size, 1, record)
         self.flight = FlightThread(order)
         self.window = MainWindow()

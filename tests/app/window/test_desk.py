@@ -14,7 +14,7 @@ from paravol.session_store import SessionStore
 from paravol.trainee import ChoiceFile, Choices
 from paravol.training_setup import DeviceSetup
 from paravol.unfinished_sessions import unfinished_sessions
-from tests.app.window.desk_run import opened_desk, until
+from tests.app.window.desk_run import delete, opened_desk, until
 from tests.app.window.opened_window import run_script
 from tests.paravol.trainee import hoops_flight
 
@@ -33,8 +33,14 @@ def desk(application: QApplication, folder: Path) -> Iterator[Desk]:
     desk.open_home()
     yield desk
     desk.close()
+    shut(desk)
+
+
+def shut(desk: Desk) -> None:
+    until("all is read", lambda: not desk._works)
     desk._window.shut()
     desk._window.release()
+    delete(desk._window)
 
 
 def home(desk: Desk) -> HomePage:
@@ -58,7 +64,9 @@ def test_a_locked_exercise_is_not_flown_but_told(desk: Desk) -> None:
     page.list.select("uncinectomy")
     assert not page.card.start.isEnabled()
     assert "Injection" in page.card.findChildren(type(page.problem))[3].text()
+    page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_Return)
+    until("all is read", lambda: not desk._works)
     assert desk._window.page is page
 
 
@@ -75,7 +83,7 @@ def test_what_cannot_be_flown_is_told_at_home(
     assert page.go_on.isEnabled()
     assert (desk._window.page, desk.flown, desk.error) == (page, [], None)
     desk.close()
-    desk._window.shut()
+    shut(desk)
 
 
 def test_a_folder_that_is_no_case_is_told_and_not_remembered(
@@ -99,7 +107,7 @@ def test_a_store_that_cannot_be_read_is_told_and_one_can_train(
     assert page.go_on.isEnabled()
     assert page.go_on.text() == "Begin: Centring"
     desk.close()
-    desk._window.shut()
+    shut(desk)
 
 
 def test_a_name_is_remembered_and_one_that_tells_too_much_is_refused(
@@ -143,7 +151,7 @@ def test_flights_that_were_cut_off_are_offered_kept_or_discarded(
     desk.close()
     until("all is read", lambda: not desk._works)
     assert page.recovery.isHidden()
-    desk._window.shut()
+    shut(desk)
 
 
 THROUGH = """

@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFrame, QLabel, QWidget
 
 from app.window.tour import Tour, TourStop
+from tests.app.window.desk_run import delete
 
 SIZES = [(1088, 680), (1280, 720), (3840, 2160)]
 
@@ -25,6 +26,7 @@ def page(application: QApplication) -> Iterator[QWidget]:
     page.show()
     yield page
     page.close()
+    delete(page)
 
 
 def parts(page: QWidget) -> list[QLabel]:

@@ -1,14 +1,18 @@
 """A replay shows what was wanted last, to the bit what was seen in flight."""
 
+import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from disk import UserError
 from paravol.patient import PatientScene
+from paravol.replay import replay_worker
 from paravol.replay.free_camera import CameraMove
 from paravol.replay.replay_worker import (
     OpenedReplay,
@@ -20,8 +24,14 @@ from paravol.replay.replay_worker import (
 )
 from paravol.replay.time_marks import MarkKind, TimeMark
 from paravol.session_timeline import SessionTimeline
-from scenarios import load_scenario
-from scenarios.bundle import FrameRecord, Note, read_notes, read_recording
+from scenarios import Scenario, load_scenario
+from scenarios.bundle import (
+    FrameRecord,
+    Note,
+    read_notes,
+    read_recording,
+    write_json,
+)
 from tests.paravol.operated_head import head_round_an_orbit
 from tests.paravol.replay.flown_session import (
     EVERY_S,
@@ -123,6 +133,16 @@ def fast(tmp_path_factory: pytest.TempPathFactory, patient: PatientScene) -> Pat
 
 
 @pytest.fixture
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measuring takes seconds that a test of pictures need not wait for."""
+
+    def refuse(*words: object, **named: object) -> None:
+        raise UserError("Nothing is measured here.")
+
+    monkeypatch.setattr(replay_worker, "gather", refuse)
+
+
+@pytest.fixture
 def begun(
     slow: Path, patient: PatientScene
 ) -> Iterator[Callable[..., tuple[ReplayWorker, Heard]]]:
@@ -152,6 +172,7 @@ def shown_at(worker: ReplayWorker, heard: Heard, time_s: float) -> ShownReplay:
     return heard.shown[-1]
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_any_moment_has_the_bits_of_the_flight(begun: Begun, slow: Path) -> None:
     worker, heard = begun()
     records = read_recording(slow).records
@@ -168,6 +189,7 @@ def test_any_moment_has_the_bits_of_the_flight(begun: Begun, slow: Path) -> None
     )
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_a_newer_wish_overtakes_a_long_way(
     begun: Begun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -195,6 +217,7 @@ def test_a_newer_wish_overtakes_a_long_way(
     assert [s.jump for s in heard.shown] == [1, 3]
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_another_camera_looks_on_and_the_way_back_is_exact(begun: Begun) -> None:
     worker, heard = begun()
     before = shown_at(worker, heard, 1.0).here.frame.pixels
@@ -207,12 +230,19 @@ def test_another_camera_looks_on_and_the_way_back_is_exact(begun: Begun) -> None
     own = heard.shown[-1].here
     assert own.is_recorded is None
     assert not np.array_equal(own.frame.pixels, before)
+    # whoever rests and looks again sees no other exposure
+    gain = own.frame.gain
+    shown = shown_at(worker, heard, 1.0 + EVERY_S)
+    worker.jump_to(1.0)
+    heard.until(lambda: heard.shown[-1].jump == shown.jump + 1)
+    assert heard.shown[-1].here.frame.gain == pytest.approx(gain, rel=1e-6)
     worker.leave_view(False)
     heard.until(lambda: not heard.shown[-1].is_free)
     assert np.array_equal(heard.shown[-1].here.frame.pixels, before)
     assert heard.shown[-1].here.is_recorded is True
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_two_sessions_are_tied_by_landmarks_or_by_time(
     begun: Begun, slow: Path, fast: Path
 ) -> None:
@@ -238,6 +268,7 @@ def test_the_other_sessions_figures_stand_beside(
     assert (own, other) == ("2 s", "1 s")
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_notes_are_written_and_removed(begun: Begun, slow: Path) -> None:
     worker, heard = begun()
     shown_at(worker, heard, 0.0)
@@ -252,11 +283,66 @@ def test_notes_are_written_and_removed(begun: Begun, slow: Path) -> None:
     assert read_notes(slow) == ()
 
 
-def test_what_is_no_session_is_refused_in_a_sentence(
-    begun: Begun, tmp_path: Path
+def without_its_description(folder: Path) -> None:
+    (folder / "session.json").unlink()
+
+
+def of_a_later_version(folder: Path) -> None:
+    file = folder / "session.json"
+    file.write_text(file.read_text().replace("{", '{"from_the_future": 1, ', 1))
+
+
+def with_another_stream(folder: Path) -> None:
+    (folder / "stream.mcap").write_bytes(b"not a stream at all")
+
+
+def of_a_case_elsewhere(folder: Path) -> None:
+    info = read_recording(folder).info
+    scenario = msgspec.json.decode(info.scenario, type=Scenario)
+    head = msgspec.structs.replace(scenario.head, case="nowhere/at/all")
+    elsewhere = msgspec.json.encode(msgspec.structs.replace(scenario, head=head))
+    changed = msgspec.structs.replace(info, scenario=elsewhere.decode())
+    write_json(folder / "session.json", changed)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words", "lacks_case"),
+    [
+        (without_its_description, "is not a session", False),
+        (of_a_later_version, "from_the_future", False),
+        (with_another_stream, "is not an MCAP stream", False),
+        (of_a_case_elsewhere, "which is not there", True),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_in_a_sentence(
+    begun: Begun,
+    slow: Path,
+    tmp_path: Path,
+    spoil: Callable[[Path], None],
+    words: str,
+    lacks_case: bool,
 ) -> None:
-    _, heard = begun(tmp_path)
+    folder = tmp_path / "spoilt.paravol"
+    shutil.copytree(slow, folder)
+    spoil(folder)
+    _, heard = begun(folder)
     heard.until(lambda: heard.failed)
-    ((error, lacks_case),) = heard.failed
-    assert "is not a session" in str(error)
-    assert not lacks_case
+    ((error, asked),) = heard.failed
+    assert isinstance(error, UserError)
+    assert words in str(error)
+    assert asked == lacks_case
+
+
+@pytest.mark.usefixtures("unmeasured")
+def test_a_half_written_recording_is_shown_as_far_as_it_goes(
+    begun: Begun, slow: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "half.paravol"
+    shutil.copytree(slow, folder)
+    (folder / "result.json").unlink()
+    stream = folder / "stream.mcap"
+    stream.write_bytes(stream.read_bytes()[:-400])
+    worker, heard = begun(folder)
+    assert shown_at(worker, heard, 0.4).here.is_recorded is True
+    assert heard.opened is not None
+    assert not heard.opened.is_complete

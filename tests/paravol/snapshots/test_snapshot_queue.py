@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from paravol.snapshots.snapshot_queue import (
     SnapshotQueue,
 )
 from renderers.art.job_steps import Step, reached
-from renderers.scene import AirSurface, Camera, Volume
+from renderers.scene import AirSurface, Camera, Volume, rmse_codes
 from renderers.snapshots.worker import run_worker
 from scenarios import View
 
@@ -106,7 +107,8 @@ def test_moments_grow_one_after_the_other_and_are_saved(
     with SnapshotQueue(
         requests, tmp_path / "snapshots", told, served_here
     ) as snapshots:
-        snapshots.draw(moment(1.25))
+        live = np.full((EDGE, EDGE, 3), 90, np.uint8)
+        snapshots.draw(replace(moment(1.25), live=live))
         snapshots.draw(moment(2.5))
         told.wait_for(2)
     times = [picture.time_s for picture in told.pictures]
@@ -120,6 +122,8 @@ def test_moments_grow_one_after_the_other_and_are_saved(
         assert saved.std() > 5
         assert mine[-1].pixels is not None
         assert np.array_equal(mine[-1].pixels, saved)
+        off_by = None if time_s > 2.0 else rmse_codes(live, saved)
+        assert mine[-1].rmse == off_by
         shares = [picture.done for picture in mine[:-1] if picture.done is not None]
         assert shares == sorted(shares)
         # Shown before it was finished, already much like it is in the end.

@@ -70,6 +70,27 @@ QTest.keyPress(page, Key.Key_B)
 until("closing jaws", lambda: seen[-1].tool.is_working)
 application.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
 until("a pedal let go", lambda: not seen[-1].tool.is_working)
+# the middle button of the mouse is the pedal, too
+wheel = Qt.MouseButton.MiddleButton
+QTest.mousePress(page.picture, wheel)
+until("a pressed wheel", lambda: seen[-1].tool.is_working)
+QTest.mouseRelease(page.picture, wheel)
+until("a wheel let go", lambda: not seen[-1].tool.is_working)
+# a button of the bar does what its key does, and a menu takes what it names
+bar = page._actions.bar
+left = Qt.MouseButton.LeftButton
+QTest.mousePress(bar.button(Key.Key_B), left)
+until("a pressed button", lambda: seen[-1].tool.is_working)
+QTest.mouseRelease(bar.button(Key.Key_B), left)
+until("a button let go", lambda: not seen[-1].tool.is_working)
+QTest.keyClick(page, Key.Key_O)
+until("a scope of 30 degrees", lambda: seen[-1].view.scope_deg == 30.0)
+bar.menu(Key.Key_O).actions()[0].trigger()
+until("a straight scope", lambda: seen[-1].view.scope_deg == 0.0)
+page._refresh()
+assert bar.button(Key.Key_O).text() == "0° scope\\nO"
+bar.menu(Key.Key_T).actions()[1].trigger()
+assert hand.tool == next(iter(INSTRUMENTS))
 for key, told in ((Key.Key_N, True), (Key.Key_N, False)):
     QTest.keyClick(page, key)
     again(QEvent.Type.KeyPress, key)

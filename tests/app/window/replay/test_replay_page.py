@@ -3,13 +3,15 @@
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QApplication
 
+from app.window.home.home_page import HomePage
+from app.window.replay.replay_page import ReplayPage
 from paravol.patient import load_patient, no_progress
 from scenarios import load_scenario
+from tests.app.window.desk_run import opened_desk, until
 from tests.app.window.opened_window import run_script
 from tests.paravol.replay.flown_session import along_the_path, record_flight
-
-pytestmark = [pytest.mark.display, pytest.mark.slow]
 
 REPLAY = """
 import sys, time
@@ -136,6 +138,8 @@ assert not any(ending.is_alive() for ending in page._endings)
 """
 
 
+@pytest.mark.display
+@pytest.mark.slow
 def test_a_dropped_session_is_scrubbed_left_annotated_and_compared(
     screen: str, coarse_scenario: Path, tmp_path: Path
 ) -> None:
@@ -148,3 +152,22 @@ def test_a_dropped_session_is_scrubbed_left_annotated_and_compared(
     bad = tmp_path / "bad.paravol"
     bad.mkdir()
     run_script(REPLAY, slow, fast, bad)
+
+
+def test_what_is_dropped_on_home_is_replayed_or_refused_there(
+    application: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    desk = opened_desk(tmp_path)
+    window = desk._window
+    desk.open_home()
+    window.dropped.emit([tmp_path / "nothing.paravol"])
+    page = window.page
+    assert isinstance(page, ReplayPage)
+    until("a refusal", lambda: page.problem.text())
+    assert "nothing.paravol is not a session" in page.problem.text()
+    page.left.emit()
+    assert isinstance(window.page, HomePage)
+    desk.close()
+    window.shut()
+    window.release()

@@ -19,6 +19,7 @@ from scenarios.passing import PassMark
 from scenarios.rubrics import Assessment, HardFail, Part, Standing, Verdict
 from scenarios.scoring import Score
 from scenarios.tasks import TaskState
+from tests.app.window.desk_run import delete
 from tests.paravol.progress.learners import entry
 
 
@@ -69,6 +70,7 @@ def page(application: QApplication) -> Iterator[ResultPage]:
     yield page
     page.release()
     page.close()
+    delete(page)
 
 
 def texts(page: ResultPage) -> str:

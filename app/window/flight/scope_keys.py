@@ -1,0 +1,58 @@
+"""Keys of the scope: which angle is in hand."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QWidget
+
+from paravol.inputs.scope_rack import ScopeRack
+
+SCOPE_KEYS = {"O": "next scope; Shift: the one before"}
+
+
+class ScopeKeys(QObject):
+    """Pass a window's keys on to the scopes that lie ready."""
+
+    def __init__(
+        self, scopes: ScopeRack, window: QWidget, notify: Callable[[str, str], None]
+    ) -> None:
+        """Listen to the window; notify: says a line and what it means."""
+        super().__init__(window)
+        self._scopes = scopes
+        self._notify = notify
+        window.installEventFilter(self)
+
+    @property
+    def choices_deg(self) -> tuple[float, ...]:
+        """Return the angles of all that may be put in."""
+        return self._scopes.choices_deg
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take what belongs to the scope; let the rest pass."""
+        if not isinstance(event, QKeyEvent) or event.key() != Qt.Key.Key_O:
+            return False
+        if event.type() != QEvent.Type.KeyPress:
+            return False
+        if not event.isAutoRepeat():
+            if len(self._scopes.choices_deg) > 1:
+                back = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+                self._tell(self._scopes.step(-1 if back else 1))
+            else:
+                self._notify("There is no other scope", "The exercise allows one only.")
+        return True
+
+    def take(self, angle_deg: float) -> None:
+        """Put in the scope of an angle."""
+        self._scopes.choose(angle_deg)
+        self._tell(angle_deg)
+
+    def _tell(self, angle_deg: float) -> None:
+        self._notify(f"Scope of {angle_deg:g}°", scope_use(angle_deg))
+
+
+def scope_use(angle_deg: float) -> str:
+    """Return where a scope of an angle looks, in words."""
+    if angle_deg == 0.0:
+        return "It looks straight ahead."
+    return f"It looks {angle_deg:g}° aside, towards the light post."
