@@ -22,6 +22,7 @@ from benchmarks.suites.startup import StartupPlan
 from benchmarks.suites.surgery import SurgeryPlan
 from benchmarks.suites.takeover import TakeoverPlan
 from benchmarks.suites.visibility import VisibilityPlan
+from benchmarks.suites.window import WindowPlan
 
 __all__ = [
     "AnatomyPlan",
@@ -46,4 +47,5 @@ __all__ = [
     "SurgeryPlan",
     "TakeoverPlan",
     "VisibilityPlan",
+    "WindowPlan",
 ]

@@ -1,0 +1,72 @@
+"""The trainee's window as a whole: frame rate, latency, memory, its start.
+
+``PARAVOL_WINDOW_S=600 paravol bench --suite window`` flies for ten minutes at each
+size; without it for ten seconds. Nothing else should run meanwhile: both cores are
+needed.
+"""
+
+import os
+from functools import partial
+
+import numpy as np
+
+from benchmarks.nasal_views import bundled_flight
+from benchmarks.plan import Measured, Plan, Task
+from benchmarks.timing import Timing
+from benchmarks.window_program import fly_window, to_and_fro
+from disk import UserError
+
+SCENARIO = "first_flight"
+
+SCREENS = {512: (1600, 900), 1024: (2560, 1440)}
+"""For each largest picture a screen on which its place is at least as large."""
+
+DURATION_VARIABLE = "PARAVOL_WINDOW_S"
+FLOWN_S = 10.0
+
+
+class WindowPlan(Plan, suite="window"):
+    """List and make the measurements of suite `window`."""
+
+    def __init__(self, quick: bool) -> None:
+        self._flown_s = 3.0 if quick else asked_duration_s()
+        self._sizes = (512,) if quick else (512, 1024)
+        self._scenario = SCENARIO
+
+    def tasks(self) -> list[Task]:
+        """List the tasks, the small picture first."""
+        return [
+            self.task(
+                f"{SCENARIO}/window",
+                f"{size} px",
+                partial(self._flown, size),
+                {"most": size, "flown_s": self._flown_s},
+                clock="wall",
+                cost_s=self._flown_s + 20.0,
+            )
+            for size in self._sizes
+        ]
+
+    def _flown(self, size: int) -> Measured:
+        """Fly to and fro along the bundled path in the window, all panels on."""
+        path = to_and_fro(bundled_flight()[1], self._flown_s)
+        flown = fly_window(self._scenario, path, SCREENS[size], size)
+        counters = flown.counters()
+        middle = counters["frame_ms_p50"] / 1e3
+        spent = counters["cpu_ms_a_frame"] / 1e3
+        timing = Timing(middle, middle, spent, max(len(flown.sizes), 1))
+        return Measured(timing, counters=counters)
+
+
+def asked_duration_s() -> float:
+    """Return how long to fly at each size, seconds, as the environment says."""
+    said = os.environ.get(DURATION_VARIABLE, str(FLOWN_S))
+    try:
+        found = float(said)
+    except ValueError:
+        found = np.nan
+    if not 1.0 <= found <= 3600.0:
+        raise UserError(
+            f"{DURATION_VARIABLE} must be seconds from 1 to 3600, got {said!r}"
+        )
+    return found
