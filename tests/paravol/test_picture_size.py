@@ -132,3 +132,16 @@ def test_a_size_is_drawn_when_its_tables_are_made() -> None:
 def test_the_largest_size_is_the_one_that_was_asked_for(most: int) -> None:
     assert steps_up_to(most)[-1] == most
     assert list(steps_up_to(most)) == sorted(set(steps_up_to(most)))
+
+
+@pytest.mark.parametrize(("frame_ms", "size"), [(31.0, 896), (28.0, 1024)])
+def test_a_size_that_is_just_in_time_is_found(frame_ms: float, size: int) -> None:
+    """As measured: three times as long for four times the pixels."""
+    sizes = PictureSize(1024)
+    sizes.want(1024)
+    now_s = 0.0
+    while now_s < 20.0:
+        took_ms = frame_ms * (sizes.next() / 1024) ** 1.6
+        now_s += took_ms / 1e3
+        sizes.took(took_ms, now_s)
+    assert sizes.size == size

@@ -37,6 +37,9 @@ OVERVIEW_MS = 100
 OVERVIEW_SHARE = 0.15
 """Largest part of the window's time for the overview, where OpenGL is software."""
 
+LATE_OVERVIEW_SHARE = 0.04
+"""As much where frames are late: the overview gives way to the scope's picture."""
+
 INJURY_S = 5.0
 """So long an injury rings the picture."""
 
@@ -485,7 +488,10 @@ class FlightPage(Page):
             self._overview.scene.follow(self._frame.view)
         self._overview.draw()
         ended = time.monotonic()
-        self._overview_due_s = ended + (ended - begun) / OVERVIEW_SHARE
+        picture = self._flight.picture
+        is_late = picture is not None and picture.is_late
+        share = LATE_OVERVIEW_SHARE if is_late else OVERVIEW_SHARE
+        self._overview_due_s = ended + (ended - begun) / share
 
 
 def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:

@@ -248,10 +248,13 @@ class PictureView(QWidget):
 
 
 def picture_square(room: QRect) -> QRectF:
-    """Return where the round picture lies in a room."""
+    """Return where the round picture lies in a room.
+
+    It begins at whole pixels: one as large as its place is then copied, not scaled.
+    """
     side = max(min(room.width(), room.height()) - 2 * _MARGIN, 1.0)
-    left = room.left() + (room.width() - side) / 2
-    return QRectF(left, room.top() + (room.height() - side) / 2, side, side)
+    left = room.left() + (room.width() - side) // 2
+    return QRectF(left, room.top() + (room.height() - side) // 2, side, side)
 
 
 def _paint_alarm(painter: QPainter, square: QRectF, scale: float) -> None:
