@@ -26,9 +26,10 @@ from scenarios.bundle import FrameRecord, read_session
 LOOKED_EVERY_S = 0.25
 """Between two looks at memory and CPU time."""
 
-SETTLED_S = 5.0
+SETTLED_S = 60.0
 """Memory is compared from so long after the first picture: what is made once is there
-then. Of a flight that is shorter, from its middle."""
+then. In two minutes on the bundled path 1,343 MiB became 1,367 within 46 s, in lumps,
+and stayed so. Of a shorter flight it is compared from the middle."""
 
 STARTING_S = 120.0
 """A program that shows no picture for so long has failed."""
