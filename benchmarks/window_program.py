@@ -77,6 +77,7 @@ class WindowFlight:
         found = {
             "frames": float(len(self.sizes)),
             "start_to_picture_s": self.first_s,
+            "start_cpu_s": first.cpu_s,
             "picture_px_p50": float(np.median(self.sizes)),
             "picture_px_mean": float(np.mean(self.sizes)),
             "window_cpu_share": window_s / wall_s,

@@ -39,6 +39,7 @@ def test_shares_of_time_are_of_one_core() -> None:
     assert found["cpu_ms_a_frame"] == pytest.approx(1e3 * 0.9 * 59.5 / 590)
     assert found["frame_ms_p50"] == 31
     assert found["start_to_picture_s"] == 2.5
+    assert found["start_cpu_s"] == 0.0
 
 
 @given(st.floats(0.1, 200.0))
