@@ -10,11 +10,13 @@ the small pictures that the test compares with instead: look at them before you 
 them.
 """
 
+import json
 import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from urllib.request import urlopen
 
 from PIL import Image
 
@@ -25,7 +27,7 @@ SCREEN = ["xvfb-run", "-a", "-s", "-screen 0 3840x2160x24 -nolisten tcp"]
 WALK = ["-m", "pytest", "-q", "-p", "pytestqt.plugin", "-p", "no:cacheprovider", "-s"]
 JOURNEY = "tests/app/window/journey.py"
 BROWSER = "chromium-headless-shell"
-FLIGHT_S = 60
+FLIGHT_S, MOMENT_S = 25, 12.0
 
 
 def walk(**told: str) -> None:
@@ -36,7 +38,11 @@ def walk(**told: str) -> None:
 
 
 def draw_instructors_page(drawn: Path) -> None:
-    """Fly the bundled flight, and have a browser draw what an instructor sees."""
+    """Fly the bundled operation, and have a browser draw what an instructor sees.
+
+    A browser that draws to a file waits for the end of what it loads, and the page's
+    streams have none: it gets one moment of both.
+    """
     command = [*SCREEN, sys.executable, "-m", "app", "train", "--no-store"]
     command += [
         "--scenario",
@@ -47,24 +53,41 @@ def draw_instructors_page(drawn: Path) -> None:
         "off",
     ]
     command += ["--instructor-page", "0", "--seconds", str(FLIGHT_S), "--size", "512"]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, text=True
-    ) as child:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as child,
+    ):
         assert child.stdout is not None
         line = next(line for line in child.stdout if "http://" in line)
-        address = line.split()[-1]
-        with tempfile.TemporaryDirectory() as profile:
-            subprocess.run(
-                [
-                    *(BROWSER, "--no-sandbox", "--disable-gpu", "--hide-scrollbars"),
-                    *(f"--user-data-dir={profile}", f"--screenshot={drawn}"),
-                    *("--window-size=1280,720", f"--timeout={FLIGHT_S * 500}"),
-                    address,
-                ],
-                check=True,
-                capture_output=True,
-            )
+        page = moment_of(line.split()[-1], Path(folder))
+        subprocess.run(
+            [
+                *(BROWSER, "--no-sandbox", "--disable-gpu", "--hide-scrollbars"),
+                *(f"--user-data-dir={folder}/profile", f"--screenshot={drawn}"),
+                *("--window-size=1280,720", page.as_uri()),
+            ],
+            check=True,
+            capture_output=True,
+        )
         child.communicate()
+
+
+def moment_of(address: str, folder: Path) -> Path:
+    """Keep the page with one state and one picture; return its file."""
+    with urlopen(f"{address}states") as states:
+        lines = (line.decode() for line in states if line.startswith(b"data: "))
+        told = (line.removeprefix("data: ") for line in lines)
+        state = next(t for t in told if json.loads(t).get("clock_s", 0.0) > MOMENT_S)
+    for name in ("picture.jpg", "instructor.js", "instructor.css"):
+        with urlopen(f"{address}{name}") as file:
+            (folder / name).write_bytes(file.read())
+    with urlopen(address) as file:
+        text = file.read().decode().replace('src="pictures"', 'src="picture.jpg"')
+    told_once = f"setTimeout(() => this.onmessage({{data: {json.dumps(state)}}}))"
+    stub = f"window.EventSource = class {{ constructor() {{ {told_once} }} }}"
+    page = folder / "page.html"
+    page.write_text(text.replace("<head>", f"<head><script>{stub}</script>", 1))
+    return page
 
 
 def keep(drawn: Path, name: str) -> None:

@@ -88,6 +88,7 @@ QProgressBar {{
     background: {edge}; border: none; max-height: {px(6)}; min-height: {px(6)};
 }}
 QProgressBar::chunk {{ background: {ready}; }}
+QSlider {{ min-height: {px(18)}; }}
 QSlider::groove:horizontal {{
     background: {edge}; height: {px(4)}; border-radius: {px(2)};
 }}
