@@ -409,7 +409,7 @@ def replay(way: Journey) -> None:
     sessions = [flown.end.record for flown in way.desk.flown]
     assert len(set(sessions)) == 2
     assert all(read_recording(session).info for session in sessions)
-    way.seen("replay", *page.findChildren(QLabel))
+    way.seen("replay", *changing(page))
     way.press(Key.Key_Q)
     home = way.shown(HomePage)
     way.until(lambda: home.bar.recordings.isVisible())
@@ -420,8 +420,13 @@ def replay(way: Journey) -> None:
     way.until(lambda: settled(page) and page.beside.isVisible())
     way.press(Key.Key_Right)
     way.until(lambda: settled(page))
-    way.seen("compared", *page.findChildren(QLabel))
+    way.seen("compared", *changing(page))
     way.press(Key.Key_Q)
+
+
+def changing(page: ReplayPage) -> list[QWidget]:
+    """Return what tells times and names on a page of replays."""
+    return [page.line, page._side.events, *page.findChildren(QLabel)]
 
 
 def settled(page: ReplayPage) -> bool:
