@@ -9,6 +9,7 @@ from app.window.style import (
     PANEL,
     QUIET,
     READY,
+    drop_down_rules,
 )
 
 
@@ -87,7 +88,18 @@ QProgressBar {{
     background: {edge}; border: none; max-height: {px(6)}; min-height: {px(6)};
 }}
 QProgressBar::chunk {{ background: {ready}; }}
+QSlider {{ min-height: {px(18)}; }}
+QSlider::groove:horizontal {{
+    background: {edge}; height: {px(4)}; border-radius: {px(2)};
+}}
+QSlider::sub-page:horizontal {{ background: {ready}; border-radius: {px(2)}; }}
+QSlider::sub-page:horizontal:disabled {{ background: {quiet}; }}
+QSlider::handle:horizontal {{
+    background: {ink}; width: {px(14)}; margin: -{px(5)} 0; border-radius: {px(6)};
+}}
+QSlider::handle:horizontal:disabled {{ background: {quiet}; }}
+QSlider::handle:horizontal:focus {{ border: {px(2)} solid {ready}; }}
 QScrollBar:vertical {{ background: {panel}; width: {px(10)}; }}
 QScrollBar::handle:vertical {{ background: {quiet}; min-height: {px(20)}; }}
 QScrollBar::add-line, QScrollBar::sub-line {{ height: 0; }}
-"""
+""" + drop_down_rules(scale)

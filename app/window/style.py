@@ -4,6 +4,8 @@ The colours are there under fixed names and change in place when another theme i
 chosen: whoever paints takes them anew each time, and a text of them is ``INK.name()``.
 """
 
+from pathlib import Path
+
 from PySide6.QtGui import QColor, QFont
 
 from app.window.themes import DARK, HIGH_CONTRAST, THEMES, Theme
@@ -86,6 +88,20 @@ QComboBox QAbstractItemView {{ color: {ink}; background: {panel}; }}
 QPushButton:focus, QComboBox:focus {{
     border: {pixels(2)} solid {ready};
 }}
+""" + drop_down_rules(scale)
+
+
+def drop_down_rules(scale: float) -> str:
+    """Return a style sheet's rules for the arrow of a box that drops down.
+
+    scale: on its size. Qt's own arrow stays small on a large screen, in a frame that
+    only the dark theme hides.
+    """
+    arrow = (Path(__file__).parent / "arrow_down.svg").as_posix()
+    wide, size = max(round(22 * scale), 1), max(round(12 * scale), 1)
+    return f"""
+QComboBox::drop-down {{ border: none; width: {wide}px; }}
+QComboBox::down-arrow {{ image: url("{arrow}"); width: {size}px; height: {size}px; }}
 """
 
 

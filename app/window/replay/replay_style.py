@@ -2,7 +2,16 @@
 
 from PySide6.QtGui import QColor
 
-from app.window.style import BACKGROUND, CAUTION, EDGE, INK, PANEL, QUIET, READY
+from app.window.style import (
+    BACKGROUND,
+    CAUTION,
+    EDGE,
+    INK,
+    PANEL,
+    QUIET,
+    READY,
+    drop_down_rules,
+)
 
 
 def replay_sheet(scale: float) -> str:
@@ -62,4 +71,4 @@ QScrollBar:vertical {{ background: {panel}; width: {px(8)}; }}
 QScrollBar:horizontal {{ background: {panel}; height: {px(8)}; }}
 QScrollBar::handle {{ background: {quiet}; }}
 QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
-"""
+""" + drop_down_rules(scale)

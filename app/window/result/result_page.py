@@ -238,7 +238,9 @@ class ResultPage(TextPage):
             if same.door is Door.PASSED:
                 text = "This exercise is passed."
             else:
-                text = f"{same.rung.passes} of the last {same.rung.runs} runs passed; "
+                runs = same.rung.runs
+                counted = f"the last {runs} runs" if runs != 1 else "1 run"
+                text = f"{same.rung.passes} of {counted} passed; "
                 text += "three in a row, or five of six, pass the exercise."
             self.standing.setText(text)
         if following is None:
