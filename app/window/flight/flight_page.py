@@ -436,7 +436,7 @@ class FlightPage(Page):
             None if self._is_away else frame.fps,
             None if self._is_away else frame.pose_age_ms,
             frame.view.clearance_mm,
-            frame.time_s,
+            frame.time_s - frame.stood_s,
             self._registration_mm,
             frame.view.hazard,
             frame.view.hazard is not None,

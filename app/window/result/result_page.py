@@ -238,7 +238,9 @@ class ResultPage(TextPage):
             if same.door is Door.PASSED:
                 text = "This exercise is passed."
             else:
-                text = f"{same.rung.passes} of the last {same.rung.runs} runs passed; "
+                runs = same.rung.runs
+                of = "one run" if runs == 1 else f"the last {runs} runs"
+                text = f"{same.rung.passes} of {of} passed; "
                 text += "three in a row, or five of six, pass the exercise."
             self.standing.setText(text)
         if following is None:
