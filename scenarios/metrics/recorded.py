@@ -18,27 +18,30 @@ def scope_track(samples: SampleColumns, world_from_device: Doubles) -> Track:
     """Return the scope's track; y of its frame is the light post.
 
     The arm does not measure its turn: that comes from `Sample.roll_deg`. Another scope
-    begins another part.
+    begins another part. What was frozen is left out, and another part begins after it.
     """
-    if not len(samples):
+    counts = np.flatnonzero(~samples.is_frozen)
+    if len(counts) == 0:
         return _no_track()
-    frames = world_from_device @ samples.device_from_tip
-    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], samples.roll_deg)
-    track = Track.of_frames(samples.time_s, posed, _parts(samples.scope_deg))
+    frames = world_from_device @ samples.device_from_tip[counts]
+    posed = rolled_frames(frames[:, :3, 3], -frames[:, :3, 2], samples.roll_deg[counts])
+    part = _parts(samples.scope_deg) + _parts(samples.is_frozen)
+    track = Track.of_frames(samples.time_s[counts], posed, part[counts])
     if not samples.camera_deg.any():
         return track
-    return replace(track, camera_deg=samples.camera_deg)
+    return replace(track, camera_deg=samples.camera_deg[counts])
 
 
 def tool_track(samples: SampleColumns) -> Track:
     """Return the track of what the second hand holds, as `tool_frame` poses it.
 
-    Another tool begins another part; an empty hand has no samples.
+    Another tool begins another part, and so does what comes after a freeze; an empty
+    hand has no samples, nor has a frozen one.
     """
-    held = np.flatnonzero(samples.is_held)
+    held = np.flatnonzero(samples.is_held & ~samples.is_frozen)
     if len(held) == 0:
         return _no_track()
-    part = _parts(samples.tool[held])
+    part = _parts(samples.tool[held]) + _parts(samples.is_frozen)[held]
     posed = rolled_frames(
         samples.tool_mm[held], samples.tool_pointing[held], samples.tool_roll_deg[held]
     )

@@ -88,14 +88,14 @@ class FlightPage(Page):
         if controls is not None:
             self._hand = HandEvents(controls, self, self.picture)
         told = self._notices.notify
-        tools = None
+        self._tools: ToolKeys | None = None
         if not order.has_own_tool:
-            tools = ToolKeys(self._flight.hand, self, self.picture, told)
+            self._tools = ToolKeys(self._flight.hand, self, self.picture, told)
         self._sound = SoundKeys(thread.sound, self, told)
         self._actions = FlightActions(
             self,
             ScopeKeys(self._flight.scopes, self, told),
-            tools,
+            self._tools,
             self._sound,
             is_steered=controls is not None,
             has_tasks=bool(order.scenario.tasks),
@@ -171,8 +171,9 @@ class FlightPage(Page):
             return
         self._screen = ScopeScreen(self.picture, self)
         self._screen.closed.connect(self._on_screen_closed)
-        if self._hand is not None:
-            self._screen.installEventFilter(self._hand)
+        for listener in (self._hand, self._tools):
+            if listener is not None:
+                self._screen.installEventFilter(listener)
         self._notices.notify(self._screen.fill(), "F3 or Esc there closes it.")
 
     @Slot()
@@ -438,7 +439,7 @@ class FlightPage(Page):
             None if self._is_away else frame.fps,
             None if self._is_away else frame.pose_age_ms,
             frame.view.clearance_mm,
-            frame.time_s,
+            frame.time_s - frame.stood_s,
             self._registration_mm,
             frame.view.hazard,
             frame.view.hazard is not None,

@@ -30,7 +30,7 @@ from paravol.snapshots.snapshot_queue import (
     SelectedMoment,
     SnapshotQueue,
 )
-from scenarios import InstrumentState, View
+from scenarios import InstrumentState, Sample, View
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import Status, TaskEvent, TaskState
 
@@ -42,10 +42,9 @@ RATE_OVER_S = 1.0
 class DisplayedFrame:
     """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
-    cuts, signs: see `FrameEvent`. tool: what the second hand does. pointer: where the
-    nearest hazard lies.
-    cuts, tasks: see `FrameEvent`. tool: what the second hand does. is_frozen: the
-    trainer was.
+    cuts, signs, tasks: see `FrameEvent`. tool: what the second hand does. pointer:
+    where the nearest hazard lies. is_frozen: the trainer was. stood_s: so long the
+    score's clock has stood.
     """
 
     pixels: NDArray[np.uint8]
@@ -59,6 +58,7 @@ class DisplayedFrame:
     pointer: HazardPointer | None = None
     tasks: tuple[TaskState, ...] = ()
     is_frozen: bool = False
+    stood_s: float = 0.0
 
 
 class FlightThread(QObject, FlightObserver):
@@ -113,6 +113,8 @@ class FlightThread(QObject, FlightObserver):
         self._patient: PatientScene | None = None
         self._lock = threading.Lock()
         self._newest: DisplayedFrame | None = None
+        self._before: Sample | None = None
+        self._stood_s = 0.0
         self._frame_times: deque[float] = deque()
         self._touched = -1
         self._staged = ("", 0.0)
@@ -257,6 +259,7 @@ class FlightThread(QObject, FlightObserver):
             pointer=self._pointer(event.view),
             tasks=event.tasks,
             is_frozen=event.sample.is_frozen,
+            stood_s=self._stood(event.sample),
         )
         if event.sample.is_frozen:
             self._feedback.quiet()
@@ -267,6 +270,13 @@ class FlightThread(QObject, FlightObserver):
             self._newest = displayed
         if was_taken:
             self.arrived.emit()
+
+    def _stood(self, sample: Sample) -> float:
+        """Return how long the score's clock has stood, s."""
+        before, self._before = self._before, sample
+        if before is not None and (before.is_frozen or sample.is_frozen):
+            self._stood_s += sample.time_s - before.time_s
+        return self._stood_s
 
     def _pointer(self, view: View) -> HazardPointer | None:
         """Return where the nearest hazard lies, where hazards are known."""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from disk import UserError
@@ -10,6 +11,13 @@ from paravol.trainee import FoundDevice
 
 NOBODY = "no name"
 SEARCHING = " (looking for more…)"
+
+LEAST_LETTERS = 3
+"""A chooser shows at least so much of what is chosen."""
+CAPTIONED = 1000
+"""From this width on, at the designed size, choosers have captions."""
+
+_SHORT = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
 
 
 class HomeBar(QWidget):
@@ -45,15 +53,21 @@ class HomeBar(QWidget):
         self.settings = QPushButton("Settings")
         self.tour = QPushButton("Tour (F1)")
         self._name = ""
+        self._scale = 1.0
         self._devices: list[FoundDevice] = []
         self._row = QHBoxLayout(self)
         self._row.addWidget(brand)
         self._row.addStretch(1)
+        self._captions: list[QLabel] = []
         for text, chooser in (("Who", self.trainee), ("Steer with", self.device)):
             label = QLabel(text)
             label.setBuddy(chooser)
+            self._captions.append(label)
             self._row.addWidget(label)
-            self._row.addWidget(chooser)
+            # narrower than its longest words, where there is no room for them
+            chooser.setSizeAdjustPolicy(_SHORT)
+            chooser.setMinimumContentsLength(LEAST_LETTERS)
+            self._row.addWidget(chooser, 100)
         for button in (self.recordings, self.connection, self.settings, self.tour):
             self._row.addWidget(button)
 
@@ -61,8 +75,19 @@ class HomeBar(QWidget):
         """Scale the layout; 1 is the designed size."""
         self._row.setContentsMargins(0, 0, 0, 0)
         self._row.setSpacing(round(8 * scale))
-        self.trainee.setFixedWidth(round(170 * scale))
-        self.device.setFixedWidth(round(250 * scale))
+        self.trainee.setMaximumWidth(round(170 * scale))
+        self.device.setMaximumWidth(round(250 * scale))
+        self._scale = scale
+        self._show_captions()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the captions where there is no room for them."""
+        super().resizeEvent(event)
+        self._show_captions()
+
+    def _show_captions(self) -> None:
+        for caption in self._captions:
+            caption.setVisible(self.width() >= CAPTIONED * self._scale)
 
     def show_trainees(self, names: Sequence[str], chosen: str) -> None:
         """Offer the names that are known."""

@@ -158,6 +158,7 @@ class ReplayPage(Page):
         bar.compare.clicked.connect(self._ask_beside)
         bar.align.activated.connect(self._take_alignment)
         bar.open.clicked.connect(self._ask_bundle)
+        bar.leave.clicked.connect(self.left)
         self.find_case.clicked.connect(self._ask_case)
 
     def set_scale(self, scale: float) -> None:

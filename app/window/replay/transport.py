@@ -53,6 +53,7 @@ class Transport(QWidget):
         self.align.addItems(["by landmarks", "by time"])
         self.align.hide()
         self.open = self._button("Open…", "Open another session (O)")
+        self.leave = self._button("Leave (Q)", "Leave the replay (Q)")
         rows = self._rows = QVBoxLayout(self)
         first, second = QHBoxLayout(), QHBoxLayout()
         for text, tip, signal, step in (
@@ -75,13 +76,15 @@ class Transport(QWidget):
         second.addWidget(self.align)
         second.addStretch(1)
         second.addWidget(self.open)
+        second.addWidget(self.leave)
         rows.addLayout(first)
         rows.addLayout(second)
         self._lines = first, second
         self._needing = [
             part
             for part in self.findChildren(QWidget)
-            if isinstance(part, QPushButton | QComboBox) and part is not self.open
+            if isinstance(part, QPushButton | QComboBox)
+            and part not in (self.open, self.leave)
         ]
         self.set_ready(False)
         for part in self.findChildren(QWidget):
@@ -111,7 +114,7 @@ class Transport(QWidget):
             line.setSpacing(round(6 * scale))
 
     def set_ready(self, is_ready: bool) -> None:
-        """Offer all buttons where there is a session, else only to open one."""
+        """Offer all buttons where there is a session, else only to open one or leave."""
         for part in self._needing:
             part.setEnabled(is_ready)
 

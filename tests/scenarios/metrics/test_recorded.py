@@ -122,6 +122,23 @@ def test_an_empty_hand_has_no_samples_and_another_tool_is_another_part() -> None
     assert [len(p) for p in track.spans(5.0)] == [1, 2]
 
 
+def test_what_was_frozen_is_on_no_track() -> None:
+    curette = InstrumentState("curette")
+    stands = [False, False, True, True, False, False]
+    samples = SampleColumns.of(
+        [
+            sample(0.01 * n, instrument=curette, is_frozen=frozen)
+            for n, frozen in enumerate(stands)
+        ]
+    )
+    for track in (scope_track(samples, np.eye(4)), tool_track(samples)):
+        assert track.time_s == pytest.approx([0.0, 0.01, 0.04, 0.05])
+        # short as it was, the time between counts no more than the way
+        assert [len(p) for p in track.spans(5.0)] == [2, 2]
+    frozen = SampleColumns.of([sample(0.0, is_frozen=True)])
+    assert scope_track(frozen, np.eye(4)).pieces(Settings()) == []
+
+
 def test_without_samples_there_is_an_empty_track() -> None:
     none = SampleColumns.of([])
     for track in (scope_track(none, np.eye(4)), tool_track(none)):
