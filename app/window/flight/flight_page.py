@@ -1,5 +1,6 @@
 """The page of a flight: the endoscope's picture large, the overview at its side."""
 
+import math
 import time
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
@@ -35,7 +36,7 @@ OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
 
 OVERVIEW_SHARE = 0.15
-"""Largest part of the window's time for the overview, where OpenGL is software."""
+"""Largest part of the time for drawing the overview, where OpenGL is software."""
 
 LATE_OVERVIEW_SHARE = 0.04
 """As much where frames are late: the overview gives way to the scope's picture."""
@@ -78,6 +79,7 @@ class FlightPage(Page):
         self._side = SideColumn(order, edge_samples)
         self._overview = self._side.overview
         self._overview.changed.connect(self._on_overview_changed)
+        self._overview.drawn.connect(self._on_overview_drawn)
         self._slices = self._side.slices
         self._moments = self._side.moments
         self._screen: ScopeScreen | None = None
@@ -249,6 +251,7 @@ class FlightPage(Page):
         """Draw the overview now, if it is stale."""
         if self._is_overview_stale:
             self._draw_overview()
+        self._overview.finish()
 
     def release(self) -> None:
         """End the flight and free the overview's graphics memory.
@@ -314,8 +317,7 @@ class FlightPage(Page):
                 how,
                 touched / len(fiducials),
             )
-        self._overview.scene.show_fiducials(positions, touched)
-        self._is_overview_stale = True
+        self._overview.show_fiducials(positions, touched)
 
     @Slot(object)
     def _on_registered(self, residual_mm: float | None) -> None:
@@ -325,8 +327,7 @@ class FlightPage(Page):
             self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
         else:
             fiducials = self._order.scenario.fiducial_positions()
-            self._overview.scene.hide_fiducials(fiducials)
-            self._is_overview_stale = True
+            self._overview.hide_fiducials(fiducials)
             self._notices.notify(
                 "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
             )
@@ -482,17 +483,17 @@ class FlightPage(Page):
         return max(self.picture.edge_px, self._screen.edge_px)
 
     def _draw_overview(self) -> None:
-        """Draw, and not again before the budget allows."""
+        """Have it drawn, and not again before it is and the budget allows."""
         self._is_overview_stale = False
-        begun = time.monotonic()
-        if self._frame is not None:
-            self._overview.scene.follow(self._frame.view)
-        self._overview.draw()
-        ended = time.monotonic()
+        self._overview_due_s = math.inf
+        self._overview.draw(None if self._frame is None else self._frame.view)
+
+    @Slot(float)
+    def _on_overview_drawn(self, took_s: float) -> None:
         picture = self._flight.picture
         is_late = picture is not None and picture.is_late
         share = LATE_OVERVIEW_SHARE if is_late else OVERVIEW_SHARE
-        self._overview_due_s = ended + (ended - begun) / share
+        self._overview_due_s = time.monotonic() + took_s / share
 
 
 def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:

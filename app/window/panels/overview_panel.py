@@ -3,12 +3,23 @@
 One OpenGL widget would make Qt put the whole window together by OpenGL. Without a
 graphics card that cost 34 ms of processor time for each picture of the endoscope
 (measured, 1280 x 860 window); a window of plain pictures needs no OpenGL at all.
+
+A picture by software takes up to 0.4 s where the head is new or was turned. VTK lets go
+of the interpreter while it renders, so one thread of the overview's own does all that
+touches the scene, in the order asked for: an OpenGL context belongs to one thread.
 """
 
 import threading
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 
+import numpy as np
 import pyvista as pv
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal, Slot
+from numpy.typing import NDArray
+from PySide6.QtCore import QCoreApplication, QPointF, QRectF, Qt, Signal, Slot
 from PySide6.QtGui import (
     QColor,
     QImage,
@@ -27,7 +38,7 @@ from app.window.panels.refresher import Refresher
 from app.window.panels.side_marks import paint_letters
 from paravol.cutaway import Cutaway
 from paravol.side_letters import SideLetter, side_letters
-from scenarios import Endoscope
+from scenarios import Endoscope, View
 
 TURN_DEG = 0.4
 """For each pixel that the mouse is dragged."""
@@ -38,11 +49,24 @@ ZOOM = 1.1
 _NOTCH = 120.0
 
 
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """Hold a drawn picture, its letters, and how long the drawing took."""
+
+    image: QImage
+    letters: tuple[SideLetter, ...]
+    took_s: float
+
+
 class OverviewView(QWidget):
     """Show the overview; drag turns it, the wheel zooms."""
 
     changed = Signal()
     """Its size, its camera or the head: it should be drawn again."""
+    drawn = Signal(float)
+    """A picture that was asked for is shown; how long its drawing took, s."""
+    _pictured = Signal(object)
+    """A `_Picture` is ready; emitted by the thread that draws."""
     _cut = Signal(object)
     """A `Cutaway` is ready; emitted by the thread that made it."""
     _renewed = Signal(object)
@@ -55,12 +79,11 @@ class OverviewView(QWidget):
         """
         super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._plotter = pv.Plotter(off_screen=True)
-        if edge_samples:
-            self._plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
-        else:
-            self._plotter.disable_anti_aliasing()
-        self.scene = OverviewScene(self._plotter, endoscope)
+        self._drawer = ThreadPoolExecutor(1, thread_name_prefix="overview")
+        self._plotter, self.scene = self._drawer.submit(
+            _make_scene, endoscope, edge_samples
+        ).result()
+        self._is_released = False
         self._image = QImage()
         self._letters: tuple[SideLetter, ...] = ()
         self._scale = 1.0
@@ -70,6 +93,7 @@ class OverviewView(QWidget):
         self._is_open = False
         self._is_cutting = False
         self._is_edited = False
+        self._pictured.connect(self._on_pictured)
         self._cut.connect(self._on_cut)
         self._renewed.connect(self._on_renewed)
         self._refresher = Refresher(self._make_anew, self._renewed.emit)
@@ -81,14 +105,22 @@ class OverviewView(QWidget):
         # VTK's sizes of text are in points, at 72 to the inch.
         window = self._plotter.render_window
         assert window is not None
-        window.SetDPI(round(72 * scale))
-        self.changed.emit()
+        self._change(lambda: window.SetDPI(round(72 * scale)))
 
     def show_head(self, head: HeadModel) -> None:
         """Show a head, whole."""
         self._head = head
-        self.scene.show_head(head)
-        self.changed.emit()
+        self._change(lambda: self.scene.show_head(head))
+
+    def show_fiducials(
+        self, fiducials: Mapping[str, NDArray[np.float64]], touched: int
+    ) -> None:
+        """Mark the divots of the mock head: done, next, still to come."""
+        self._change(lambda: self.scene.show_fiducials(fiducials, touched))
+
+    def hide_fiducials(self, fiducials: Mapping[str, NDArray[np.float64]]) -> None:
+        """Take the divots away."""
+        self._change(lambda: self.scene.hide_fiducials(fiducials))
 
     def refresh(self) -> None:
         """Show what was cut or put back, within about a second."""
@@ -107,13 +139,13 @@ class OverviewView(QWidget):
     @Slot(object)
     def _on_renewed(self, made: tuple[pv.PolyData, Cutaway | None]) -> None:
         mesh, cutaway = made
-        self.scene.renew_head(mesh)
+        self._change(lambda: self.scene.renew_head(mesh))
         if cutaway is not None:
             before, self._cutaway = self._cutaway, cutaway
             self._show()
             if before is not None:
-                before.close()
-        self.changed.emit()
+                # after what was asked of it before
+                self._do(before.close)
 
     def switch(self) -> str:
         """Open the head from the side, or close it; say what happens."""
@@ -142,23 +174,61 @@ class OverviewView(QWidget):
             self.refresh()
 
     def _show(self) -> None:
-        self.scene.open_head(self._cutaway if self._is_open else None)
-        self.changed.emit()
+        cutaway = self._cutaway if self._is_open else None
+        self._change(lambda: self.scene.open_head(cutaway))
 
-    def draw(self) -> None:
-        """Draw the scene as it is now."""
+    def draw(self, view: View | None = None) -> None:
+        """Have the scene drawn, with the tools as in a view; returns at once.
+
+        `drawn` tells the end. view: None leaves the tools where they are.
+        """
         scale = self.devicePixelRatioF()
         size = [round(self.width() * scale), round(self.height() * scale)]
+        self._do(lambda: self._draw(view, size))
+
+    def finish(self) -> None:
+        """Wait until all that was asked for is drawn and shown."""
+        if self._is_released:
+            return
+        self._drawer.submit(int).result()
+        QCoreApplication.sendPostedEvents(self)
+
+    def _draw(self, view: View | None, size: list[int]) -> None:
+        """Draw and tell the window; in the overview's own thread."""
+        begun = time.monotonic()
+        if view is not None:
+            self.scene.follow(view)
         if list(self._plotter.window_size) != size:
             self._plotter.window_size = size
-        self._image = image_of(self.scene.picture())
-        self._letters = side_letters(*self.scene.picture_axes)
+        image = image_of(self.scene.picture())
+        letters = side_letters(*self.scene.picture_axes)
+        self._pictured.emit(_Picture(image, letters, time.monotonic() - begun))
+
+    @Slot(object)
+    def _on_pictured(self, picture: _Picture) -> None:
+        self._image, self._letters = picture.image, picture.letters
         self.update()
+        self.drawn.emit(picture.took_s)
+
+    def _change(self, work: Callable[[], object]) -> None:
+        """Have the scene changed, and ask to be drawn."""
+        self._do(work)
+        self.changed.emit()
+
+    def _do(self, work: Callable[[], object]) -> None:
+        """Have something done by the overview's own thread, after all before it."""
+        if not self._is_released:
+            self._drawer.submit(work).add_done_callback(_tell_defect)
 
     def release(self) -> None:
         """Free the graphics memory; end the threads."""
+        if self._is_released:
+            return
+        self._is_released = True
         self._refresher.close()
-        self._plotter.close()
+        # in the thread that the OpenGL context belongs to
+        self._drawer.submit(self._plotter.close).result()
+        self._drawer.shutdown()
         if self._cutaway is not None:
             self._cutaway.close()
 
@@ -188,8 +258,8 @@ class OverviewView(QWidget):
             return
         moved = event.position() - self._dragged_from
         self._dragged_from = event.position()
-        self.scene.turn(-TURN_DEG * moved.x(), TURN_DEG * moved.y())
-        self.changed.emit()
+        right_deg, up_deg = -TURN_DEG * moved.x(), TURN_DEG * moved.y()
+        self._change(lambda: self.scene.turn(right_deg, up_deg))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go of the head."""
@@ -197,5 +267,24 @@ class OverviewView(QWidget):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom."""
-        self.scene.zoom(ZOOM ** (event.angleDelta().y() / _NOTCH))
-        self.changed.emit()
+        factor = ZOOM ** (event.angleDelta().y() / _NOTCH)
+        self._change(lambda: self.scene.zoom(factor))
+
+
+def _make_scene(
+    endoscope: Endoscope, edge_samples: int
+) -> tuple[pv.Plotter, OverviewScene]:
+    """Return an overview's plotter and scene, of the thread that this is called in."""
+    plotter = pv.Plotter(off_screen=True)
+    if edge_samples:
+        plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
+    else:
+        plotter.disable_anti_aliasing()
+    return plotter, OverviewScene(plotter, endoscope)
+
+
+def _tell_defect(done: "Future[object]") -> None:
+    """Have a defect reported as any thread's is; nobody asks for the result."""
+    error = done.exception()
+    if error is not None:
+        traceback.print_exception(error)

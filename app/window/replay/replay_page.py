@@ -1,5 +1,6 @@
 """The page of a replay: one session, or two side by side, at any moment."""
 
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -45,7 +46,7 @@ from scenarios.instrument_state import NO_TOOL
 
 TICK_MS = 15
 OVERVIEW_SHARE = 0.15
-"""Largest part of the window's time for the overview, where OpenGL is software."""
+"""Largest part of the time for drawing the overview, where OpenGL is software."""
 
 OVERVIEW_MS = 100
 STOP_PATIENCE_S = 5.0
@@ -258,6 +259,7 @@ class ReplayPage(Page):
         self._side = side = ReplaySide(opened.scenario, self._edge_samples)
         side.set_scale(self._scale)
         side.overview.changed.connect(self._on_overview_changed)
+        side.overview.drawn.connect(self._on_overview_drawn)
         side.events.sought.connect(self.seek)
         side.book.sought.connect(self.seek)
         side.book.written.connect(self._note)
@@ -473,22 +475,24 @@ class ReplayPage(Page):
         self._is_stale = True
 
     def _draw_overview(self) -> None:
-        """Draw overview and slices, and not again before the budget allows."""
+        """Draw slices, have the overview drawn; not again before the budget allows."""
         self._is_stale = False
         side, shown = self._side, self._seen
         if side is None:
             return
-        begun = time.monotonic()
+        self._overview_due_s = math.inf
+        view = None
         if shown is not None:
             view = shown.here.view
             tool_mm = view.world_from_instrument[:3, 3]
             has_tool = view.instrument != NO_TOOL and np.all(np.isfinite(tool_mm))
-            side.overview.scene.follow(view)
             side.slices.follow(view.camera.frame[0], tool_mm if has_tool else None)
-        side.overview.draw()
-        ended = time.monotonic()
-        waits_s = max((ended - begun) / OVERVIEW_SHARE, OVERVIEW_MS / 1e3)
-        self._overview_due_s = ended + waits_s
+        side.overview.draw(view)
+
+    @Slot(float)
+    def _on_overview_drawn(self, took_s: float) -> None:
+        waits_s = max(took_s / OVERVIEW_SHARE, OVERVIEW_MS / 1e3)
+        self._overview_due_s = time.monotonic() + waits_s
 
     @Slot(str, float)
     def _on_measuring(self, stage: str, share: float) -> None:
@@ -664,6 +668,8 @@ class ReplayPage(Page):
     def catch_up(self) -> None:
         """Draw the overview now."""
         self._draw_overview()
+        if self._side is not None:
+            self._side.overview.finish()
 
     def release(self) -> None:
         """End the replay; free the overview's graphics memory."""
