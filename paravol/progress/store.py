@@ -58,7 +58,7 @@ class ProgressStore:
 
         file: None for the user's own, below the data directory. A damaged file is set
         aside under another name, and `told` says so. UserError for a file that is no
-        store, or one of a newer program.
+        store, or one of a newer program, or cannot be used now, as on a full disk.
         """
         is_the_users = file is None
         self.file = users_store() if file is None else file.absolute()
@@ -75,6 +75,8 @@ class ProgressStore:
                 self._open()
             except DatabaseError as error:
                 if not _is_damage(error):
+                    if isinstance(error, OperationalError):
+                        raise self._unusable(error) from error
                     raise
                 if not is_the_users:
                     self._demand_sqlite()
@@ -185,10 +187,7 @@ class ProgressStore:
             with self._engine.begin() as connection:
                 yield connection
         except OperationalError as error:
-            raise UserError(
-                f"The store {self.file} cannot be used now: {error.orig}. Another "
-                "program may be writing to it, or its disk is full; try again."
-            ) from error
+            raise self._unusable(error) from error
         except DatabaseError as error:
             if not _is_damage(error):
                 raise
@@ -196,6 +195,12 @@ class ProgressStore:
                 f"The store {self.file} is damaged: {error.orig}. Opened anew, it is "
                 "set aside; paravol progress add brings recordings back."
             ) from error
+
+    def _unusable(self, error: OperationalError) -> UserError:
+        return UserError(
+            f"The store {self.file} cannot be used now: {error.orig}. Another "
+            "program may be writing to it, or its disk is full; try again."
+        )
 
     def _open(self) -> None:
         """Check the file, and make or renew its tables."""

@@ -33,7 +33,9 @@ def record_of(trainee: str, store: Path | None = None) -> TraineeRecord:
         kept = ProgressStore(store)
         sessions, told = kept.sessions(trainee=trainee), kept.told
         names = kept.trainees()
-    except (UserError, OSError) as error:
+    except UserError as error:
         told = f"Your results cannot be read: {error}"
+    except OSError as error:
+        told = f"Your results cannot be read: {error.strerror}: {error.filename}."
     named = tuple(name for name in names if name)
     return TraineeRecord(trainee, ladder_of(sessions), named, told)

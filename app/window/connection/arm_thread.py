@@ -2,8 +2,9 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QCoreApplication, QObject, Signal
 
 from app.window.background_work import words_for
 from devices import DeviceError
@@ -62,6 +63,22 @@ class ArmThread(QObject):
         if self._thread is not None:
             self._thread.join()
 
+    def leave(self) -> None:
+        """End what is going on without waiting; this object ends with it.
+
+        A port at which nothing answers is waited for for seconds.
+        """
+        self._closed.set()
+        # Python's garbage collection might end it in any thread
+        self.setParent(QCoreApplication.instance())
+        threading.Thread(target=self._leave, name="arm end", daemon=True).start()
+
+    def _leave(self) -> None:
+        self.close()
+        # where the program ended meanwhile, it is gone already
+        with suppress(RuntimeError):
+            self.deleteLater()
+
     def _begin(self, work: Callable[[threading.Event], None]) -> None:
         """Work in a thread, after the one before: a port has one user."""
         self._closed.set()
@@ -71,6 +88,9 @@ class ArmThread(QObject):
         def run() -> None:
             if before is not None:
                 before.join()
+            if closed.is_set():
+                # whoever switches quickly does not wait for each
+                return
             try:
                 work(closed)
             except ClosedError:

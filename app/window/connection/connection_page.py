@@ -40,6 +40,7 @@ ROWS = (
     "Pedals down",
 )
 NONE = "--"
+LOOKING = "Looking for the arm…"
 ABOUT = (
     "A registration says where the arm stands beside the head. It holds until the arm "
     "is switched off or moved."
@@ -175,8 +176,8 @@ class ConnectionPage(Page):
                 super().keyPressEvent(event)
 
     def release(self) -> None:
-        """Let the arm go."""
-        self.arm.close()
+        """Let the arm go, without waiting for it."""
+        self.arm.leave()
 
     @Slot()
     def _look(self) -> None:
@@ -186,6 +187,7 @@ class ConnectionPage(Page):
             figure.setText(NONE)
         self._say_problem(self._problems[self.chooser.currentIndex()])
         if not self.problem.text():
+            self.figures["Arm"].setText(LOOKING)
             self.arm.watch(self.port)
         if self.port is None and not self.log.toPlainText():
             self.log.setPlainText(EMULATED)
@@ -200,6 +202,7 @@ class ConnectionPage(Page):
         self.log.clear()
         self._say_problem("")
         self._set_registering(True)
+        self.step.setText(LOOKING)
         self.arm.register(
             RegistrationOrder(
                 HEAD, self.port, self.pivot.isChecked(), self.trace.isChecked()
@@ -216,6 +219,8 @@ class ConnectionPage(Page):
         self.step.setText("")
 
     def _say_problem(self, text: str) -> None:
+        if text and self.figures["Arm"].text() == LOOKING:
+            self.figures["Arm"].setText(NONE)
         self.problem.setText(text)
         self.problem.setVisible(bool(text))
 

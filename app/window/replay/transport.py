@@ -114,7 +114,7 @@ class Transport(QWidget):
             line.setSpacing(round(6 * scale))
 
     def set_ready(self, is_ready: bool) -> None:
-        """Offer all buttons where there is a session, else only to open one or leave."""
+        """Offer all buttons where there is a session, else to open one or to leave."""
         for part in self._needing:
             part.setEnabled(is_ready)
 

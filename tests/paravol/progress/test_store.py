@@ -195,6 +195,21 @@ def test_a_file_that_is_no_store_is_left_alone(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.glob("*damaged*")] == []
 
 
+def test_a_store_that_cannot_be_opened_now_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "folder.sqlite").mkdir()
+    with pytest.raises(UserError, match="cannot be used now: unable to open"):
+        ProgressStore(tmp_path / "folder.sqlite")
+
+    def full(connection: object, record: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr("paravol.progress.store._set_up", full)
+    with pytest.raises(UserError, match="disk is full"):
+        ProgressStore(tmp_path / "p.sqlite")
+
+
 def test_an_older_store_is_brought_up_to_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,3 +48,12 @@ def test_a_store_of_a_newer_program_is_told_and_left_alone(tmp_path: Path) -> No
     assert "newer version" in record.told
     assert record.ladder.exercises
     assert file.read_bytes() == before
+
+
+def test_a_folder_that_cannot_be_made_is_told_in_words(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    record = record_of("ann", tmp_path / "file" / "p.sqlite")
+    assert record.told.startswith("Your results cannot be read: ")
+    assert "Errno" not in record.told
+    assert str(tmp_path / "file") in record.told
+    assert record.ladder.exercises

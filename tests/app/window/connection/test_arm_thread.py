@@ -1,0 +1,44 @@
+"""Whoever switches arms quickly, or leaves, waits for none that does not answer."""
+
+import pytest
+
+pytest.importorskip(
+    "PySide6.QtCore", reason="the extra 'desktop'", exc_type=ImportError
+)
+
+from tests.app.window.opened_window import run_script
+
+SWITCH = """
+import threading
+from PySide6.QtCore import QCoreApplication, QEvent
+from app.window.connection import arm_thread
+
+opened, answers, looked = [], threading.Event(), threading.Event()
+
+def watch(self, port, closed):
+    opened.append(port)
+    looked.set()
+    answers.wait(60.0)
+
+arm_thread.ArmThread._watch = watch
+application = QCoreApplication([])
+arm = arm_thread.ArmThread()
+gone = []
+arm.destroyed.connect(lambda: gone.append(True))
+arm.watch("first")
+assert looked.wait(60.0)
+for port in ("second", "third", "fourth"):
+    arm.watch(port)
+arm.leave()
+# nothing has answered, and yet nobody waits
+assert not answers.is_set() and opened == ["first"]
+answers.set()
+while not gone:
+    application.processEvents()
+    application.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+print(opened)
+"""
+
+
+def test_an_arm_that_was_left_meanwhile_is_not_opened() -> None:
+    assert run_script(SWITCH, limit_s=60.0) == "['first']\n"
