@@ -1,5 +1,6 @@
 """Variants of anatomy by name: how often they occur, and how to ask for one."""
 
+import difflib
 from collections.abc import Iterable
 from statistics import NormalDist
 
@@ -98,8 +99,10 @@ def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
 def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
     word, colon, side = name.partition(":")
     if word not in NAMES:
+        near = difflib.get_close_matches(word, NAMES, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
         raise UserError(
-            f"there is no variant {word!r}; the names are {', '.join(NAMES)}"
+            f"there is no variant {word!r}{hint}; the names are {', '.join(NAMES)}"
         )
     if colon and side not in ("left", "right"):
         raise UserError(f"the side of {name!r} must be left or right, got {side!r}")

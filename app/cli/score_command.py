@@ -132,19 +132,24 @@ def print_assessment(assessment: Assessment, source: str) -> None:
     rows += [
         (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
     ]
+    greyed = frozenset(
+        len(rows) + place
+        for place, part in enumerate(assessment.parts)
+        if not part.counts
+    )
     rows += [(part.title, part_text(part)) for part in assessment.parts]
     rows += [("remark", remark) for remark in assessment.remarks]
     rows.append(("measured", source))
     title = f"{assessment.session} by {assessment.rubric} {assessment.rubric_version}"
-    print_table(title, rows)
+    print_table(title, rows, greyed)
 
 
 def part_text(part: Part) -> str:
     """Return a part's points and all that they came from."""
     if not part.counts:
         why = part.reason.removeprefix("not enough data: ")
-        text = f"[dim]- of {part.most_points:g}: {part.standing}"
-        return text + (f": {why}[/dim]" if why else "[/dim]")
+        text = f"- of {part.most_points:g}: {part.standing}"
+        return text + (f": {why}" if why else "")
     value = part.reason
     if part.value is not None:
         unit = "" if part.unit == "1" else f" {part.unit}"

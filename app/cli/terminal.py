@@ -78,14 +78,20 @@ def print_json(value: object) -> None:
     print(json.dumps(msgspec.to_builtins(value), indent=2, allow_nan=False))
 
 
-def print_table(title: str, rows: list[tuple[str, str]]) -> None:
-    """Print named figures as one table on standard output."""
+def print_table(
+    title: str, rows: list[tuple[str, str]], greyed: frozenset[int] = frozenset()
+) -> None:
+    """Print named figures as one table on standard output.
+
+    greyed: places of the rows that do not count; a terminal shows them dimmed.
+    """
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     table = Table(title=title, show_header=False, title_justify="left")
-    for name, value in rows:
+    for place, (name, value) in enumerate(rows):
         # what stands in brackets is no markup: pip install 'paravol-ess[mpi]'
-        table.add_row(escape(name), escape(value))
+        style = "dim" if place in greyed else None
+        table.add_row(escape(name), escape(value), style=style)
     Console().print(table, highlight=False)

@@ -65,7 +65,7 @@ def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("onodo", "there is no variant"),
+        ("onodo", "there is no variant .*did you mean .onodi"),
         ("onodi:up", "must be left or right"),
         ("keros-2:left", "holds for both sides"),
         ("frontal-aplasia:right", "cannot be built"),

@@ -84,6 +84,21 @@ def test_a_folder_is_scored_to_a_table_and_no_session_twice(
     assert {file: file.stat().st_mtime_ns for file in out.iterdir()} == before
 
 
+def test_a_part_without_data_is_told_without_markup_where_the_table_is_piped(
+    sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = sessions / "experts" / "0.paravol"
+    assert main(["score", str(one), "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "not enough data" in told
+    assert "dim]" not in told
+    assert "\x1b" not in told
+    assert main(["score", str(one), "--out", str(tmp_path), "--json"]) == 0
+    (line,) = json.loads(capsys.readouterr().out)
+    assert line["assessment"]["exercise"]["verdict"] == "not passed"
+    assert line["assessment"]["exercise"]["missed"]
+
+
 def test_a_mark_parts_groups_that_differ(
     sessions: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
