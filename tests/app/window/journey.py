@@ -370,9 +370,9 @@ def do_all_in_flight(way: Journey) -> FlightPage:
     way.seen("frozen", *labels_with_figures(page))
     way.click(freeze)
     way.until(lambda: page._frame is not None and not page._frame.is_frozen)
-    angle = page._frame.view.scope_deg
+    angle_deg = scope_deg(page)
     way.press(Key.Key_O)
-    way.until(lambda: page._frame.view.scope_deg != angle or len(_scopes(page)) == 1)
+    way.until(lambda: scope_deg(page) != angle_deg)
     way.press(Key.Key_Space)
     way.until(lambda: page._moments.times_s)
     if kept := os.environ.get("JOURNEY_PICTURES"):
@@ -387,8 +387,10 @@ def do_all_in_flight(way: Journey) -> FlightPage:
     return page
 
 
-def _scopes(page: FlightPage) -> tuple[float, ...]:
-    return tuple(page._flight.scopes.choices_deg)
+def scope_deg(page: FlightPage) -> float:
+    """Return the angle of the scope that is put in."""
+    assert page._frame is not None
+    return page._frame.view.scope_deg
 
 
 def labels_with_figures(page: FlightPage) -> list[QLabel]:
@@ -401,12 +403,15 @@ def replay(way: Journey) -> None:
     way.press(Key.Key_R)
     page = way.shown(ReplayPage)
     way.until(lambda: settled(page))
+    assert page._opened is not None
     times = page._opened.frame_times_s
     at = QPointF(page.line.x_of(times[len(times) // 2]), page.line.height() - 2.0)
     QTest.mouseClick(page.line, Left, pos=at.toPoint())
     way.until(lambda: settled(page))
+    assert page._seen is not None
     assert page._seen.here.sample.time_s > times[0]
-    sessions = [flown.end.record for flown in way.desk.flown]
+    ends = [flown.end for flown in way.desk.flown]
+    sessions = [end.record for end in ends if end is not None and end.record]
     assert len(set(sessions)) == 2
     assert all(read_recording(session).info for session in sessions)
     way.seen("replay", *changing(page))
@@ -426,6 +431,7 @@ def replay(way: Journey) -> None:
 
 def changing(page: ReplayPage) -> list[QWidget]:
     """Return what tells times and names on a page of replays."""
+    assert page._side is not None
     return [page.line, page._side.events, *page.findChildren(QLabel)]
 
 
