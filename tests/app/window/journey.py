@@ -43,8 +43,13 @@ Key, Left = Qt.Key, Qt.MouseButton.LeftButton
 SIZES = (1280, 720), (1920, 1080), (3840, 2160)
 REFERENCES = Path(__file__).parent / "pictures"
 WIDTH, BLOCK = 320, 8
-TOLERANCE = 60.0
-"""Levels of 255, of the mean over a block of 8 x 8 of the small picture's pixels."""
+TOLERANCE = 15.0
+"""Levels of 255, of the mean over a block of 8 x 8 of the small picture's pixels.
+
+On one machine two runs differ by 0.0. Letters drawn without smooth edges, or with full
+hinting, make 4.5, a serif font 6; a font of another width 24 to 37: where DejaVu Sans
+is not there, the pictures are to be renewed.
+"""
 
 LIMIT_MS = 40_000
 LIVE = (
@@ -243,8 +248,8 @@ def end_flight(way: Journey, page: FlightPage) -> ResultPage:
 
 
 def unlike(page: ResultPage) -> list[QWidget]:
-    """Return what tells times and places on a page of results."""
-    return [page._figures, page._kept, page._about, page.handling, page.parts]
+    """Return what tells times, places and how one flew on a page of results."""
+    return [page._left, page._figures, page._kept, page.handling]
 
 
 def test_short_way(qtbot: Any, folder: Path) -> None:
