@@ -43,8 +43,13 @@ Key, Left = Qt.Key, Qt.MouseButton.LeftButton
 SIZES = (1280, 720), (1920, 1080), (3840, 2160)
 REFERENCES = Path(__file__).parent / "pictures"
 WIDTH, BLOCK = 320, 8
-TOLERANCE = 60.0
-"""Levels of 255, of the mean over a block of 8 x 8 of the small picture's pixels."""
+TOLERANCE = 15.0
+"""Levels of 255, of the mean over a block of 8 x 8 of the small picture's pixels.
+
+On one machine two runs differ by 0.0. Letters drawn without smooth edges, or with full
+hinting, make 4.5, a serif font 6; a font of another width 24 to 37: where DejaVu Sans
+is not there, the pictures are to be renewed.
+"""
 
 LIMIT_MS = 40_000
 LIVE = (
@@ -243,8 +248,8 @@ def end_flight(way: Journey, page: FlightPage) -> ResultPage:
 
 
 def unlike(page: ResultPage) -> list[QWidget]:
-    """Return what tells times and places on a page of results."""
-    return [page._figures, page._kept, page._about, page.handling, page.parts]
+    """Return what tells times, places and how one flew on a page of results."""
+    return [page._left, page._figures, page._kept, page.handling]
 
 
 def test_short_way(qtbot: Any, folder: Path) -> None:
@@ -370,9 +375,9 @@ def do_all_in_flight(way: Journey) -> FlightPage:
     way.seen("frozen", *labels_with_figures(page))
     way.click(freeze)
     way.until(lambda: page._frame is not None and not page._frame.is_frozen)
-    angle = page._frame.view.scope_deg
+    angle_deg = scope_deg(page)
     way.press(Key.Key_O)
-    way.until(lambda: page._frame.view.scope_deg != angle or len(_scopes(page)) == 1)
+    way.until(lambda: scope_deg(page) != angle_deg)
     way.press(Key.Key_Space)
     way.until(lambda: page._moments.times_s)
     if kept := os.environ.get("JOURNEY_PICTURES"):
@@ -387,8 +392,10 @@ def do_all_in_flight(way: Journey) -> FlightPage:
     return page
 
 
-def _scopes(page: FlightPage) -> tuple[float, ...]:
-    return tuple(page._flight.scopes.choices_deg)
+def scope_deg(page: FlightPage) -> float:
+    """Return the angle of the scope that is put in."""
+    assert page._frame is not None
+    return page._frame.view.scope_deg
 
 
 def labels_with_figures(page: FlightPage) -> list[QLabel]:
@@ -401,12 +408,15 @@ def replay(way: Journey) -> None:
     way.press(Key.Key_R)
     page = way.shown(ReplayPage)
     way.until(lambda: settled(page))
+    assert page._opened is not None
     times = page._opened.frame_times_s
     at = QPointF(page.line.x_of(times[len(times) // 2]), page.line.height() - 2.0)
     QTest.mouseClick(page.line, Left, pos=at.toPoint())
     way.until(lambda: settled(page))
+    assert page._seen is not None
     assert page._seen.here.sample.time_s > times[0]
-    sessions = [flown.end.record for flown in way.desk.flown]
+    ends = [flown.end for flown in way.desk.flown]
+    sessions = [end.record for end in ends if end is not None and end.record]
     assert len(set(sessions)) == 2
     assert all(read_recording(session).info for session in sessions)
     way.seen("replay", *changing(page))
@@ -426,6 +436,7 @@ def replay(way: Journey) -> None:
 
 def changing(page: ReplayPage) -> list[QWidget]:
     """Return what tells times and names on a page of replays."""
+    assert page._side is not None
     return [page.line, page._side.events, *page.findChildren(QLabel)]
 
 
