@@ -43,15 +43,16 @@ class ArmThread(QObject):
     def __init__(self) -> None:
         super().__init__()
         self._closed = threading.Event()
-        self._thread: threading.Thread | None = None
+        # with their ports
+        self._threads: list[tuple[str | None, threading.Thread]] = []
 
     def watch(self, port: str | None) -> None:
         """Look at an arm."""
-        self._begin(lambda closed: self._watch(port, closed))
+        self._begin(port, lambda closed: self._watch(port, closed))
 
     def register(self, order: RegistrationOrder) -> None:
         """Lead through a registration."""
-        self._begin(lambda closed: self._register(order, closed))
+        self._begin(order.port, lambda closed: self._register(order, closed))
 
     def stop(self) -> None:
         """End what is going on; returns at once."""
@@ -60,8 +61,8 @@ class ArmThread(QObject):
     def close(self) -> None:
         """End what is going on, and wait for it."""
         self._closed.set()
-        if self._thread is not None:
-            self._thread.join()
+        for _, thread in self._threads:
+            thread.join()
 
     def leave(self) -> None:
         """End what is going on without waiting; this object ends with it.
@@ -79,15 +80,17 @@ class ArmThread(QObject):
         with suppress(RuntimeError):
             self.deleteLater()
 
-    def _begin(self, work: Callable[[threading.Event], None]) -> None:
-        """Work in a thread, after the one before: a port has one user."""
+    def _begin(self, port: str | None, work: Callable[[threading.Event], None]) -> None:
+        """Work in a thread, after those before it at its port: that has one user."""
         self._closed.set()
-        before, closed = self._thread, threading.Event()
+        self._threads = [each for each in self._threads if each[1].is_alive()]
+        before = [thread for used, thread in self._threads if used == port]
+        closed = threading.Event()
         self._closed = closed
 
         def run() -> None:
-            if before is not None:
-                before.join()
+            for thread in before:
+                thread.join()
             if closed.is_set():
                 # whoever switches quickly does not wait for each
                 return
@@ -96,17 +99,21 @@ class ArmThread(QObject):
             except ClosedError:
                 pass
             except Exception as error:
-                self.problem.emit(words_for(error))
+                if not closed.is_set():
+                    self.problem.emit(words_for(error))
             if self._closed is closed:
                 self.ended.emit()
 
-        self._thread = threading.Thread(target=run, name="arm", daemon=True)
-        self._thread.start()
+        thread = threading.Thread(target=run, name="arm", daemon=True)
+        self._threads.append((port, thread))
+        thread.start()
 
     def _watch(self, port: str | None, closed: threading.Event) -> None:
         scenario, folder = load_scenario(HEAD)
         path_file = recorded_path_file(scenario, folder)
         with open_arm(scenario, path_file, device=port) as arm:
+            if closed.is_set():
+                return
             about = arm.description.identity
             self.connected.emit(
                 f"{about.product_name} {about.model}, serial number {about.serial}",
