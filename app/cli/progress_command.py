@@ -26,9 +26,9 @@ from paravol.progress.curve_plot import demand_format, draw_curve
 from paravol.progress.session_entry import NOBODY, PERCENT, bundle_sha256
 from paravol.progress.xapi import HOME_PAGE
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import score_session
+from paravol.session_scoring import score_session, usual_rubric
 from paravol.session_store import SUFFIX, SessionStore
-from scenarios.bundle import write_json
+from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
 from scenarios.rubrics import Assessment, load_rubric
 
@@ -219,7 +219,7 @@ def run_add(
         raise UserError("Name at least one session, a folder NAME.paravol.")
     if assessment is not None and (len(sessions) != 1 or rubric):
         raise UserError("--assessment goes with one session, without --rubric.")
-    read_by = load_rubric(rubric) if rubric else None
+    named = load_rubric(rubric) if rubric else None
     demand_name(trainee)
     scored = None
     if assessment is not None:
@@ -231,8 +231,9 @@ def run_add(
             metrics: list[Metric] = session_metrics(
                 folder, has_head=not motion_only, progress=stages
             ).metrics
-            if read_by is not None:
-                scored, _ = score_session(folder, read_by, progress=stages)
+            if assessment is None and (named is not None or not motion_only):
+                chosen = named or load_rubric(usual_rubric(read_recording(folder)))
+                scored, _ = score_session(folder, chosen, progress=stages)
         entry = entry_of_session(
             folder, trainee=trainee, metrics=metrics, assessment=scored
         )

@@ -151,11 +151,12 @@ def add(
     trainee
         A name that the trainee made up. None is needed.
     rubric
-        Score them by this bundled rubric, such as endoscopy, or a .toml file.
+        Score them by this bundled rubric, such as endoscopy, or a .toml file; by
+        itself "operation" or, where nothing was cut, "endoscopy".
     assessment
         JSON file of the session's assessment by a rubric; for one session only.
     motion_only
-        Leave the head out: no contact, hazards or removal, but at once.
+        Leave the head out: no contact, hazards, removal or score, but at once.
     """
     from app.cli.progress_command import run_add
 
