@@ -18,7 +18,7 @@ from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.felt_signs import felt_signs
 from paravol.patient import PatientScene, Progress, load_patient, thread_count
 from paravol.player import Player
-from paravol.replay.free_camera import FreeCamera, shaft_in_scene
+from paravol.replays.free_camera import FreeCamera, shaft_in_scene
 from paravol.session_alignment import TimeMap, align, session_marks
 from paravol.session_setup import build_view, flown_scenario
 from paravol.session_timeline import SessionTimeline

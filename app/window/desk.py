@@ -28,7 +28,7 @@ from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
-from paravol.replay.replay_worker import ReplayOrder
+from paravol.replays.replay_worker import ReplayOrder
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (

@@ -34,9 +34,9 @@ from app.window.replay.transport import Transport
 from devices.port import HostClock
 from paravol.player import Player
 from paravol.readings import Readings
-from paravol.replay.free_camera import CameraMove
-from paravol.replay.replay_worker import OpenedReplay, ReplayOrder, Row, ShownReplay
-from paravol.replay.time_marks import TimeMark, next_mark, note_marks
+from paravol.replays.free_camera import CameraMove
+from paravol.replays.replay_worker import OpenedReplay, ReplayOrder, Row, ShownReplay
+from paravol.replays.time_marks import TimeMark, next_mark, note_marks
 from paravol.session_pictures import ShownMoment
 from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews

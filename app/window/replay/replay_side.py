@@ -24,8 +24,8 @@ from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.replay.time_line import clock_text
 from paravol.readings import tool_text
-from paravol.replay.replay_worker import Row
-from paravol.replay.time_marks import TimeMark
+from paravol.replays.replay_worker import Row
+from paravol.replays.time_marks import TimeMark
 from scenarios import InstrumentState, Scenario
 from scenarios.bundle import Note
 from scenarios.bundle.notes import LONGEST_NOTE

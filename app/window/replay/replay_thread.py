@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from app.errors import sentence
 from app.vtk.head_model import COARSENESS, FINE, head_model
 from paravol.patient import PatientScene
-from paravol.replay.replay_worker import (
+from paravol.replays.replay_worker import (
     OpenedReplay,
     ReplayObserver,
     ReplayOrder,
@@ -18,7 +18,7 @@ from paravol.replay.replay_worker import (
     Row,
     ShownReplay,
 )
-from paravol.replay.time_marks import TimeMark
+from paravol.replays.time_marks import TimeMark
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios.bundle import Note
 

@@ -26,7 +26,7 @@ from app.window.style import (
     WARNING,
     font_of,
 )
-from paravol.replay.time_marks import MarkKind, TimeMark
+from paravol.replays.time_marks import MarkKind, TimeMark
 
 LANE_PX = 14.0
 NAME_PX = 84.0

@@ -11,7 +11,7 @@ from paravol.patient import load_patient, no_progress
 from scenarios import load_scenario
 from tests.app.window.desk_run import opened_desk, until
 from tests.app.window.opened_window import run_script
-from tests.paravol.replay.flown_session import along_the_path, record_flight
+from tests.paravol.replays.flown_session import along_the_path, record_flight
 
 REPLAY = """
 import sys, time

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paravol.replay.free_camera import (
+from paravol.replays.free_camera import (
     CLEAR_MM,
     CameraMove,
     FreeCamera,

@@ -21,8 +21,8 @@ from paravol.debrief.findings import gather
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.metric_texts import metric_text, says_nothing
 from paravol.patient import PatientScene
-from paravol.replay.free_camera import CameraMove, FreeCamera
-from paravol.replay.time_marks import TimeMark, measured_marks, recorded_marks
+from paravol.replays.free_camera import CameraMove, FreeCamera
+from paravol.replays.time_marks import TimeMark, measured_marks, recorded_marks
 from paravol.session_alignment import TimeMap, align, by_time, session_marks
 from paravol.session_pictures import SessionPictures, ShownMoment
 from paravol.session_setup import MissingCaseError

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from paravol.debrief.events import Event
 from paravol.debrief.events import Kind as EventKind
-from paravol.replay.time_marks import (
+from paravol.replays.time_marks import (
     MarkKind,
     TimeMark,
     measured_marks,

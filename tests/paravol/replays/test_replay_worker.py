@@ -12,9 +12,9 @@ import pytest
 
 from disk import UserError
 from paravol.patient import PatientScene
-from paravol.replay import replay_worker
-from paravol.replay.free_camera import CameraMove
-from paravol.replay.replay_worker import (
+from paravol.replays import replay_worker
+from paravol.replays.free_camera import CameraMove
+from paravol.replays.replay_worker import (
     OpenedReplay,
     ReplayObserver,
     ReplayOrder,
@@ -22,7 +22,7 @@ from paravol.replay.replay_worker import (
     Row,
     ShownReplay,
 )
-from paravol.replay.time_marks import MarkKind, TimeMark
+from paravol.replays.time_marks import MarkKind, TimeMark
 from paravol.session_timeline import SessionTimeline
 from scenarios import Scenario, load_scenario
 from scenarios.bundle import (
@@ -33,7 +33,7 @@ from scenarios.bundle import (
     write_json,
 )
 from tests.paravol.operated_head import head_round_an_orbit
-from tests.paravol.replay.flown_session import (
+from tests.paravol.replays.flown_session import (
     EVERY_S,
     LASTS_S,
     SHOWN_EVERY,
