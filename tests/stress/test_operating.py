@@ -92,7 +92,9 @@ def test_poses_that_are_none_among_others() -> None:
     assert replayed(hand.samples).patient.hash() == hand.operation.patient.hash()
 
 
-@pytest.mark.parametrize("rate_hz", [100.0, 1000.0])
+@pytest.mark.parametrize(
+    "rate_hz", [pytest.param(100.0, marks=pytest.mark.slow), 1000.0]
+)
 def test_jumps_at_ten_metres_a_second(rate_hz: float) -> None:
     hand = Hand(pointing=(1.0, 0.0, 0.0), tip_mm=(6.0, 4.0, FLOOR_MM + 1.0))
     before = remaining(hand.operation.patient)

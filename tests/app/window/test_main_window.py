@@ -143,6 +143,7 @@ opened.close()
 """
 
 
+@pytest.mark.slow
 def test_keys_and_mouse_steer_the_scope_about_the_nostril(
     screen: str, coarse_scenario: Path
 ) -> None:

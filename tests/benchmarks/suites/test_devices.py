@@ -40,6 +40,7 @@ def test_every_packet_becomes_a_pose(
     assert 0.0 < measured.timing.cpu_s < 0.01
 
 
+@pytest.mark.slow
 def test_polls_are_measured_too() -> None:
     measured = measure_reader(None, 0.3)
     assert measured.counters["poses"] > 5

@@ -8,6 +8,7 @@ from benchmarks.scenes import SubjectSource
 from benchmarks.suites.surgery import DENT, REBUILD, UPDATE, SurgeryPlan
 
 
+@pytest.mark.slow
 def test_local_updates_draw_what_a_rebuild_draws(
     ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -65,6 +65,7 @@ window.release()
 """
 
 
+@pytest.mark.slow
 def test_an_arm_is_looked_at_and_a_registration_can_be_ended(
     screen: str, coarse_scenario: Path, tmp_path: Path
 ) -> None:

@@ -76,6 +76,7 @@ print(before - sys.getrefcount(None))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.skipif(
     sys.version_info >= (3, 12),

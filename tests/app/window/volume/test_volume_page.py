@@ -86,6 +86,7 @@ window.release()
 """
 
 
+@pytest.mark.slow
 def test_a_scan_is_turned_edited_and_drawn_in_each_way(
     screen: str, tmp_path: Path
 ) -> None:

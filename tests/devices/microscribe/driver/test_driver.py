@@ -323,6 +323,7 @@ def test_the_poll_rate_must_be_positive() -> None:
         MicroScribe("nowhere", poll_hz=0.0)
 
 
+@pytest.mark.slow
 @posix
 def test_an_arm_at_the_far_end_of_a_network_gives_the_same_poses() -> None:
     firmware = EmulatedArm(DX40937, orbit(DX40937), now_s=time.monotonic())
