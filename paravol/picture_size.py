@@ -40,6 +40,10 @@ AGAIN_AFTER_S = 10.0
 SETTLING = 3
 """Frames after a change that are not judged: memory of the new size is first used."""
 
+BEGINNING = 60
+"""Frames at the beginning that are not judged, one to two seconds: the overview's head
+is made meanwhile. On two cores every flight was thought late by them."""
+
 
 def steps_up_to(most: int) -> tuple[int, ...]:
     """Return the sizes there are, the largest of them `most`."""
@@ -66,7 +70,7 @@ class PictureSize:
         self._ready = {self.first}
         self._making: threading.Thread | None = None
         self._taken_ms: deque[float] = deque(maxlen=LOOKED_AT)
-        self._unjudged = SETTLING
+        self._unjudged = BEGINNING
         self._spare_since_s: float | None = None
         self._late_until_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}

@@ -437,7 +437,9 @@ def replay(way: Journey) -> None:
 def changing(page: ReplayPage) -> list[QWidget]:
     """Return what tells times and names on a page of replays."""
     assert page._side is not None
-    return [page.line, page._side.events, *page.findChildren(QLabel)]
+    # how wide the transport's texts are depends on the frame that is shown
+    fixed = [page.line, page._side.events, page.transport]
+    return [*fixed, *page.findChildren(QLabel)]
 
 
 def settled(page: ReplayPage) -> bool:
