@@ -36,8 +36,9 @@ def walk(way: str, limit_s: float) -> None:
 
 
 @pytest.mark.display
+@pytest.mark.timeout(460)
 def test_one_flies_and_comes_back_home() -> None:
-    walk("test_short_way", 120.0)
+    walk("test_short_way", 420.0)
 
 
 @pytest.mark.display

@@ -51,7 +51,9 @@ hinting, make 4.5, a serif font 6; a font of another width 24 to 37: where DejaV
 is not there, the pictures are to be renewed.
 """
 
-LIMIT_MS = 40_000
+LIMIT_MS = 240_000
+"""Kernels that are in no cache yet are compiled meanwhile."""
+
 LIVE = (
     *(PictureView, OverviewView, SlicesView, MomentView, VolumePicture),
     *(Gauges, TouchBars),
