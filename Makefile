@@ -15,7 +15,7 @@ RUN := .venv/bin/python -m
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check bench desktop dist dist-check clean
+.PHONY: help demo test test-all check bench fuzz desktop dist dist-check clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile \
@@ -38,6 +38,10 @@ check: $(READY)  ## lint, format check, strict types, import floors
 
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench
+
+fuzz: $(READY)  ## look for files that readers cannot take, ten minutes for each reader
+	.venv/bin/uv pip install atheris
+	$(RUN) tests.stress.fuzz
 
 desktop: $(READY)  ## open the trainee's window and steer with mouse and keys
 	$(RUN) app train
