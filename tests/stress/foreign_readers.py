@@ -347,7 +347,7 @@ def hear_packets(data: bytes) -> object:
                 session.begin()
                 session.receive(b"MicroScribe\0")
             case 0xF1 if idle:
-                session.poll(Layout(following[0] & 0x3F))
+                session.poll(Layout(following[0] & 0x2F))
             case 0xF2 if idle:
                 session.stream(5)
             case 0xF3 if idle:
@@ -377,7 +377,7 @@ def hear_trackers(data: bytes) -> object:
 Hear = Callable[[bytes], object]
 
 STREAMS: dict[str, tuple[bytes, Hear]] = {
-    "packets": (b"\xf0\xf3\x04\xc8name\0\xf1\x3f\xbf" + bytes(40), hear_packets),
+    "packets": (b"\xf0\xf3\x04\xc8name\0\xf1\x23\xa3" + bytes(40), hear_packets),
     "commands": (b"\xc5IMMCBEGIN\xc8\xc0\x3f\xd1\x00\x05", hear_commands),
     "trackers": (encode(ToolTransform("scope", 0.25, np.eye(4))), hear_trackers),
 }
