@@ -43,7 +43,7 @@ def whole_exercise_text(mark: ExerciseMark) -> str:
 
 
 def whole_text(assessment: Assessment) -> str:
-    """Return in one line what the rubric says and, if missed, why the exercise's mark."""
+    """Return in one line what the rubric and the exercise's own mark say."""
     text = f"{assessment.rubric}: {rubric_text(assessment)}."
     mark = assessment.exercise
     if mark is None:

@@ -21,7 +21,6 @@ from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
 from scenarios.rubrics import (
     Assessment,
-    ExerciseMark,
     Part,
     PassMark,
     load_rubric,

@@ -1,8 +1,10 @@
 """A beginner's hand on the mouse, simulated: slow to react, trembling, overshooting.
 
-It knows only where the goal lies in a picture of a quarter of a second ago, as the
-overview and the task tell a trainee. It drags, turns the wheel, and draws back where
-nothing moves any more: it uses nothing but what the window passes on of a mouse.
+It knows only what was shown a quarter of a second ago: where the goal and the mark of
+the shaft lie in the picture, how far away the overview shows the goal, whether the task
+is done. It steers the goal to where the shaft goes, which is the middle of a straight
+scope's picture only, turns the light post to look, turns the wheel, and draws back
+where nothing moves any more: it uses nothing but what the window passes on of a mouse.
 """
 
 import math
