@@ -55,8 +55,6 @@ class FlightPage(Page):
 
     first_shown = Signal()
     """The first picture is there."""
-    full_screen_wanted = Signal()
-    """The window shall fill the screen, or no longer."""
 
     def __init__(self, thread: FlightThread, *, edge_samples: int) -> None:
         """Lay out the page and listen to the flight.

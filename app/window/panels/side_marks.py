@@ -70,5 +70,5 @@ def paint_heading(
         for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
             tick = QPointF(x, y) * half
             middle = QPointF(away, 0.0)
-            painter.drawLine(middle + tick, middle + 1.7 * tick)
+            painter.drawLine(middle + tick, middle + tick * 1.7)
     painter.restore()

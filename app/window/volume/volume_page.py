@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout
 
@@ -29,8 +29,6 @@ MOST_PX = 1024
 
 class VolumePage(Page):
     """Show scans of one patient."""
-
-    full_screen_wanted = Signal()
 
     def __init__(self, title: str, scans: Sequence[Scan], threads: int) -> None:
         """Lay the page out; title: of the patient."""
