@@ -55,7 +55,8 @@ class VolumePage(Page):
         self._back.clicked.connect(self.left)
         self.drawing.drawn.connect(self._on_drawn)
         self.drawing.growing.connect(self._on_growing)
-        self.drawing.failed.connect(self.picture.say)
+        for told in (self.drawing.refining, self.drawing.failed):
+            told.connect(self.picture.say)
         for keys, does in (
             ("Ctrl+O", self._on_load),
             ("Ctrl+S", self._on_save),
@@ -142,14 +143,13 @@ class VolumePage(Page):
             size,
         )
         surface = controls.surface_colour if method is None else ""
-        if surface:
-            self.picture.say("drawing the surface; a new density takes seconds")
         self.drawing.ask(Order(wish, surface, is_moving))
 
     @Slot(object)
     def _on_drawn(self, drawn: Drawn) -> None:
         self.picture.show_picture(drawn.pixels)
-        told = f"{1e3 * drawn.seconds:.0f} ms"
+        took_s = drawn.seconds
+        told = f"{1e3 * took_s:.0f} ms" if took_s < 1.0 else f"{took_s:.1f} s"
         if drawn.splats is not None:
             told += f" · {drawn.splats:,} splats"
         self.picture.say(told)
