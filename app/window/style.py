@@ -121,9 +121,11 @@ QPushButton, QComboBox, QLineEdit {{
     color: {ink}; background: {panel}; border: 1px solid {quiet};
     border-radius: {px(4)}; padding: {px(room)} {px(2 * room)}; {size}
 }}
+QComboBox {{ padding: {px(room - 1)} {px(2 * room)}; }}
 QPushButton:hover {{ border-color: {ink}; }}
 QPushButton:checked {{ background: {edge}; border-color: {ready}; }}
 QPushButton:focus, QComboBox:focus, QLineEdit:focus {{ {thick}; }}
+QComboBox:focus {{ padding: {px(room - 2)} {px(2 * room - 1)}; }}
 QPushButton:disabled, QComboBox:disabled {{ color: {quiet}; border-color: {edge}; }}
 QPushButton#primary {{
     background: {ready}; color: {BACKGROUND.name()}; border-color: {ready};

@@ -144,7 +144,7 @@ class ConnectionPage(Page):
         steps.addWidget(self.start)
         self._cards = now, _card(steps)
         middle = QHBoxLayout()
-        middle.addWidget(self._cards[0], 2)
+        middle.addWidget(self._cards[0], 2, Qt.AlignmentFlag.AlignTop)
         middle.addWidget(self._cards[1], 3)
         self._rows = QVBoxLayout(self)
         self._rows.addLayout(head)

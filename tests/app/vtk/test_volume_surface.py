@@ -8,7 +8,7 @@ pytest.importorskip("pyvista", reason="the extra 'desktop'", exc_type=ImportErro
 from app.vtk.volume_surface import contour
 from renderers.scene import Volume
 
-MIDDLE_MM, RADIUS_MM, SPACING_MM = np.array([9.0, 11.0, 10.0]), 7.0, 0.5
+MIDDLE_MM, RADIUS_MM, SPACING_MM = np.array([9.13, 11.21, 10.07]), 7.0, 0.5
 
 
 def ball() -> Volume:
