@@ -167,7 +167,8 @@ QListWidget::item:selected, QTreeWidget::item:selected {{
     background: {edge}; color: {ink};
 }}
 QHeaderView::section {{
-    color: {quiet}; background: {panel}; border: none; padding: {px(room - 2)} {px(7)};
+    color: {quiet}; background: {panel}; border: none;
+    padding: {px(room - 2)} {px(2)} {px(room - 2)} {px(7)};
     font-size: {(points - 1) * scale:.1f}pt;
 }}
 QScrollBar {{ background: {panel}; width: {px(10)}; height: {px(10)}; }}

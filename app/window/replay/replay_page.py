@@ -107,7 +107,9 @@ class ReplayPage(Page):
             self.open(bundles)
 
     def _lay_out(self) -> None:
-        pictures = QHBoxLayout()
+        self._pictures = QWidget()
+        pictures = QHBoxLayout(self._pictures)
+        pictures.setContentsMargins(0, 0, 0, 0)
         pictures.setSpacing(2)
         self._halves = []
         for picture, words in zip(
@@ -129,7 +131,7 @@ class ReplayPage(Page):
         left.setSpacing(0)
         left.addLayout(refusal)
         left.addWidget(self.welcome, 1)
-        left.addLayout(pictures, 1)
+        left.addWidget(self._pictures, 1)
         for part in (self._bars, self.line, self.transport):
             left.addWidget(part)
         self._middle = QHBoxLayout()
@@ -145,7 +147,7 @@ class ReplayPage(Page):
         """Offer sessions while none is open, else what belongs to one."""
         self.welcome.setVisible(is_empty)
         below = self._bars, self.line, self.transport, self._gauges
-        for part in (self._halves[0], *below):
+        for part in (self._pictures, *below):
             part.setVisible(not is_empty)
 
     def _connect(self) -> None:

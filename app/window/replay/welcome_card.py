@@ -16,6 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.page_style import page_sheet
+
 WELCOME = "Which session shall be replayed?"
 HOW = (
     "Drop a folder NAME.paravol on the window, or two of them to compare them; "
@@ -39,11 +41,12 @@ class WelcomeCard(QWidget):
         self.recent = QListWidget()
         self.recent.setAccessibleName("The last flights, the newest first")
         self.open = QPushButton("Open a folder… (O)")
+        self.open.setObjectName("primary")
         self.leave = QPushButton("Leave (Q)")
         card = QFrame()
         card.setObjectName("card")
         title, how = QLabel(WELCOME), QLabel(HOW)
-        title.setObjectName("title")
+        title.setObjectName("heading")
         how.setWordWrap(True)
         buttons = QHBoxLayout()
         buttons.addWidget(self.leave)
@@ -64,6 +67,7 @@ class WelcomeCard(QWidget):
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
+        self.setStyleSheet(page_sheet(scale))
         margin = round(16 * scale)
         self._rows.setContentsMargins(margin, 3 * margin, margin, 3 * margin)
         self._column.setContentsMargins(margin, margin, margin, margin)
