@@ -149,6 +149,8 @@ class ReplayPage(Page):
         below = self._bars, self.line, self.transport, self._gauges
         for part in (self._pictures, *below):
             part.setVisible(not is_empty)
+        if not is_empty:
+            self.setFocus()  # what had it may be gone
 
     def _connect(self) -> None:
         self.line.sought.connect(self.seek)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -38,7 +39,7 @@ class WelcomeCard(QWidget):
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.recent = QListWidget()
+        self.recent = _RecentList()
         self.recent.setAccessibleName("The last flights, the newest first")
         self.open = QPushButton("Open a folder… (O)")
         self.open.setObjectName("primary")
@@ -93,6 +94,16 @@ class WelcomeCard(QWidget):
         folder = item.data(Qt.ItemDataRole.UserRole)
         if folder is not None:
             self.chosen.emit(folder)
+
+
+class _RecentList(QListWidget):
+    """Leave letters to the page: Qt would look for lines that begin with them."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.text().isprintable() and event.text():
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
 
 
 def title_of(folder: Path) -> str:

@@ -8,6 +8,8 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication
 
 from app.window.replay.welcome_card import WelcomeCard, title_of
@@ -30,3 +32,18 @@ def test_choosing_a_line_opens_its_session(application: QApplication) -> None:
     for row in (0, 1):
         card.recent.itemActivated.emit(card.recent.item(row))
     assert chosen == sessions
+
+
+def test_letters_are_left_to_the_page(application: QApplication) -> None:
+    card = WelcomeCard()
+    card.show_recent([Path("/x/q.paravol"), Path("/x/a.paravol")])
+    none = Qt.KeyboardModifier.NoModifier
+    for key, text, is_taken in (
+        (Qt.Key.Key_Q, "q", False),
+        (Qt.Key.Key_O, "o", False),
+        (Qt.Key.Key_Down, "", True),
+    ):
+        event = QKeyEvent(QKeyEvent.Type.KeyPress, key, none, text)
+        card.recent.keyPressEvent(event)
+        assert event.isAccepted() is is_taken
+    assert card.recent.currentRow() == 1
