@@ -167,7 +167,6 @@ class Desk(QObject):
         self._has_home = True
         page = HomePage()
         page.left.connect(self._window.shut)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
         page.scan_wanted.connect(self._show_scan)
@@ -289,7 +288,6 @@ class Desk(QObject):
 
         page = ConnectionPage(self._devices, chosen=self._setup.devices.port)
         page.left.connect(self.open_home)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.registered.connect(self._take_registration)
         self._window.show_page(page)
 
@@ -327,7 +325,6 @@ class Desk(QObject):
                 return
             shown = VolumePage(*found, self._setup.threads)
             shown.left.connect(self.open_home)
-            shown.full_screen_wanted.connect(self._window.full_screen.switch)
             self._window.show_page(shown)
 
         page.show_stage("Preparing")
@@ -369,7 +366,6 @@ class Desk(QObject):
         thread.setParent(self)
         page = FlightPage(thread, edge_samples=self._order.edge_samples)
         flown = Flown(order.scenario, self._trainee, thread)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.left.connect(partial(self._on_left, flown, thread))
         page.first_shown.connect(partial(self._on_first_shown, page, thread))
         thread.landed.connect(partial(self._on_landed, flown, thread))
@@ -458,7 +454,6 @@ class Desk(QObject):
         scenario = flown.scenario
         page = ResultPage(scenario, flown.end, problem)
         page.left.connect(self._window.shut)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.home_wanted.connect(self.open_home)
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
@@ -509,11 +504,17 @@ class Desk(QObject):
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         self._window.show_page(page)
         self._leave_flights()
         if record is not None:
             page.replay(ReplayOrder(record, patient=head))
+            return
+
+        def show(found: list[Path]) -> None:
+            if self._window.page is page:
+                page.welcome.show_recent(found[::-1])
+
+        self._do(lambda _: self._order.sessions.sessions(), show)
 
     def _drop(self, folders: Sequence[Path]) -> None:
         """Open what was dropped on the window: sessions are replayed, a case flown.

@@ -26,6 +26,7 @@ from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.style import OVER
 from paravol.feedback import NO_SIGNS, TouchSigns
+from paravol.feedback.shaft_heading import shaft_heading
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
@@ -54,8 +55,6 @@ class FlightPage(Page):
 
     first_shown = Signal()
     """The first picture is there."""
-    full_screen_wanted = Signal()
-    """The window shall fill the screen, or no longer."""
 
     def __init__(self, thread: FlightThread, *, edge_samples: int) -> None:
         """Lay out the page and listen to the flight.
@@ -347,7 +346,9 @@ class FlightPage(Page):
         self._is_overview_stale = True
         self._show_signs(NO_SIGNS if before is None else before.signs)
         self._warn()
-        _, right, up, forward = frame.view.camera.frame
+        view = frame.view
+        self.picture.mark_heading(shaft_heading(view.camera, view.world_from_tip))
+        _, right, up, forward = view.camera.frame
         self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
         self.picture.show_picture(frame.pixels)
 
