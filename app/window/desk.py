@@ -23,12 +23,10 @@ from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
 from app.window.page import Page, TextPage
 from app.window.tour import Tour
-from app.window.volume.volume_page import VolumePage
 from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
-from paravol.replays.replay_worker import ReplayOrder
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
@@ -65,6 +63,9 @@ HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
 RESULT_PAGE = "app.window.result.result_page"
 """It loads what scores a flight; no flight waits for that."""
+
+VOLUME_PAGE = "app.window.volume.volume_page"
+"""It loads what draws a scan; it is loaded beside the window, as the scan is."""
 
 AS_TYPED = "as typed"
 """Words of the devices that the command line named."""
@@ -311,6 +312,7 @@ class Desk(QObject):
         page.say("")
 
         def work(progress: Progress) -> tuple[str, list[Scan]]:
+            import_module(VOLUME_PAGE)
             if entry.exercise is not None:
                 title = entry.exercise.scenario.title
                 patient = load_patient(entry.exercise.scenario, progress)
@@ -323,6 +325,8 @@ class Desk(QObject):
         def show(found: tuple[str, list[Scan]]) -> None:
             if self._window.page is not page:
                 return
+            from app.window.volume.volume_page import VolumePage
+
             shown = VolumePage(*found, self._setup.threads)
             shown.left.connect(self.open_home)
             self._window.show_page(shown)
@@ -501,6 +505,7 @@ class Desk(QObject):
         head: that was flown through, where it is loaded already.
         """
         from app.window.replay.replay_page import ReplayPage
+        from paravol.replays.replay_worker import ReplayOrder
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)

@@ -2,12 +2,12 @@
 
 import math
 import time
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from app.vtk.head_model import HeadModel
 from app.window.flight.flight_actions import FlightActions
 from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.flight.help_overlay import HelpOverlay
@@ -32,6 +32,9 @@ from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews
 from scenarios.instrument_state import NO_TOOL
+
+if TYPE_CHECKING:
+    from app.vtk.head_model import HeadModel
 
 OVERVIEW_MS = 100
 """Shortest time between two pictures of the overview."""
@@ -106,7 +109,8 @@ class FlightPage(Page):
         self._help = HelpOverlay(self, _keys_of(order))
         self._injury = ""
         self._injured_until_s = 0.0
-        self._overview_due_s = 0.0
+        # not before anything is flown or touched: its libraries take a second
+        self._overview_due_s = math.inf
         self._is_overview_stale = True
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
@@ -296,7 +300,7 @@ class FlightPage(Page):
         self._notices.say(stage, "This is quick once it was done before.", share)
 
     @Slot(object)
-    def _on_head(self, head: HeadModel) -> None:
+    def _on_head(self, head: "HeadModel") -> None:
         self._overview.show_head(head)
 
     @Slot(object)
@@ -305,6 +309,8 @@ class FlightPage(Page):
 
     @Slot(int)
     def _on_touching(self, touched: int) -> None:
+        if not self._is_under_way:
+            self._overview_due_s = 0.0
         self._is_under_way = True
         fiducials = self._order.scenario.fiducials
         positions = self._order.scenario.fiducial_positions()
@@ -339,6 +345,7 @@ class FlightPage(Page):
             return
         before, self._frame = self._frame, frame
         if before is None:
+            self._overview_due_s = 0.0
             self.first_shown.emit()
         if frame.cuts != (0 if before is None else before.cuts):
             self._slices.refresh()
