@@ -15,7 +15,7 @@ RUN := .venv/bin/python -m
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check bench desktop clean
+.PHONY: help demo test test-all check bench bench-guard desktop clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile \
@@ -38,6 +38,9 @@ check: $(READY)  ## lint, format check, strict types, import floors
 
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench
+
+bench-guard: $(READY)  ## fail where a row got slower or less right since the release
+	$(RUN) app bench guard
 
 desktop: $(READY)  ## open the trainee's window and steer with mouse and keys
 	$(RUN) app train
