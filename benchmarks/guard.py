@@ -56,7 +56,7 @@ class Failure:
 
 @dataclass(slots=True)
 class Verdict:
-    """Hold what the comparison found; missing and new rows are told and fail nothing."""
+    """Hold what the comparison found; missing and new rows fail nothing."""
 
     failures: list[Failure] = field(default_factory=list)
     missing: list[Ratio] = field(default_factory=list)

@@ -86,7 +86,9 @@ class AnatomyPlan(Plan, suite="anatomy"):
             counters = {"share of parts evaluated": share}
             if skipping:
                 plain, _ = evaluate_lattice(model, lattice, skipping=False)
-                counters |= {COMPARED: air.size, DIFFER: differing(air, plain)}
+                pairs = list(zip(air, plain, strict=True))
+                counters[COMPARED] = sum(found.size for found, _ in pairs)
+                counters[DIFFER] = sum(differing(*pair) for pair in pairs)
             return Measured(timing, counters=counters)
 
         settings: dict[str, Setting] = {"spacing_mm": self._air_mm, "threads": 1}
