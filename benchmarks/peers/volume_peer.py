@@ -17,7 +17,10 @@ PEER_REFERENCE_NAME = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
 """What the peer's shaded pictures are compared with: itself at this step. Its shading
 inside a cavity follows one view direction for the whole picture, so that its distance
 from our picture says nothing about its steps. Either's distance from the other's
-finest picture is told beside the row's own error."""
+finest picture is told beside the row's own error: a distance, not an error, where that
+picture is no limit. Fixed point rounds the opacities of short steps, and in faint tissue
+the peer's pictures leave ours again below half a voxel (measured: RMSE .0164, .0103 and
+.0148 at steps 1, 1/2 and 1/4)."""
 
 
 class VolumePeer:

@@ -8,9 +8,11 @@ from markupsafe import Markup
 
 from paravol.debrief.svg import Figure, element, path_data
 
-WIDTH, HEIGHT = 520.0, 330.0
+WIDTH, HEIGHT = 440.0, 310.0
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 14.0, 10.0, 42.0
-KEY_LINE, KEY_COLUMN = 18.0, 252.0
+KEY_LINE, KEY_COLUMN = 18.0, 214.0
+SHORT_NAME = 27
+"""Letters of a name that has room in one of two columns of the key."""
 
 FAMILIES = {
     "ART": ("#a3151f", "#a14a00", "#7a3d8c", "#d0434d", "#5c1010"),
@@ -86,7 +88,8 @@ def log_chart(
     points = [point for curve in curves for point in curve.points]
     x = Axis.around(across, [point.x for point in points])
     y = Axis.around(up, [point.y for point in points])
-    lines = math.ceil((len(curves) + bool(front)) / 2)
+    names = [curve.name for curve in curves]
+    lines = math.ceil((len(names) + bool(front)) / _key_columns(names))
     height = HEIGHT + 8 + KEY_LINE * lines
     told = f"{len(points)} points of {len(curves)} series; {up} against {across}."
     figure = Figure(WIDTH, height, title, told)
@@ -95,9 +98,9 @@ def log_chart(
         _guide(figure, x, y, slope, name)
     if front:
         _front(figure, x, y, front)
-    for curve, style in zip(curves, styles([c.name for c in curves]), strict=True):
+    for curve, style in zip(curves, styles(names), strict=True):
         _curve(figure, x, y, curve, style)
-    _key(figure, [c.name for c in curves], has_front=bool(front))
+    _key(figure, names, has_front=bool(front))
     return figure.markup()
 
 
@@ -230,9 +233,10 @@ def _marker(x: float, y: float, style: Style, told: str) -> Markup:
 
 
 def _key(figure: Figure, names: Sequence[str], *, has_front: bool) -> None:
-    """Tell the series below the chart, in two columns."""
+    """Tell the series below the chart."""
+    columns = _key_columns(names)
     for n, (name, style) in enumerate(zip(names, styles(names), strict=True)):
-        left, line = _key_place(n)
+        left, line = _key_place(n, columns)
         figure.add(
             "path",
             d=path_data([(left, line - 4), (left + 24, line - 4)]),
@@ -243,12 +247,16 @@ def _key(figure: Figure, names: Sequence[str], *, has_front: bool) -> None:
         figure.parts.append(_marker(left + 12, line - 4, style, ""))
         figure.label(left + 30, line, name, kind="small")
     if has_front:
-        left, line = _key_place(len(names))
+        left, line = _key_place(len(names), columns)
         ends = [(left, line - 4), (left + 24, line - 4)]
         figure.add("path", d=path_data(ends), class_="front")
         figure.label(left + 30, line, "front", kind="small")
 
 
-def _key_place(number: int) -> tuple[float, float]:
-    column, line = number % 2, number // 2
+def _key_columns(names: Sequence[str]) -> int:
+    return 2 if max(map(len, names)) <= SHORT_NAME else 1
+
+
+def _key_place(number: int, columns: int) -> tuple[float, float]:
+    line, column = divmod(number, columns)
     return 8 + KEY_COLUMN * column, HEIGHT + 16 + KEY_LINE * line
