@@ -18,8 +18,8 @@ PEER_REFERENCE_NAME = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
 inside a cavity follows one view direction for the whole picture, so that its distance
 from our picture says nothing about its steps. Either's distance from the other's
 finest picture is told beside the row's own error: a distance, not an error, where that
-picture is no limit. Fixed point rounds the opacities of short steps, and in faint tissue
-the peer's pictures leave ours again below half a voxel (measured: RMSE .0164, .0103 and
+picture is no limit. Fixed point rounds the opacities of short steps, and faint tissue
+leaves ours again below half a voxel (measured: RMSE .0164, .0103 and
 .0148 at steps 1, 1/2 and 1/4)."""
 
 

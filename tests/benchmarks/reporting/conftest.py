@@ -1,5 +1,7 @@
 """Made-up results of every kind that the report tells of."""
 
+from collections.abc import Mapping
+
 import msgspec
 import pytest
 
@@ -10,7 +12,7 @@ from benchmarks.schema import Results, Row, Setting, Skipped
 HOSTILE = "<script>alert('x')</script>"
 
 
-def changed(row: Row, *, told: dict[str, Setting], **fields: object) -> Row:
+def changed(row: Row, *, told: Mapping[str, Setting], **fields: object) -> Row:
     settings = {"size": 512, "lens": "perspective", "threads": 1, **told}
     plain: dict[str, object] = {"baseline": None, "ratio": None, "counters": {}}
     return msgspec.structs.replace(row, **plain | fields, settings=settings)
@@ -31,7 +33,11 @@ def compared_rows(row: Row) -> list[Row]:
     ]
     splats = {"series": "FSR points", "reference": "R"}
     found.append(changed(row, told=splats, mode="FSR points", cpu_s=0.002, rmse=0.2))
-    two = {"series": "ART, two threads", "reference": "R", "threads": 2}
+    two: dict[str, Setting] = {
+        "series": "ART, two threads",
+        "reference": "R",
+        "threads": 2,
+    }
     found.append(
         changed(
             row,

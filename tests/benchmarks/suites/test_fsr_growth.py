@@ -20,6 +20,7 @@ def test_every_sweep_has_three_points_at_least(quick: bool) -> None:
     assert len({task.key for task in tasks}) == len(tasks)
 
 
+@pytest.mark.slow
 def test_what_is_drawn_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     def ball(spacing_mm: float) -> Subject:
         return hollow_ball()
