@@ -148,6 +148,15 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
                 f"variants must be sorted and named once, got {self.variants}"
             )
 
+        for side in (Side.RIGHT, Side.LEFT):
+            for group in EXCLUSIVE:
+                held = [name for name in group if self.has(name, side)]
+                if len(held) > 1:
+                    raise UserError(
+                        f"{' and '.join(held)} exclude each other; both are given for "
+                        f"the {side.name.lower()} side"
+                    )
+
     def digest(self) -> str:
         """Hash all parameters to 64 hexadecimal digits."""
         return hashlib.sha256(msgspec.json.encode(self, order="sorted")).hexdigest()
@@ -171,6 +180,10 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         return self.opacity[0 if side == Side.RIGHT else 1]
 
 
+SPHENOID_KINDS = ("conchal-sphenoid", "presellar-sphenoid", "postsellar-sphenoid")
+"""Variants of the sphenoid's pneumatization that exclude each other; without one it is
+sellar."""
+
 SIDED_VARIANTS = (
     "agger-nasi",
     "concha-bullosa",
@@ -181,8 +194,14 @@ SIDED_VARIANTS = (
     "onodi",
     "paradoxical-turbinate",
     "septal-spur",
+    *SPHENOID_KINDS,
+    "dehiscent-lamina",
+    "lateral-recess",
 )
 """Variants of anatomy that a side has or has not."""
+
+EXCLUSIVE = (SPHENOID_KINDS, ("conchal-sphenoid", "lateral-recess"))
+"""Groups of variants of which one side has one at most; a conchal sinus has no recess."""
 
 _RANGES = (
     ("seed", 0, 2**63 - 1),
@@ -192,7 +211,7 @@ _RANGES = (
     ("congestion", 0.0, 1.0),
     ("maxillary_scale", 0.6, 1.1),
     ("frontal_scale", 0.0, 1.35),
-    ("sphenoid_scale", 0.7, 1.1),
+    ("sphenoid_scale", 0.7, 1.15),
     ("roof_mm", -3.5, 3.5),
     ("ethmoid_scale", 0.7, 1.3),
     ("anterior_cells", 5, 9),

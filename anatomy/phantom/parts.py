@@ -8,11 +8,20 @@ from anatomy.phantom import sinuses
 from anatomy.phantom.disease import Content, contents_of
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
 from anatomy.phantom.nose import nasal_air
+from anatomy.phantom.orbit import FLOOR_BONE_MM, orbit_walls
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
-from anatomy.phantom.shapes import Field, Mark
+from anatomy.phantom.shapes import Field, Mark, smooth_max
 from anatomy.phantom.sinuses import frontal, frontal_recess
-from anatomy.phantom.sphenoid import onodi, onodi_outlet, sphenoid, sphenoid_ostium
+from anatomy.phantom.sphenoid import (
+    canal_walls,
+    onodi,
+    onodi_outlet,
+    sphenoid_body,
+    sphenoid_ostium,
+    wall_over,
+)
+from anatomy.phantom.vessels import CANAL_WALL_MM, maxillary_nerve, optic_nerve
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side
 
@@ -101,8 +110,13 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
     cavity = nasal_air(parameters, side)
     maxillary = sinuses.lining(sinuses.maxillary(parameters, side))
-    hollow = sinuses.lining(sphenoid(parameters, side))
+    nerve = CANAL_WALL_MM + t - maxillary_nerve()
+    maxillary = _kept_off(maxillary, t + FLOOR_BONE_MM - orbit_walls(), nerve)
+    hollow = sinuses.lining(sphenoid_body(parameters, side))
+    hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
+    canal = wall_over(parameters, side, "dehiscent-optic")
+    back = _kept_off(back, canal - optic_nerve())
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
     infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
@@ -129,6 +143,11 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
         duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
         duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
     ]
+
+
+def _kept_off(lined: Mark, *walls: Field) -> Mark:
+    """Bound a part by the walls of what it must not enter, whatever its unevenness."""
+    return Mark(lined.row, smooth_max(0.8, lined.inner, *walls))
 
 
 def _variant_parts(

@@ -20,6 +20,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
+    Chain,
     Field,
     Recall,
     Table,
@@ -52,6 +53,11 @@ FRONT_MM, REAR_MM = -13.0, -53.5
 """Depths y between which ethmoid and olfactory cleft bear the skull base."""
 
 
+LAMINA_GAP, LAMINA_GAP_END = (13.5, -27.0, 38.5), (18.5, -27.0, 38.5)
+LAMINA_GAP_MM = 3.2
+"""Axis and radius of a dehiscence: six of six lay before the basal lamella (Moulin 1994)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plate:
     """Name a plate of bone. zone: negative where the walls of air are this plate."""
@@ -64,20 +70,30 @@ class Plate:
 
 def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
     """List the plates; where zones overlap, the later one counts."""
-    lamina, lamella = [], []
+    lamina, lamella, gaps = [], [], []
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         wall = lamina_papyracea(parameters, side)
         block = ethmoid_block(parameters, side)
         sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
         lamina.append(one_side(sheet, sign))
+        if parameters.has("dehiscent-lamina", side):
+            hole = Chain((LAMINA_GAP, LAMINA_GAP_END), (LAMINA_GAP_MM, LAMINA_GAP_MM))
+            gaps.append(one_side(smooth_max(0.0, sheet, hole), sign))
         parting = smooth_max(0.0, abs(y - basal_lamella()) - 0.9, block - 0.2)
         lamella.append(one_side(parting, sign))
     thin = parameters.cell_bone_mm
+    dehiscent = Plate(
+        "dehiscent lamina",
+        0.0,
+        Label.LAMINA_PAPYRACEA,
+        smooth_min(0.0, *gaps or (1e3,)),
+    )
     return (
         Plate("basal lamella", thin, Label.BASAL_LAMELLA, smooth_min(0.0, *lamella)),
         Plate(
             "lamina papyracea", thin, Label.LAMINA_PAPYRACEA, smooth_min(0.0, *lamina)
         ),
+        *([dehiscent] if gaps else []),
         Plate("fovea ethmoidalis", FOVEA_MM, Label.FOVEA, fovea_zone(parameters)),
         Plate(
             "cribriform plate",
@@ -137,6 +153,10 @@ FOSSA_MM = 3.6
 """Half width of both olfactory fossae together, at the lateral lamellae."""
 
 
+SELLA_MM = 7.0
+"""Depth of the sella turcica below the planum."""
+
+
 def skull_base(parameters: PhantomParameters) -> Field:
     """Return the height of the brain's lower limit: fovea, fossa, orbital roof."""
     rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
@@ -144,15 +164,15 @@ def skull_base(parameters: PhantomParameters) -> Field:
     )
     fossa = Table(U, (FOSSA_MM - 0.3, FOSSA_MM + 0.7), (1.0, 0.0), 0.3)
     reach = depth_table([6, 12, 34, 42], [0.0, 1.0, 1.0, 0.0], 3.0)
-    sella = Table(U, (0, 5, 8), (1.0, 1.0, 0.0), 2.0) * depth_table(
-        [63, 68, 77, 81], [0.0, 1.0, 1.0, -0.3], 2.0
+    sella = Table(U, (0, 4.5, 9), (1.0, 1.0, 0.0), 2.5) * depth_table(
+        [64.5, 68.5, 76.5, 80], [0.0, 1.0, 1.0, -0.1], 2.0
     )
     # Over the sphenoid the planum lies lower than the fovea's line would lead.
     return (
         fovea(parameters)
         + rise
         - fossa * reach * Affine(parameters.keros_mm - 0.9)
-        - sella * Affine(4.2)
+        - sella * Affine(SELLA_MM)
     )
 
 

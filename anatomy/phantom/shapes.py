@@ -12,7 +12,7 @@ trace; blends by exponentials never can.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -402,9 +402,11 @@ class Recall(Field):
 
 
 def bare(field: Field) -> Field:
-    """Strip a part's outer mark and unevenness: its plain shape."""
+    """Strip a part's mark and unevenness, also under what bounds it: its plain shape."""
     if isinstance(field, Mark):
         return bare(field.inner)
     if isinstance(field, Combine) and isinstance(field.right, Unevenness):
         return field.left
+    if isinstance(field, Combine) and field.op == Op.SMOOTH_MAX:
+        return replace(field, left=bare(field.left))
     return field

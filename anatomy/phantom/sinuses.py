@@ -126,7 +126,7 @@ def concha_outlet() -> Field:
     return Chain(((6.6, -26.0, 26.8), (9.0, -26.8, 27.0)), (0.8, 0.8))
 
 
-def lining(body: Field) -> Field:
+def lining(body: Field) -> Mark:
     """Mark a sinus and make its walls slightly uneven."""
     return Mark(Row.SINUS, body + Unevenness(0, SINUS_UNEVENNESS))
 

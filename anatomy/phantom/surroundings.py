@@ -10,6 +10,15 @@ from anatomy.phantom import plates
 from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof, lamina_papyracea
 from anatomy.phantom.head import head_outside
+from anatomy.phantom.orbit import (
+    GLOBE,
+    GLOBE_RADIUS_MM,
+    inferior_fissure,
+    lateral_wall,
+    muscles,
+    orbit,
+    superior_fissure,
+)
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import below_base, skull_base
 from anatomy.phantom.program import Row
@@ -19,7 +28,6 @@ from anatomy.phantom.shapes import (
     Ellipsoid,
     Field,
     Mark,
-    Point,
     Recall,
     Table,
     U,
@@ -33,12 +41,26 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.phantom.sinuses import MOLAR_ROOTS
 from anatomy.phantom.sphenoid import sphenoid
+from anatomy.phantom.sphenoid_bone import (
+    cavernous_sinus,
+    corpus,
+    dorsum,
+    pituitary,
+    pterygoid,
+    pterygopalatine_fossa,
+    temporal_lobe,
+    wings,
+)
 from anatomy.phantom.turbinates import middle_bow, middle_lean
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
+    foramen_rotundum,
+    infraorbital_canal,
     internal_carotid,
+    maxillary_nerve,
     nasolacrimal_duct,
     optic_nerve,
+    pterygoid_canal,
     sphenopalatine_artery,
 )
 from anatomy.phantom.warp import extruded, one_side
@@ -119,18 +141,12 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         smooth_max(1.5, abs(y + 17.0) - 10.0, 44.0 - z),
     )
     crista = smooth_max(1.5, crista, z - depth_table([8, 16, 28], [60, 58, 48], 3.0))
-    body = smooth_max(
-        6.0,
-        smooth_max(6.0, abs(z - 32.0) - 15.0, u - 20.0),
-        smooth_max(4.0, y + 57.0, -95.0 - y),
-    )
-    body = smooth_max(2.0, body, -base)
+    body, process = corpus(parameters), pterygoid()
     clivus = Chain(((0, -84, 34), (0, -86, 8), (0, -90, -15)), (9.0, 7.0, 6.0))
-    pituitary = Ellipsoid((0, -72.5, 44.5), (5.5, 5.0, 2.6))
     # Over ethmoid and olfactory cleft the roof is the walls' own plate.
     vault = smooth_max(0.8, vault, -plates.roofed(parameters))
     # The temporal lobe fills the middle fossa beside the sphenoid.
-    lobe = Ellipsoid((41, -86, 42), (20, 25, 21))
+    lobe = temporal_lobe()
     vault = smooth_min(5.0, vault, lobe - 2.2)
     inner = smooth_min(5.0, inner, lobe)
     brain = smooth_min(5.0, brain, lobe + 1.6)
@@ -138,8 +154,6 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
     fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
     loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
-    pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
-    lateral_plate = Chain(((15.5, -56, 20), (19, -63, 4)), (1.4, 0.9))
     flesh = smooth_min(
         1.0,
         Chain(((47, -38, 20), (45, -42, -28)), (4.5, 6.0)),
@@ -169,11 +183,15 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Solid(inner, "dura", Label.DURA, 0.25, -0.25, 3.0),
         Solid(body, "cancellous bone", Label.THICK_BONE, steepness=2.2),
         Solid(body, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
-        Solid(pituitary, "brain", Label.BRAIN),
         Solid(clivus, "cancellous bone", Label.THICK_BONE),
+        Solid(wings(), "cancellous bone", Label.THICK_BONE),
+        Solid(wings(), "bone", Label.THICK_BONE, 0.4, -0.4),
+        Solid(process, "cancellous bone", Label.THICK_BONE),
+        Solid(process, "bone", Label.THICK_BONE, 0.4, -0.3),
+        Solid(cavernous_sinus(), "dura", Label.DURA),
+        Solid(dorsum(), "cancellous bone", Label.THICK_BONE),
+        Solid(pituitary(), "brain", Label.BRAIN),
         Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
-        Solid(pterygoid, "bone", Label.THICK_BONE),
-        Solid(lateral_plate, "bone", Label.THICK_BONE),
         Solid(arch, "bone", Label.THICK_BONE),
     ]
 
@@ -208,16 +226,26 @@ def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
 
 
 def _vessels(parameters: PhantomParameters) -> list[Solid]:
+    fossa, canal, nerve = pterygopalatine_fossa(), pterygoid_canal(), maxillary_nerve()
     found = [
         Solid(internal_carotid(), "blood", Label.INTERNAL_CAROTID),
+        Solid(superior_fissure(), "fat", Label.ORBITAL_FISSURE),
+        Solid(inferior_fissure(), "fat", Label.ORBITAL_FISSURE),
+        Solid(canal, "bone", Label.SPHENOID_WALL, level_mm=0.5),
+        Solid(foramen_rotundum(), "bone", Label.THICK_BONE, level_mm=0.5),
+        Solid(infraorbital_canal(), "bone", Label.THICK_BONE, level_mm=0.4),
+        Solid(fossa, "fat", Label.PTERYGOPALATINE_FOSSA),
+        Solid(canal, "optic nerve", Label.VIDIAN_NERVE),
+        Solid(nerve, "optic nerve", Label.MAXILLARY_NERVE),
         Solid(sphenopalatine_artery(), "blood", Label.SPHENOPALATINE_ARTERY),
         Solid(nasolacrimal_duct(), "bone", Label.THICK_BONE, 0.0, 0.5),
         Solid(nasolacrimal_duct(), "mucosa", Label.NASOLACRIMAL_DUCT),
     ]
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         artery = one_side(ethmoidal_arteries(parameters, side), sign)
-        if parameters.has("hanging-artery", side):
-            found.append(Solid(artery, "bone", Label.ETHMOID_SEPTUM, 0.0, 0.3))
+        hangs = parameters.has("hanging-artery", side)
+        canal_bone = Label.ETHMOID_SEPTUM if hangs else Label.FOVEA
+        found.append(Solid(artery, "bone", canal_bone, level_mm=0.3))
         found.append(Solid(artery, "blood", Label.ETHMOIDAL_ARTERY))
     return found
 
@@ -412,41 +440,8 @@ def _skull() -> list[Solid]:
     ]
 
 
-GLOBE: Point = (31.0, -10.0, 38.0)
-GLOBE_RADIUS_MM = 12.0
-APEX: Point = (16.5, -51.0, 42.0)
-
-
-def cone() -> Field:
-    """Build the space inside the periorbita, without its medial wall."""
-    return Chain(((31, -11, 38), (27, -24, 38.6), APEX), (17.6, 14.5, 2.5))
-
-
-def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
-    """Build the orbit of one side; the lamina papyracea bounds it medially.
-
-    skin: the distance from the face, which bounds it in front.
-    """
-    wall = lamina_papyracea(parameters, side) + parameters.cell_bone_mm / 2
-    return smooth_max(1.0, cone(), smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
-
-
-def muscles() -> Field:
-    """Build the four straight muscles and the superior oblique."""
-    x, front, top = GLOBE
-    bellies = [
-        Chain(((19.6, -12, 38), (18.6, -28, 39), (16.5, -47, 41.5)), (1.0, 2.0, 1.0)),
-        Chain(((x - 1, -12, 25.7), (26, -28, 28.5), (17.5, -47, 40)), (1.0, 2.1, 1.0)),
-        Chain(((x - 1, -12, 50.6), (26, -28, 48.6), (17.5, -47, 43.5)), (1.0, 2.0, 1)),
-        Chain(((43.2, -14, 38), (36, -30, 39), (18, -47, 41.5)), (1.0, 2.0, 1.0)),
-        Chain(((22, -6, 49), (19.5, -26, 47), (17, -47, 43.5)), (0.9, 1.4, 0.8)),
-    ]
-    gland = Ellipsoid((x + 9, front + 3, top + 10), (4.0, 6.0, 2.5))
-    return smooth_min(0.0, *bellies, gland)
-
-
 def _orbits(parameters: PhantomParameters) -> list[Solid]:
-    found = []
+    found = [Solid(lateral_wall(), "bone", Label.THICK_BONE, steepness=2.4)]
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         inside = one_side(orbit(parameters, side, skin()), sign)
         # Beside the ethmoid the cells' own shell is the wall: no other bone there.

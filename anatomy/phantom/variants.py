@@ -7,7 +7,13 @@ from statistics import NormalDist
 import msgspec
 import numpy as np
 
-from anatomy.phantom.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
+from anatomy.phantom.parameters import (
+    EXCLUSIVE,
+    SIDED_VARIANTS,
+    SPHENOID_KINDS,
+    LeftRatios,
+    PhantomParameters,
+)
 from disk import UserError
 
 PREVALENCE = {
@@ -20,12 +26,21 @@ PREVALENCE = {
     "onodi": 0.14,
     "paradoxical-turbinate": 0.105,
     "septal-spur": 0.25,
+    "dehiscent-lamina": 0.02,
+    "lateral-recess": 0.29,
+    "conchal-sphenoid": 0.032,
+    "presellar-sphenoid": 0.062,
+    "postsellar-sphenoid": 0.382,
 }
 """Share of sides with each variant. Published figures scatter with the definition:
 agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
 8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
 turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
-optic together (Andrianakis 2021). The middle of a range is taken where there is one."""
+optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people), 2 %
+(doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of sides (1997, 366); pterygoid
+process pneumatized in 29 % (Hewaidi and Omami 2008, 300 people) or 42 %; sphenoid
+conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). The middle of a
+range is taken where there is one."""
 
 SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""
@@ -51,8 +66,8 @@ def with_variants(
 ) -> PhantomParameters:
     """Add variants by name, such as ``"onodi:left"``, ``"haller"`` or ``"keros-3"``.
 
-    Without a side both sides get it; a deviated septum then bends to the right. Raise
-    ValueError for an unknown name or side.
+    Without a side both sides get it; a deviated septum then bends to the right. What a
+    name excludes on its side gives way. Raise ValueError for an unknown name or side.
     """
     for name in names:
         parameters = _with_variant(parameters, name)
@@ -115,8 +130,11 @@ def _with_variant(parameters: PhantomParameters, name: str) -> PhantomParameters
     word, sides = _parsed(name)
     change = msgspec.structs.replace
     if word in SIDED_VARIANTS:
-        added = {*parameters.variants, *(f"{word}:{side}" for side in sides)}
-        return change(parameters, variants=tuple(sorted(added)))
+        rivals = {name for group in EXCLUSIVE if word in group for name in group}
+        given = {f"{word}:{side}" for side in sides}
+        gone = {f"{name}:{side}" for name in rivals for side in sides}
+        kept = (set(parameters.variants) - gone) | given
+        return change(parameters, variants=tuple(sorted(kept)))
     if word in KEROS_MM:
         return change(parameters, keros_mm=KEROS_MM[word])
     if word == "septal-deviation":
@@ -148,13 +166,45 @@ def _scaled(
 
 
 def draw_variants(rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw the sided variants with their prevalences; sides are correlated."""
-    found = []
-    for name, share in sorted(PREVALENCE.items()):
-        shared, right, left = rng.standard_normal(3)
-        limit = NormalDist().inv_cdf(share)
-        weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
-        for side, own in (("left", left), ("right", right)):
-            if weight * shared + rest * own < limit:
-                found.append(f"{name}:{side}")
+    """Draw the sided variants with their prevalences; sides are correlated.
+
+    A sphenoid's kinds are slices of one hidden variable. A conchal one has no recess.
+    """
+    found: set[str] = set()
+    for name, share in PREVALENCE.items():
+        if name in SPHENOID_KINDS:
+            continue
+        for side, hidden in _both_sides(rng):
+            if hidden < share:
+                found.add(f"{name}:{side}")
+    for side, hidden in _both_sides(rng):
+        for name in SPHENOID_KINDS:
+            low, high = kind_slice(name)
+            if low <= hidden < high:
+                found.add(f"{name}:{side}")
+        if f"conchal-sphenoid:{side}" in found:
+            found.discard(f"lateral-recess:{side}")
     return tuple(sorted(found))
+
+
+def kind_slice(name: str) -> tuple[float, float]:
+    """Return the shares of sides between which a kind of sphenoid lies, small to large.
+
+    Sellar sinuses, which have no name, lie between the last two.
+    """
+    conchal, presellar, postsellar = (PREVALENCE[kind] for kind in SPHENOID_KINDS)
+    return {
+        "conchal-sphenoid": (0.0, conchal),
+        "presellar-sphenoid": (conchal, conchal + presellar),
+        "postsellar-sphenoid": (1.0 - postsellar, 1.0),
+    }[name]
+
+
+def _both_sides(rng: np.random.Generator) -> list[tuple[str, float]]:
+    """Draw uniform numbers for left and right out of correlated normal ones."""
+    shared, right, left = rng.standard_normal(3)
+    weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
+    return [
+        (side, NormalDist().cdf(weight * shared + rest * own))
+        for side, own in (("left", left), ("right", right))
+    ]

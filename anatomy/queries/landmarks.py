@@ -6,7 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
+from anatomy.phantom.ethmoid import lamina_papyracea
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import LAMINA_GAP, LAMINA_GAP_MM
+from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
 from anatomy.tissue import Side
 
 
@@ -26,6 +29,8 @@ class Landmark:
             return self.name
         return f"{self.name}, {self.side.name.lower()}"
 
+
+_ARTERIES = ("anterior ethmoidal artery", "posterior ethmoidal artery")
 
 # u, y, z, radius
 _PAIRED = {
@@ -53,9 +58,19 @@ _PAIRED = {
     "eustachian orifice": (12.2, -62, 6.3, 2.2),
     "Rosenmueller fossa": (14.5, -72.2, 8.5, 2.0),
     "sphenoid sinus": (9.2, -66.5, 34.5, 9.0),
+    "sphenoid lateral recess": (17, -60.3, 25.6, 2.0),
     "optic canal": (17, -47, 42, 2.2),
-    "carotid bulge": (17.5, -76, 36, 2.5),
-    "anterior ethmoidal artery": (9, -24, 51.3, 0.5),
+    "carotid bulge": (12.5, -69.0, 36.0, 2.5),
+    "opticocarotid recess": (12.6, -62.5, 40.0, 1.2),
+    "vidian canal": (14.8, -52.4, 23.2, 1.0),
+    "foramen rotundum": (18.8, -54.0, 28.6, 1.3),
+    "infraorbital canal": (26.5, -23.0, 23.8, 0.9),
+    "superior orbital fissure": (17.2, -53.5, 39.2, 2.0),
+    "pterygopalatine fossa": (16.4, -49.2, 24.5, 2.0),
+    "sphenopalatine foramen": (13.2, -50.3, 24, 2.5),
+    "lamina dehiscence": (LAMINA_GAP[0], LAMINA_GAP[1], LAMINA_GAP[2], LAMINA_GAP_MM),
+    "anterior ethmoidal artery": (9, -24, 51.4, 0.5),
+    "posterior ethmoidal artery": (15.5, -38.6, 49.0, 0.5),
     "lacrimal duct opening": (12.5, -12, 7, 1.4),
     "ethmoid roof": (9, -22, 51.5, 1.0),
 }
@@ -63,6 +78,7 @@ _MIDLINE = {
     "anterior nasal spine": (0, 0, 0, 1.0),
     "nasofrontal beak": (0, -3, 51, 2.0),
     "nasopharynx": (0, -66, 8, 6.0),
+    "sella turcica": (0, -72.5, 42.0, 3.5),
 }
 
 
@@ -76,7 +92,7 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
     def sized(name: str, side: Side) -> tuple[float, float, float, float]:
         """Move the middles of the sinuses with their sizes."""
         values = _PAIRED[name]
-        if name in ("ethmoid roof", "anterior ethmoidal artery"):
+        if name in ("ethmoid roof", *_ARTERIES):
             drop = 3.0 if parameters.has("hanging-artery", side) else 0.0
             sunk = drop if name == "anterior ethmoidal artery" else 0.0
             a, b, c, radius = values
@@ -85,8 +101,13 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
             q = max(parameters.scale("frontal", side), 0.5)
             return 2.6 + 7.2 * q, -5.2, 56.0 + 9.0 * q**0.6, 6.0 * q**0.5
         if name == "sphenoid sinus":
-            w = parameters.scale("sphenoid", side)
-            return 8.4, -55.2 - 10.0 * w, 34.5, 6.5 * w
+            (a, b, c), radius = sphenoid_middle(parameters, side)
+            return a, b, c, radius
+        if name == "lamina dehiscence":
+            a, b, c, radius = values
+            where = np.array([[a], [b], [c]])
+            wall = lamina_papyracea(parameters, side).evaluate(where)
+            return float(wall[0]), b, c, radius
         if name == "maxillary sinus":
             k = parameters.scale("maxillary", side)
             return 14.6 + 11.4 * k, -28.0, 25.0 - 13.0 * k, 10.0 * k
@@ -109,10 +130,17 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
-    An agger nasi cell is a variant; an aplastic frontal sinus has no ostium either; an
-    uncinectomy takes the uncinate process and, with it, the hiatus behind its edge.
+    An agger nasi cell is a variant, like a recess or a dehiscence; an aplastic frontal
+    sinus has no ostium either; an uncinectomy takes the uncinate process and, with it, the
+    hiatus behind its edge. A carotid presses into sinuses that reach the sella only.
     """
     absent: set[str] = set()
+    if not parameters.has("lateral-recess", side):
+        absent.add("sphenoid lateral recess")
+    if not parameters.has("dehiscent-lamina", side):
+        absent.add("lamina dehiscence")
+    if pneumatization(parameters, side) in ("conchal", "presellar"):
+        absent |= {"carotid bulge", "opticocarotid recess"}
     if not parameters.has("agger-nasi", side):
         absent.add("agger nasi")
     if parameters.scale("frontal", side) == 0:
