@@ -27,7 +27,7 @@ FLOOR_BONE_MM = 0.5
 
 
 def lateral_plane() -> Field:
-    """Build the lateral wall's inner face, 40 degrees to the midline and slightly bowed."""
+    """Build the lateral wall's inner face, 40 degrees to the midline and bowed."""
     bow = depth_table([12, 22, 34, 48], [-1.2, 0.6, 0.8, -0.4], 6.0)
     return ((u - 17.5) - (y + 50.0) * Affine(0.8) - bow) * Affine(0.78)
 
@@ -56,7 +56,7 @@ def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
 
 
 def lateral_wall() -> Field:
-    """Build the zygoma and greater wing beside the orbit: thick, thinnest in the middle.
+    """Build the zygoma and greater wing beside the orbit: thinnest in the middle.
 
     Its rim and its root at the skull base are stout.
     """
@@ -76,7 +76,7 @@ def superior_fissure() -> Field:
 
 
 def inferior_fissure() -> Field:
-    """Build the cleft between floor and lateral wall, down to the pterygopalatine fossa."""
+    """Build the cleft between floor and lateral wall, to the pterygopalatine fossa."""
     return Chain(
         ((17.6, -49.0, 32.5), (22.0, -43.0, 31.0), (29.0, -31.0, 25.2)),
         (2.0, 1.7, 1.0),
@@ -84,7 +84,7 @@ def inferior_fissure() -> Field:
 
 
 def muscles() -> Field:
-    """Build the straight muscles, which bow round the globe, the obliques, the gland."""
+    """Build straight muscles, which bow round the globe, obliques and gland."""
     x, front, top = GLOBE
     bellies = [
         Chain(

@@ -201,7 +201,7 @@ SIDED_VARIANTS = (
 """Variants of anatomy that a side has or has not."""
 
 EXCLUSIVE = (SPHENOID_KINDS, ("conchal-sphenoid", "lateral-recess"))
-"""Groups of variants of which one side has one at most; a conchal sinus has no recess."""
+"""Groups of variants of which a side has one at most; a conchal sinus has no recess."""
 
 _RANGES = (
     ("seed", 0, 2**63 - 1),

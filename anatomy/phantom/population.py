@@ -37,7 +37,8 @@ _SPHENOIDS = {
 }
 """A sphenoid sinus's volume by its kind, mean and standard deviation in mL, and the
 volumes of the factors. All kinds together have the mean and spread published for all
-(4.00 ± 1.99 mL, PMID 28341352); their split is a choice. Septa off the midline add spread.
+(4.00 ± 1.99 mL, PMID 28341352); their split is a choice. Septa
+off the midline add spread.
 """
 
 _FRONTAL_APLASIA = 0.04

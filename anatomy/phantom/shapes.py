@@ -402,7 +402,7 @@ class Recall(Field):
 
 
 def bare(field: Field) -> Field:
-    """Strip a part's mark and unevenness, also under what bounds it: its plain shape."""
+    """Strip a part's mark and unevenness, also under what bounds it."""
     if isinstance(field, Mark):
         return bare(field.inner)
     if isinstance(field, Combine) and isinstance(field.right, Unevenness):

@@ -82,12 +82,14 @@ def septum(parameters: PhantomParameters, side: Side) -> Field:
     """
     shift = septum_end_mm(parameters) * (1.0 if side == Side.RIGHT else -1.0)
     return depth_table(
-        [56, 60, 66, 77], [0.8, 0.75 + 0.1 * shift, 0.7 + 0.5 * shift, 0.7 + shift], 3.0
+        [56, 60, 66, 77],
+        [0.85, 0.85 + 0.1 * shift, 0.85 + 0.5 * shift, 0.85 + shift],
+        3.0,
     )
 
 
 def sphenoid_middle(parameters: PhantomParameters, side: Side) -> tuple[Point, float]:
-    """Return a place within the sinus's air, (u, y, z), and how far it is from walls."""
+    """Return a place (u, y, z) in the sinus's air and how far it is from walls."""
     kind, w = pneumatization(parameters, side), parameters.scale("sphenoid", side)
     if kind == "conchal":
         return (4.6, -58.2, 34.3), 2.0

@@ -95,7 +95,7 @@ def pituitary() -> Field:
 
 
 def temporal_lobe() -> Field:
-    """Build the lobe in the middle fossa: beside the sella, its pole behind the orbit."""
+    """Build the lobe in the middle fossa, its pole behind the orbit."""
     pole = smooth_max(
         5.0, Ellipsoid((36, -81, 42), (17.5, 34, 19)), 6.0 - lateral_plane()
     )

@@ -36,11 +36,11 @@ PREVALENCE = {
 agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
 8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
 turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
-optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people), 2 %
-(doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of sides (1997, 366); pterygoid
+optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people),
+2 % (doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of 366 sides (1997); pterygoid
 process pneumatized in 29 % (Hewaidi and Omami 2008, 300 people) or 42 %; sphenoid
-conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). The middle of a
-range is taken where there is one."""
+conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). The
+middle of a range is taken where there is one."""
 
 SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""

@@ -2,8 +2,8 @@
 
 Their courses are radiological averages; the sphenoid sinus is moulded by them. The
 foramen rotundum lies 19 mm from the midline (19.0 and 19.3 ± 2.1 mm; Mohebbi 2017, 100
-people, doi 10.1016/j.bjorl.2016.04.013), above and lateral to the pterygoid canal, which
-is 12.6 ± 2.6 mm long (Chen and Xiao 2015, 334 canals).
+people, doi 10.1016/j.bjorl.2016.04.013), above and lateral to the pterygoid canal,
+whose length is 12.6 ± 2.6 mm (Chen and Xiao 2015, 334 canals).
 """
 
 from anatomy.phantom.parameters import PhantomParameters
@@ -13,8 +13,8 @@ from anatomy.tissue import Side
 OPTIC_RADIUS_MM = 2.2
 CAROTID_RADIUS_MM = 2.5
 CANAL_WALL_MM = 0.25
-"""Bone between a sinus and the nerve or artery behind it: 0.25 ± 0.16 mm at the carotid,
-0.27 ± 0.15 at the optic canal (Andrianakis 2021, 200 sides)."""
+"""Bone between a sinus and the nerve or artery behind it: at the carotid 0.25 ± 0.16
+mm, at the optic canal 0.27 ± 0.15 (Andrianakis 2021, 200 sides)."""
 
 ETHMOID_ROOF_MM = 51.6
 """Height of the fovea at the anterior ethmoidal artery."""

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import msgspec
 import numpy as np
 import pytest
@@ -177,8 +179,5 @@ def test_foramen_and_canal_lie_as_published() -> None:
     assert nerve[1][0] == pytest.approx(19.0, abs=2.1)
     assert canal[0][0] < nerve[1][0]
     assert canal[0][2] < nerve[1][2]
-    length = sum(
-        np.linalg.norm(np.subtract(a, b))
-        for a, b in zip(canal, canal[1:], strict=False)
-    )
+    length = sum(np.linalg.norm(np.subtract(a, b)) for a, b in pairwise(canal))
     assert length == pytest.approx(12.6, abs=2.6)

@@ -117,7 +117,7 @@ def test_a_side_has_one_kind_of_sphenoid() -> None:
     rng = np.random.default_rng(1)
     for _ in range(500):
         msgspec.structs.replace(DEFAULT, variants=draw_variants(rng))
-    with pytest.raises(ValueError, match="exclude each other.*the left side"):
+    with pytest.raises(ValueError, match=r"exclude each other.*the left side"):
         PhantomParameters(
             variants=("conchal-sphenoid:left", "postsellar-sphenoid:left")
         )

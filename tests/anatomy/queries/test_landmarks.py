@@ -4,6 +4,8 @@ import pytest
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, distance_at
 from anatomy.phantom.population import draw_parameters
+from anatomy.phantom.variants import with_variants
+from anatomy.queries.hazards import hazard_distances
 from anatomy.queries.landmarks import landmarks
 from anatomy.tissue import Label, Side
 
@@ -87,6 +89,68 @@ def test_a_head_has_no_landmark_of_what_it_lacks() -> None:
         for name in ("uncinate process", "hiatus semilunaris")
         for side in ("right", "left")
     }
+
+
+ON_A_TUBE = {
+    "optic canal": "optic nerve",
+    "carotid bulge": "internal carotid",
+    "vidian canal": "vidian nerve",
+    "foramen rotundum": "maxillary nerve",
+    "infraorbital canal": "maxillary nerve",
+    "sphenopalatine foramen": "sphenopalatine artery",
+    "anterior ethmoidal artery": "ethmoidal arteries",
+    "posterior ethmoidal artery": "ethmoidal arteries",
+}
+
+
+@pytest.mark.parametrize("variants", [(), ("hanging-artery:left",)])
+def test_landmarks_of_canals_lie_in_their_nerve_or_artery(
+    variants: tuple[str, ...],
+) -> None:
+    head = PhantomParameters(septal_deviation_mm=0.0, roof_mm=0.5, variants=variants)
+    found = landmarks(head)
+    for name, tube in ON_A_TUBE.items():
+        for side in ("left", "right"):
+            at = found[f"{name}, {side}"].position_mm[None]
+            distance = hazard_distances(head, at)[f"{tube}, {side}"][0]
+            assert distance < 0.1, (name, side, distance)
+
+
+def test_fossa_fissure_and_sella_lie_in_their_labels(phantom: Phantom) -> None:
+    expected = {
+        "pterygopalatine fossa, left": Label.PTERYGOPALATINE_FOSSA,
+        "pterygopalatine fossa, right": Label.PTERYGOPALATINE_FOSSA,
+        "superior orbital fissure, left": Label.ORBITAL_FISSURE,
+        "superior orbital fissure, right": Label.ORBITAL_FISSURE,
+        "sella turcica": Label.BRAIN,
+    }
+    for key, label in expected.items():
+        position = phantom.landmarks[key].position_mm
+        index = np.round((position - phantom.ct.origin_mm) / phantom.spacing_mm)
+        i, j, k = index.astype(int)
+        assert phantom.labels.values[k, j, i] == label, key
+
+
+def test_recesses_and_dehiscences_have_landmarks_on_their_side_only() -> None:
+    plain = PhantomParameters(septal_deviation_mm=0.0)
+    head = with_variants(
+        plain,
+        ["lateral-recess:left", "dehiscent-lamina:right", "presellar-sphenoid:right"],
+    )
+    found = landmarks(head)
+    for name, side in (
+        ("sphenoid lateral recess", "left"),
+        ("lamina dehiscence", "right"),
+        ("opticocarotid recess", "left"),
+        ("carotid bulge", "left"),
+    ):
+        other = "left" if side == "right" else "right"
+        assert f"{name}, {side}" in found
+        assert f"{name}, {other}" not in found
+    for name in ("sphenoid lateral recess, left", "opticocarotid recess, left"):
+        assert distance_at(head, found[name].position_mm[None])[0] < 0, name
+    gap = found["lamina dehiscence, right"].position_mm[None]
+    assert abs(hazard_distances(head, gap)["orbit, right"][0]) < 0.3
 
 
 @pytest.mark.parametrize("seed", range(40))
