@@ -55,7 +55,7 @@ FRONT_MM, REAR_MM = -13.0, -53.5
 
 LAMINA_GAP, LAMINA_GAP_END = (13.5, -27.0, 38.5), (18.5, -27.0, 38.5)
 LAMINA_GAP_MM = 3.2
-"""Axis and radius of a dehiscence; all six of Moulin 1994 lie before the basal lamella."""
+"""Axis and radius of a dehiscence, before the basal lamella (Moulin 1994)."""
 
 
 @dataclass(frozen=True, slots=True)
