@@ -89,16 +89,15 @@ def septum(parameters: PhantomParameters, side: Side) -> Field:
 
 
 def sphenoid_middle(parameters: PhantomParameters, side: Side) -> tuple[Point, float]:
-    """Return a place (u, y, z) in the sinus's air and how far it is from walls."""
+    """Return a place (u, y, z) in the sinus's air and how far it is from walls.
+
+    It is clear of the septum wherever that ends.
+    """
     kind, w = pneumatization(parameters, side), parameters.scale("sphenoid", side)
     if kind == "conchal":
         return (4.6, -58.2, 34.3), 2.0
     depth = 0.45 * (rear_mm(parameters, side) - FACE_MM)
-    if kind == "postsellar":
-        depth = -11.0
-    medial = np.array([[0.0], [FACE_MM + depth], [0.0]])
-    inner = float(septum(parameters, side).evaluate(medial)[0])
-    return (0.5 * (max(inner, -2.0) + 10.0), FACE_MM + depth, 33.0), 4.0 * w
+    return (7.4, FACE_MM + max(depth, -11.0), 33.0), 3.0 * w
 
 
 def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
@@ -113,12 +112,12 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     ) * Affine(0.9)
     level = depth_table([54, 66, 74, 82], [44.6, 44.6, 42.4, 37.0], 2.0)
     roof = 34.5 + (level - 34.5) * high
-    floor = depth_table([54, 66, 76, 84], [24.6, 23.6, 24.6, 27.0], 2.0)
+    floor: Field = depth_table([54, 66, 76, 84], [24.6, 23.6, 24.6, 27.0], 2.0)
     floor = 34.5 + (floor - 34.5) * high
     floor = floor + Table(U, (0, 7, 14), (-0.8, -0.2, 2.0), 3.0)
     body = smooth_max(6.5, floor - z, z - roof)
     # Widest between optic nerve and carotid, where the recess between them is.
-    wide = depth_table([55, 61, 67, 76, 84], [12.2, 14.6, 13.4, 12.6, 10.8], 2.0)
+    wide: Field = depth_table([55, 61, 67, 76, 84], [12.2, 14.6, 13.4, 12.6, 10.8], 2.0)
     wide = wide + height_table([24, 30, 38, 44], [-1.2, 0.0, 0.6, -0.4], 3.0)
     wide = wide * Affine(0.75 if kind == "conchal" else 0.7 + 0.3 * w)
     rear = rear_mm(parameters, side) - y

@@ -23,7 +23,7 @@ from anatomy.phantom.warp import Warp
 
 def corpus(parameters: PhantomParameters) -> Field:
     """Build the body from the sinus's face to the clivus, under planum and sella."""
-    half = depth_table([56, 61, 68, 78, 92], [13.2, 15.2, 14.0, 13.4, 15.0], 3.0)
+    half: Field = depth_table([56, 61, 68, 78, 92], [13.2, 15.2, 14.0, 13.4, 15.0], 3.0)
     half = half + height_table([16, 24, 32, 40], [-5.0, -0.5, 0.0, 0.5], 4.0)
     floor = depth_table([55, 66, 78, 95], [21.0, 18.6, 15.0, 6.0], 4.0)
     body = smooth_max(5.0, u - half, floor - z)

@@ -23,7 +23,7 @@ STRAIGHT = PhantomParameters(septal_deviation_mm=0.0)
 def test_no_maxillary_air_reaches_into_the_orbits_floor(scale: float) -> None:
     head = msgspec.structs.replace(STRAIGHT, maxillary_scale=scale, unevenness=1.5)
     rng = np.random.default_rng(0)
-    points = rng.uniform([17, -46, 10], [40, -8, 30], (40_000, 3))
+    points = rng.uniform([18, -44, 10], [36, -20, 30], (40_000, 3))
     inside = distance_at(head, lps_from_ras(points)) < 0
     assert np.count_nonzero(inside) > 2000
     room = orbit_walls().evaluate(points[inside].T)
