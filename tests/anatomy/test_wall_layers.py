@@ -236,7 +236,7 @@ def test_walls_between_cells_hold_their_bone(head: Phantom) -> None:
     places = air[:, ::-1] * 0.5 + head.ct.origin_mm
     places = places[(places[:, 1] > 19.0) & (places[:, 1] < 50.0)]
     random = np.random.default_rng(0)
-    places = places[random.permutation(len(places))[:2500]]
+    places = places[random.permutation(len(places))[:10_000]]
     ways = random.normal(size=places.shape)
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     t = np.arange(0.0, 6.0, 0.02)
