@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from anatomy.phantom import sinuses
+from anatomy.phantom import maxillary, sinuses
 from anatomy.phantom.disease import Content, contents_of
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
 from anatomy.phantom.nose import nasal_air
@@ -100,7 +100,7 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     nasal, fore, rear = Label.NASAL_AIR, "anterior_ethmoid", "posterior_ethmoid"
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
     cavity = nasal_air(parameters, side)
-    maxillary = sinuses.lining(sinuses.maxillary(parameters, side))
+    antrum = sinuses.lining(maxillary.maxillary(parameters, side))
     hollow = sinuses.lining(sphenoid(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
@@ -108,7 +108,7 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
     return [
         body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
-        body("maxillary sinus", 2, maxillary, air, large, 1.9, UNEVEN_MM, "maxillary"),
+        body("maxillary sinus", 2, antrum, air, large, 1.9, UNEVEN_MM, "maxillary"),
         body(
             "sphenoid sinus",
             4,
@@ -150,7 +150,7 @@ def _variant_parts(
 
     for name, number, build, outlet, label, sinus in (
         ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
-        ("haller", 8, sinuses.haller, sinuses.haller_outlet, anterior, fore),
+        ("haller", 8, maxillary.haller, maxillary.haller_outlet, anterior, fore),
         ("concha-bullosa", 9, sinuses.concha, sinuses.concha_outlet, variant, ""),
     ):
         if parameters.has(name, side):

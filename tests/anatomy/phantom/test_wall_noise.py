@@ -6,7 +6,7 @@ from anatomy.phantom.wall_noise import LIMITS_MM, noise_tables
 
 
 def rows(points: np.ndarray, seed: int = 3, factor: float = 1.0) -> np.ndarray:
-    octaves, limits, permutation, gradients = noise_tables(seed, factor)
+    octaves, limits, permutation, gradients, _ = noise_tables(seed, factor)
     out = np.empty((2, points.shape[1]), dtype=np.float32)
     kernels.noise_rows(
         points.astype(np.float32),
