@@ -27,10 +27,10 @@ from anatomy.kernels.tables import (
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 FAR = np.float32(99)
 
-SOLID_ROWS, PHARYNX_ROW, OUTSIDE_ROW, SKIN_ROW = 6, 6, 7, 10
+SOLID_ROWS, PHARYNX_ROW, OUTSIDE_ROW, SKIN_ROW = 6, 6, 7, 11
 """Rows of marks with a meaning here: the first six are solids inside the cavity, the
 pharynx and the outside are air shared by both sides, skin is where the nose is dry."""
-PART_ROWS = 9
+PART_ROWS = 10
 """Rows that the parts mark; the later ones belong to the common fields."""
 NASAL = 1
 """The nasal cavities' number, less 10 times the side."""

@@ -44,8 +44,9 @@ def paint_ground(
 ) -> None:
     """Composite the solids from the last to the first until nothing shows through.
 
-    p: ``(3, n)`` RAS points, for the bone's grain. layer: see
-    `run_program`. seen: which solids may reach the block. work: see `Scratch`, with the side's points; row 9 becomes HU.
+    p: ``(3, n)`` RAS points, for the bone's grain. layer: see `run_program`. seen:
+    which solids may reach the block. work: see `Scratch`, with the side's points; row 9
+    becomes HU.
     """
     side_p, noise, stack = work[0:4], work[4:6], work[POINT_ROWS:]
     # clear: what still shows through; most: the greatest share so far

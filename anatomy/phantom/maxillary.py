@@ -1,5 +1,6 @@
 """The maxillary sinus of one side: a pyramid with recesses, roots and a ridge."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,13 +107,15 @@ def maxillary(parameters: PhantomParameters, side: Side) -> Field:
     su, sy, sz = (scaled(a, c) for a, c in zip((u, y, z), _CENTER, strict=True))
     # Below, the nose's side wall bulges outwards over the inferior meatus.
     bulge = height_table([-6, 2, 9, 15], [2.0, 0.8, 0.6, 0.0], 2.0)
-    body = smooth_max(4.0, bulge + MEDIAL_MM - su, su - (MEDIAL_MM + 24.5))
-    front = (sy + (9.2 - shape.front) + (su - MEDIAL_MM) * 0.56) * 0.87
-    rear = (-(47.2 + shape.rear) + (su - MEDIAL_MM) * 0.50 - sy) * 0.89
+    body = smooth_max(4.0, bulge + MEDIAL_MM - su, su - (MEDIAL_MM + 25.2))
+    # Seen from the side it is narrower below than at the orbit.
+    taper = smooth_max(6.0, (9.0 - sz) * 0.22, 0.0)
+    front = (sy + (7.6 - shape.front) + (su - MEDIAL_MM) * 0.56 + taper) * 0.85
+    rear = (-(49.0 + shape.rear) + (su - MEDIAL_MM) * 0.50 - sy + taper) * 0.87
     body = smooth_max(5.0, body, smooth_max(7.0, front, rear))
-    dome = (su - 15.0) * (su - 15.0) * 0.011
+    dome = (su - 15.0) * (su - 15.0) * 0.01
     roof = (sz - (26.5 + shape.roof) + dome) * 0.87
-    rise = ((su - 23.0) * 0.66 - (sz + 4.0) * 0.75) * 1.0
+    rise = ((su - 25.0) * 0.66 - (sz + 4.0) * 0.75) * 1.0
     body = smooth_max(4.5, body, smooth_max(4.0, -4.6 - sz, rise), roof)
     body = body * scale
     for center, radii in (
@@ -140,6 +143,25 @@ def maxillary(parameters: PhantomParameters, side: Side) -> Field:
     if parameters.has("haller", side):
         body = smooth_max(0.8, body, wall - haller())
     return body
+
+
+ANTROSTOMY_FRONT_MM, ANTROSTOMY_TOP_MM, ANTROSTOMY_HALF_MM = -23.2, 25.2, 4.6
+"""Front and upper edge of an antrostomy, behind the nasolacrimal duct and under the
+orbit's floor, and half its greatest height, over the inferior turbinate."""
+
+WINDOW_MM = 13.8
+"""Lateral distance at which an antrostomy has the area asked for."""
+
+
+def antrostomy(area_mm2: float) -> Field:
+    """Build the opening that surgery leaves: an ellipse in the fontanelles, drawn out.
+
+    It holds the natural ostium and grows backwards.
+    """
+    high = min(ANTROSTOMY_HALF_MM, math.sqrt(area_mm2 / (1.4 * math.pi)))
+    long = area_mm2 / (math.pi * high)
+    center = WINDOW_MM, ANTROSTOMY_FRONT_MM - long, ANTROSTOMY_TOP_MM - high
+    return smooth_max(0.5, Ellipsoid(center, (16.0, long, high)), abs(u - 13.6) - 4.6)
 
 
 def haller() -> Field:

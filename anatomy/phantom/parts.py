@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from anatomy.phantom import maxillary, sinuses
-from anatomy.phantom.disease import Content, contents_of
+from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.parameters import PhantomParameters
@@ -161,6 +161,10 @@ def _variant_parts(
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))
         parts.append(duct("onodi outlet", onodi_outlet(), posterior, septa, rear))
+    area = parameters.antrostomy_of(side)
+    if area > 0.0:
+        window = maxillary.antrostomy(area)
+        parts.append(duct("antrostomy", window, Label.NASAL_AIR, Wall(0.5, 0.25)))
     lobes = frontal(parameters, side)
     if lobes is not None:
         parts.append(
@@ -188,10 +192,15 @@ def side_parts(
     contents: list[Content] = []
     for part in healthy_parts(parameters, side):
         score = getattr(opacity, part.sinus) if part.sinus else 0
-        if score == 0:
+        asked = parameters.findings_in(part.sinus, side)
+        is_duct = part.cavity == DUCT
+        if score == 1 and not asked and not is_duct:
+            asked = drawn_findings(part.sinus, side, rng)
+        if score != 2 and (is_duct or not asked):
             parts.append(part)
             continue
-        change = contents_of(part.sinus, part.field, part.cavity == DUCT, score, rng)
+        disease = Disease(part.sinus, asked, parameters.posture, score == 2)
+        change = contents_of(disease, part.field, is_duct, rng)
         contents += change.contents
         if change.air is not None:
             wall = replace(

@@ -44,7 +44,7 @@ from anatomy.phantom.vessels import (
 from anatomy.phantom.warp import extruded, one_side
 from anatomy.tissue import TISSUES, Label, Side
 
-_GRAIN_HU = {"cancellous bone": 150.0, "bone": 70.0}
+_GRAIN_HU = {"cancellous bone": 130.0, "bone": 45.0}
 """Standard deviation of the trabeculae's CT numbers; tables of bone vary in thickness,
 too."""
 
@@ -99,7 +99,7 @@ def solids(
             roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
             thick = plates.FOVEA_MM
             filled.append(Solid(roof, "skull base", Label.FOVEA, level_mm=thick))
-            if content.label != Label.MUCOSA:
+            if content.has_shell:
                 filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [

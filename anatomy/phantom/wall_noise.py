@@ -17,7 +17,7 @@ _OCTAVES = (
     (5.0, 0.42, 1, -65.0, 4.0),
 )
 # of bone: wavelength mm, share of the deviation, row: density, trabeculae
-_GRAIN = ((9.0, 0.8, 0), (3.2, 0.6, 0), (4.5, 0.6, 1), (1.9, 0.8, 1))
+_GRAIN = ((9.0, 0.8, 0), (3.2, 0.6, 0), (5.0, 0.75, 1), (2.3, 0.66, 1))
 LIMITS_MM = (0.7, 1.2)
 """Bounds of the two rows: walls thinner than twice the first would be pierced."""
 
@@ -34,8 +34,9 @@ def noise_tables(
     """Draw octaves, limits' inverses, permutation, unit gradients and bone's grain.
 
     Octaves ``(4, 16)`` are of the walls' waviness; grain ``(4, 16)`` has the rows of
-    the bone's density and of its trabeculae, each of deviation 1. Each octave is turned and shifted at random: gradient noise vanishes at lattice
-    points, and aligned lattices would show as a grid of nodes.
+    the bone's density and of its trabeculae, each of deviation 1. Each octave is turned
+    and shifted at random: gradient noise vanishes at lattice points, and aligned
+    lattices would show as a grid of nodes.
     """
     rng = np.random.default_rng([seed, 0x6E6F])
 
@@ -45,7 +46,7 @@ def noise_tables(
         shift = rng.uniform(0, 256, 3)
         return [row, factor * deviation / _UNIT_DEVIATION, *matrix.ravel(), *shift]
 
-    rows = [[*octave(*known), fade, over] for *known, fade, over in _OCTAVES]
+    rows = [[*octave(a, b, row), fade, over] for a, b, row, fade, over in _OCTAVES]
     gradients = rng.standard_normal((256, 3))
     gradients /= np.linalg.norm(gradients, axis=1, keepdims=True)
     permutation = rng.permutation(256).astype(np.int32)

@@ -109,15 +109,15 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
-    An agger nasi cell is a variant; an aplastic frontal sinus has no ostium either; an
-    uncinectomy takes the uncinate process and, with it, the hiatus behind its edge.
+    An agger nasi cell is a variant; an aplastic frontal sinus has no ostium either;
+    surgery takes the uncinate process and, with it, the hiatus behind its edge.
     """
     absent: set[str] = set()
     if not parameters.has("agger-nasi", side):
         absent.add("agger nasi")
     if parameters.scale("frontal", side) == 0:
         absent |= {"frontal sinus", "frontal ostium"}
-    if parameters.uncinectomy:
+    if parameters.is_operated(side):
         absent |= {"uncinate process", "hiatus semilunaris"}
     return frozenset(absent)
 

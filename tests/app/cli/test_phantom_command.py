@@ -7,7 +7,7 @@ import pytest
 from anatomy import Opacity
 from anatomy.case import read_case
 from app.__main__ import main
-from app.cli.phantom_command import parse_scores, run_phantom
+from app.cli.phantom_command import run_phantom
 from devices import load_probe_path
 from paravol.case_options import PhantomOptions
 from paravol.case_scenario import PATH, scenario_of_case
@@ -50,24 +50,6 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     assert held is not None
     assert held.seed == 4
     assert not (tmp_path / "case" / "exercise.toml").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("kidney=2",), "reads NAME:SIDE=SCORE"),
-        (("maxillary",), "reads NAME:SIDE=SCORE"),
-        (("maxillary=two",), "whole number"),
-        (("maxillary=\N{SUPERSCRIPT TWO}",), "whole number"),
-        (("maxillary:up=2",), "left or right"),
-        (("ostiomeatal=1",), "must be one of"),
-    ],
-)
-def test_scores_that_there_are_not_are_refused(
-    words: tuple[str, ...], said: str
-) -> None:
-    with pytest.raises(ValueError, match=said):
-        parse_scores(words)
 
 
 def test_an_unknown_variant_is_one_sentence(
