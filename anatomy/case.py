@@ -253,8 +253,8 @@ def write_case(
 ) -> None:
     """Write a phantom as a case folder, each file atomically; resonance: T1, T2 too.
 
-    disease: what `DiseaseRecord.of` found, to be told in the record. The skin of the whole
-    head and places on the face come along, as an imported head has them.
+    disease: what `DiseaseRecord.of` found, to be told in the record. The skin of the
+    whole head and places on the face come along, as an imported head has them.
     """
     face = head_skin(phantom.parameters)
     volumes = {
