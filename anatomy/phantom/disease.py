@@ -127,9 +127,9 @@ def contents_of(
         if finding.kind == "fluid":
             up = y if disease.posture == "supine" else z
             surface = fluid_level_mm(room, disease.posture, size)
-            held: Field = surface - up
-            air = smooth_max(0.5, air, Mark(Row.FLUID, held))
-            depth = smooth_max(0.3, bare(field), -held)
+            fluid = Mark(Row.FLUID, up - surface)
+            air = smooth_max(0.5, air, -fluid)
+            depth = smooth_max(0.3, bare(field), up - surface)
         else:
             cyst = _cyst(room, size, rng)
             air = smooth_max(0.8, air, -cyst)

@@ -133,7 +133,7 @@ def _tint_table() -> NDArray[np.float32]:
         (Row.POLYP, 0.4, 0.9, "polyp"),
         (Row.SINUS, 1.3, 1.4, "sinus lining"),
         (Row.REAR, 0.0, 3.0, "nasopharynx"),
-        (Row.FLUID, 0.2, 0.3, "mucus"),
+        (Row.FLUID, 0.4, 0.4, "mucus"),
     ]
     return np.array(
         [[row, at, half, TISSUES[name].blood_fraction] for row, at, half, name in rows],
