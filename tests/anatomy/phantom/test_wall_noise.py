@@ -49,6 +49,25 @@ def test_the_field_is_smooth() -> None:
         assert np.abs(slope).max() < 0.8
 
 
+def grain(row: int, factor: float = 1.0) -> np.ndarray:
+    _, _, permutation, gradients, octaves = noise_tables(3, factor)
+    return np.array(
+        [
+            kernels.grain_at(*at, row, octaves, permutation, gradients)
+            for at in POINTS[:, :8000].T.astype(np.float32)
+        ]
+    )
+
+
+@pytest.mark.parametrize("row", [0, 1])
+def test_grain_of_bone_has_mean_zero_and_deviation_one(row: int) -> None:
+    """So bone's mean density, and with it its mass, is what the walls' table says."""
+    value = grain(row)
+    assert value.mean() == pytest.approx(0.0, abs=0.06)
+    assert value.std() == pytest.approx(1.0, abs=0.15)
+    assert np.all(grain(row, 0.0) == 0)
+
+
 def test_factor_zero_gives_smooth_walls_and_seeds_differ() -> None:
     assert np.all(rows(POINTS, factor=0.0) == 0)
     assert not np.array_equal(rows(POINTS, 1), rows(POINTS, 2))
