@@ -53,8 +53,8 @@ def grain(row: int, factor: float = 1.0) -> np.ndarray:
     _, _, permutation, gradients, octaves = noise_tables(3, factor)
     return np.array(
         [
-            kernels.grain_at(*at, row, octaves, permutation, gradients)
-            for at in POINTS[:, :8000].T.astype(np.float32)
+            kernels.grain_at(a, b, c, row, octaves, permutation, gradients)
+            for a, b, c in POINTS[:, :8000].T.astype(np.float32)
         ]
     )
 
