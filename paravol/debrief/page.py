@@ -17,6 +17,7 @@ from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
 from paravol.score_table import score_rows
+from paravol.verdict_texts import exercise_text, rubric_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Metric, Track
 from scenarios.rubrics import Assessment
@@ -93,6 +94,8 @@ def _told(material: Material) -> dict[str, Any]:
         "figures": score_rows(score),
         "assessment": material.assessment,
         "amount": amount,
+        "exercise_text": exercise_text,
+        "rubric_text": rubric_text,
         "tasks": _tasks(findings),
         "timeline": charts.timeline(findings, events),
         "told": [event for event in events if event.is_told],
