@@ -260,7 +260,7 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
         Solid(alveolus, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
         Solid(teeth, "bone", Label.TEETH, 0.0, 0.0),
         Solid(teeth, "tooth", Label.TEETH, 0.0, -0.6),
-        Solid(teeth, "cartilage", Label.TEETH, 0.0, -3.2),
+        Solid(teeth, "cartilage", Label.TEETH, 0.0, -3.6),
         Solid(zygoma, "cancellous bone", Label.THICK_BONE),
         Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
         Solid(suture, "cartilage", Label.THICK_BONE),
