@@ -15,7 +15,8 @@ RUN := .venv/bin/python -m
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check bench fuzz desktop dist dist-check clean
+.PHONY: help demo test test-all check bench bench-guard fuzz desktop dist dist-check \
+    clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile \
@@ -38,6 +39,9 @@ check: $(READY)  ## lint, format check, strict types, import floors
 
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench
+
+bench-guard: $(READY)  ## fail where a row got slower or less right since the release
+	$(RUN) app bench guard
 
 fuzz: $(READY)  ## look for files that readers cannot take, ten minutes for each reader
 	.venv/bin/uv pip install atheris

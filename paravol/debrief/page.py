@@ -64,7 +64,7 @@ def page(material: Material) -> str:
     )
     sheet, script = environment.get_template("page.css"), TEMPLATES / "page.js"
     # ours, with nothing from any file in them
-    style = Markup(sheet.render(colour=_colours()))
+    style = Markup(sheet.render(colour=colours()))
     return environment.get_template("page.html").render(
         style=style,
         script=Markup(script.read_text("utf-8")),
@@ -72,7 +72,8 @@ def page(material: Material) -> str:
     )
 
 
-def _colours() -> dict[str, str]:
+def colours() -> dict[str, str]:
+    """Return the palette as a style sheet's template names it."""
     # two names may be of one colour
     return {name.lower(): c.value for name, c in Colour.__members__.items()}
 
