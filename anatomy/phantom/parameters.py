@@ -51,6 +51,47 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
         return sum(getattr(self, name) for name in (*SINUSES, "ostiomeatal"))
 
 
+FLUID_SINUSES = ("maxillary", "sphenoid", "frontal")
+"""Sinuses of one space: fluid has a level in them, and a cyst room."""
+
+_FINDING_SIZES = {
+    "swelling": (0.2, 8.0, "mm of swollen lining"),
+    "fluid": (0.05, 0.9, "share of the sinus's volume"),
+    "cyst": (2.0, 14.0, "radius in mm"),
+}
+
+
+FindingKind = Literal["swelling", "fluid", "cyst"]
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True):
+    """Name one thing that disease has put into one sinus.
+
+    size: thickness of the swollen lining in mm, share of the sinus's volume under the
+    fluid, or radius of the retention cyst in mm.
+    """
+
+    kind: FindingKind
+    sinus: str
+    side: Literal["left", "right"]
+    size: float
+
+    def __post_init__(self) -> None:
+        allowed = SINUSES if self.kind == "swelling" else FLUID_SINUSES
+        if self.sinus not in allowed:
+            raise UserError(
+                f"{self.kind} is found in {', '.join(allowed)}, not in {self.sinus!r}"
+            )
+        low, high, what = _FINDING_SIZES[self.kind]
+        if "ethmoid" in self.sinus:
+            high = 1.2
+        if not low <= self.size <= high:
+            raise UserError(
+                f"the size of {self.kind} in the {self.sinus} sinus, its {what}, must "
+                f"lie in [{low}, {high}], got {self.size}"
+            )
+
+
 AGGER = ("agger-nasi:left", "agger-nasi:right")
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
 
@@ -94,7 +135,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     cell_bone_mm: bone of the walls between ethmoid cells.
     mucosa_mm: thickness of healthy sinus mucosa.
     unevenness: factor on the natural waviness of the walls; 0 gives planes.
-    uncinectomy: whether the uncinate process has been removed.
+    uncinectomy: whether the uncinate processes have been removed.
+    antrostomy_mm2: area of the opening that surgery has left between middle meatus and
+    maxillary sinus, right and left; 0 for none. It takes the uncinate process along.
+    findings: what disease did to single sinuses, in place of what their score draws.
+    posture: how the head lay when it was scanned, which sets where fluid gathers.
     variants: names such as ``"onodi:left"``, see `anatomy.phantom.variants`.
     opacity: what disease fills, see `Opacity`.
     edge_blur_mm: standard deviation of the scanner's point spread function.
@@ -119,8 +164,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     mucosa_mm: float = 0.4
     unevenness: float = 1.0
     uncinectomy: bool = False
+    antrostomy_mm2: tuple[float, float] = (0.0, 0.0)
     variants: tuple[str, ...] = AGGER
     opacity: tuple[Opacity, Opacity] = (Opacity(), Opacity())
+    findings: tuple[Finding, ...] = ()
+    posture: Literal["supine", "upright"] = "supine"
     edge_blur_mm: float = 0.35
     ct_noise_hu: float = 0.0
 
@@ -136,6 +184,16 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
                 f"phantom parameter frontal_scale must be 0 (aplasia) or in "
                 f"[0.5, 1.35], got {self.frontal_scale}"
             )
+        low, high = ANTROSTOMY_MM2
+        for area in self.antrostomy_mm2:
+            if area != 0.0 and not low <= area <= high:
+                raise UserError(
+                    f"the area of an antrostomy must be 0 or lie in [{low}, {high}] "
+                    f"mm^2, got {area}"
+                )
+        sites = [(f.kind, f.sinus, f.side) for f in self.findings]
+        if len(set(sites)) < len(sites):
+            raise UserError("a finding can be named once for each sinus and side")
         known = [f"{n}:{s}" for n in SIDED_VARIANTS for s in ("left", "right")]
         for variant in self.variants:
             if variant not in known:
@@ -175,6 +233,19 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
             return 0.0
         return min(max(value, low), high)
 
+    def is_operated(self, side: Side) -> bool:
+        """Return whether surgery has taken the uncinate process of one side."""
+        return self.uncinectomy or self.antrostomy_of(side) > 0.0
+
+    def antrostomy_of(self, side: Side) -> float:
+        """Return the area of one side's antrostomy, mm^2."""
+        return self.antrostomy_mm2[0 if side == Side.RIGHT else 1]
+
+    def findings_in(self, sinus: str, side: Side) -> tuple[Finding, ...]:
+        """Return what disease did to one sinus."""
+        where = sinus, side.name.lower()
+        return tuple(f for f in self.findings if (f.sinus, f.side) == where)
+
     def opacity_of(self, side: Side) -> Opacity:
         """Return the disease of one side."""
         return self.opacity[0 if side == Side.RIGHT else 1]
@@ -183,6 +254,10 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
 SPHENOID_KINDS = ("conchal-sphenoid", "presellar-sphenoid", "postsellar-sphenoid")
 """Variants of the sphenoid's pneumatization that exclude each other; without one it is
 sellar."""
+
+ANTROSTOMY_MM2 = 20.0, 140.0
+"""Areas that an antrostomy can have: that of a natural ostium and more, up to the space
+between the orbit's floor and the inferior turbinate."""
 
 SIDED_VARIANTS = (
     "agger-nasi",

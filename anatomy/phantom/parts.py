@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from anatomy.phantom import sinuses
-from anatomy.phantom.disease import Content, contents_of
+from anatomy.phantom import maxillary, sinuses
+from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
 from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.orbit import FLOOR_BONE_MM, orbit_walls
@@ -109,9 +109,9 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     nasal, fore, rear = Label.NASAL_AIR, "anterior_ethmoid", "posterior_ethmoid"
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
     cavity = nasal_air(parameters, side)
-    maxillary = sinuses.lining(sinuses.maxillary(parameters, side))
+    antrum = sinuses.lining(maxillary.maxillary(parameters, side))
     nerve = CANAL_WALL_MM + t - maxillary_nerve()
-    maxillary = _kept_off(maxillary, t + FLOOR_BONE_MM - orbit_walls(), nerve)
+    antrum = _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve)
     hollow = sinuses.lining(sphenoid_body(parameters, side))
     hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
@@ -122,7 +122,7 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
     return [
         body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
-        body("maxillary sinus", 2, maxillary, air, large, 1.9, UNEVEN_MM, "maxillary"),
+        body("maxillary sinus", 2, antrum, air, large, 1.9, UNEVEN_MM, "maxillary"),
         body(
             "sphenoid sinus",
             4,
@@ -169,7 +169,7 @@ def _variant_parts(
 
     for name, number, build, outlet, label, sinus in (
         ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
-        ("haller", 8, sinuses.haller, sinuses.haller_outlet, anterior, fore),
+        ("haller", 8, maxillary.haller, maxillary.haller_outlet, anterior, fore),
         ("concha-bullosa", 9, sinuses.concha, sinuses.concha_outlet, variant, ""),
     ):
         if parameters.has(name, side):
@@ -180,6 +180,10 @@ def _variant_parts(
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))
         parts.append(duct("onodi outlet", onodi_outlet(), posterior, septa, rear))
+    area = parameters.antrostomy_of(side)
+    if area > 0.0:
+        window = maxillary.antrostomy(area)
+        parts.append(duct("antrostomy", window, Label.NASAL_AIR, Wall(0.5, 0.25)))
     lobes = frontal(parameters, side)
     if lobes is not None:
         parts.append(
@@ -207,10 +211,15 @@ def side_parts(
     contents: list[Content] = []
     for part in healthy_parts(parameters, side):
         score = getattr(opacity, part.sinus) if part.sinus else 0
-        if score == 0:
+        asked = parameters.findings_in(part.sinus, side)
+        is_duct = part.cavity == DUCT
+        if score == 1 and not asked and not is_duct:
+            asked = drawn_findings(part.sinus, side, rng)
+        if score != 2 and (is_duct or not asked):
             parts.append(part)
             continue
-        change = contents_of(part.sinus, part.field, part.cavity == DUCT, score, rng)
+        disease = Disease(part.sinus, asked, parameters.posture, score == 2)
+        change = contents_of(disease, part.field, is_duct, rng)
         contents += change.contents
         if change.air is not None:
             wall = replace(

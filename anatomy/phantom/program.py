@@ -50,12 +50,13 @@ class Row(IntEnum):
     PHARYNX = 6
     OUTSIDE = 7
     SINUS = 8
-    SEPTUM = 9
-    SKIN = 10
-    REAR = 11
-    FACE = 12
-    BASE = 13
-    FIRST_GROUND = 14
+    FLUID = 9
+    SEPTUM = 10
+    SKIN = 11
+    REAR = 12
+    FACE = 13
+    BASE = 14
+    FIRST_GROUND = 15
 
 
 STACK_CHANGE = {

@@ -1,8 +1,7 @@
-"""Maxillary and frontal sinus of one side, and what drains into the middle meatus."""
+"""Frontal sinus of one side, and what drains into the middle meatus."""
 
 import numpy as np
 
-from anatomy.phantom.ethmoid import ethmoid_block
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
@@ -10,12 +9,10 @@ from anatomy.phantom.shapes import (
     Ellipsoid,
     Field,
     Mark,
-    Point,
     Unevenness,
     smooth_max,
     smooth_min,
     u,
-    y,
     z,
 )
 from anatomy.tissue import Side
@@ -23,58 +20,6 @@ from anatomy.tissue import Side
 SINUS_UNEVENNESS = 0.4
 """Share of the nose's unevenness on sinus walls: they are thin, and both their faces
 move, so more of it would open holes towards the nose."""
-
-MOLAR_ROOTS: tuple[Point, ...] = (
-    (18.5, -21.5, -5.2),
-    (20.5, -26.5, -4.6),
-    (23.0, -32.0, -4.4),
-)
-"""Apices of the teeth that lift the floor of the maxillary sinus."""
-
-
-def maxillary(parameters: PhantomParameters, side: Side) -> Field:
-    """Build the maxillary sinus: six smoothly joined walls, scaled about its medial.
-
-    Its front, rear and lower lateral walls turn with u, its roof is the orbit's floor
-    with the ridge of the infraorbital canal, and its floor is uneven over the molars.
-    """
-    scale = parameters.scale("maxillary", side)
-    medial, mid_y, mid_z = 14.6, -28.0, 25.0
-
-    def scaled(axis: Field, center: float) -> Field:
-        return (axis - center) * (1 / scale) + center
-
-    su, sy, sz = scaled(u, medial), scaled(y, mid_y), scaled(z, mid_z)
-    dome = (su - 15.0) * (su - 15.0) * 0.02
-    body = smooth_max(5.0, medial - su, su - (medial + 23.5))
-    height = smooth_max(4.0, -4.0 - sz, (sz - 26.8 + dome) * 0.85)
-    body = smooth_max(4.5, body, height)
-    front = (sy + 11.0 + (su - 20.0) * 0.62) * 0.85
-    rear = -44.5 + (su - 20.0) * 0.30 - sy
-    body = smooth_max(5.0, body, smooth_max(6.0, front, rear))
-    taper = ((su - 20.0) * 0.62 + (4.0 - sz) * 0.55 - 9.5) * 0.9
-    body = smooth_max(4.0, body, taper) * scale
-    canal = Chain(((27, -12, 22.0), (26, -34, 25.6)), (1.3, 1.4))
-    body = smooth_max(1.5, body, -canal)
-    for apex in MOLAR_ROOTS:
-        root = Ellipsoid(apex, (2.2, 2.0, 3.0))
-        body = smooth_max(1.5, body, 0.6 - root)
-    # The ethmoid comes first where both want to be.
-    wall = 2 * parameters.mucosa_mm + 0.7
-    body = smooth_max(0.8, body, wall - ethmoid_block(parameters, side))
-    if parameters.has("haller", side):
-        body = smooth_max(0.8, body, wall - haller())
-    return body
-
-
-def haller() -> Field:
-    """Build the infraorbital cell under the orbit's floor."""
-    return Ellipsoid((15.4, -20.8, 26.4), (3.0, 3.4, 2.3))
-
-
-def haller_outlet() -> Field:
-    """Build the infraorbital cell's outlet to the infundibulum."""
-    return Chain(((14.0, -20.8, 26.8), (11.4, -21.6, 28.2)), (0.9, 0.9))
 
 
 def infundibulum() -> Chain:

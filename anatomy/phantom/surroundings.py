@@ -5,8 +5,9 @@ distance |x| from the septum's plane, unless the sides differ.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
-from anatomy.phantom import plates
+from anatomy.phantom import cheek, jaws, plates
 from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof, lamina_papyracea
 from anatomy.phantom.head import head_outside
@@ -39,7 +40,6 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
-from anatomy.phantom.sinuses import MOLAR_ROOTS
 from anatomy.phantom.sphenoid import sphenoid
 from anatomy.phantom.sphenoid_bone import (
     cavernous_sinus,
@@ -66,6 +66,10 @@ from anatomy.phantom.vessels import (
 from anatomy.phantom.warp import extruded, one_side
 from anatomy.tissue import TISSUES, Label, Side
 
+_GRAIN_HU = {"cancellous bone": 130.0, "bone": 45.0}
+"""Standard deviation of the trabeculae's CT numbers; tables of bone vary in thickness,
+too."""
+
 LABYRINTH_MM = 0.7
 """Round ethmoid cells and sphenoid sinus, where their walls are thick."""
 
@@ -91,6 +95,11 @@ class Solid:
         """Return the CT number."""
         return TISSUES[self.tissue].hu
 
+    @property
+    def grain_hu(self) -> float:
+        """Return the deviation of the CT number from place to place."""
+        return 0.0 if self.label == Label.TEETH else _GRAIN_HU.get(self.tissue, 0.0)
+
 
 def skin() -> Field:
     """Recall the distance from the face, which the common marks leave."""
@@ -112,12 +121,12 @@ def solids(
             roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
             thick = plates.FOVEA_MM
             filled.append(Solid(roof, "skull base", Label.FOVEA, level_mm=thick))
-            if content.label != Label.MUCOSA:
+            if content.has_shell:
                 filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [
         *_head(parameters),
-        *_skull(),
+        *_skull(parameters),
         *_orbits(parameters),
         *_vessels(parameters),
         *_midface(parameters),
@@ -128,6 +137,7 @@ def solids(
 
 def _head(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
+    askew = partial(cheek.askew, parameters=parameters)
     base = below_base(parameters)
     # The vault's bone is thick over the orbits and thin over the ethmoid.
     thick = Table(U, (4, 12, 22), (0.35, 0.5, 2.0), 2.0)
@@ -150,33 +160,23 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     vault = smooth_min(5.0, vault, lobe - 2.2)
     inner = smooth_min(5.0, inner, lobe)
     brain = smooth_min(5.0, brain, lobe + 1.6)
-    # Fat lies under the skin and between the muscles of the infratemporal fossa.
-    fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
-    fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
-    loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
-    flesh = smooth_min(
-        1.0,
-        Chain(((47, -38, 20), (45, -42, -28)), (4.5, 6.0)),
-        Chain(((47, -34, 60), (49, -42, 40), (47, -46, 22)), (4.5, 7.0, 4.0)),
-        Chain(((18, -60, 14), (42, -70, 20)), (6.0, 6.0)),
-        Chain(((17, -64, 6), (37, -70, -28)), (4.5, 6.0)),
-        Chain(((6, -81, 12), (8, -80, -28)), (6.0, 7.0)),
-        Chain(((13, -68, 8), (14, -68, -28)), (4.5, 4.0)),
-        Ellipsoid((0, -36, -22), (24, 32, 15)),
-        Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
-    )
+    # Between the tables of the vault's bone, where it is thick, lies marrow.
+    diploe = smooth_max(1.0, vault + 2.2, 2.2 - inner)
     lip = Ellipsoid((0, 2, -18), (26, 8, 9))
     arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
         # The ledge that the uncinate process stands on is thicker than its walls.
         Solid(Row.UNCINATE, "uncinate", Label.UNCINATE),
-        Solid(loose, "fat", Label.FAT, steepness=2.2),
-        Solid(flesh, "muscle", Label.MUSCLE),
+        Solid(cheek.fat(face), "fat", Label.FAT, steepness=2.2),
+        Solid(cheek.facial_sheet(face), "muscle", Label.MUSCLE, steepness=2.2),
+        Solid(askew(cheek.parotid()), "skin", Label.SKIN),
+        Solid(askew(cheek.muscles()), "muscle", Label.MUSCLE),
         Solid(lip, "muscle", Label.MUSCLE),
         Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
         *_ethmoid(parameters),
         Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
+        Solid(diploe, "cancellous bone", Label.THICK_BONE, steepness=3.0),
         Solid(inner, "csf", Label.CSF, steepness=3.0),
         Solid(brain, "brain", Label.BRAIN, steepness=3.0),
         Solid(falx, "dura", Label.DURA, 0.6, 0.0, 3.0),
@@ -192,7 +192,7 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Solid(dorsum(), "cancellous bone", Label.THICK_BONE),
         Solid(pituitary(), "brain", Label.BRAIN),
         Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
-        Solid(arch, "bone", Label.THICK_BONE),
+        Solid(askew(arch), "bone", Label.THICK_BONE),
     ]
 
 
@@ -252,39 +252,10 @@ def _vessels(parameters: PhantomParameters) -> list[Solid]:
 
 def _midface(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
-    arch = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
-    maxilla = smooth_max(3.0, smooth_max(3.0, u - 27.0, z - 0.5), -49.0 - y)
-    maxilla = smooth_max(3.0, maxilla, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))
-    maxilla = smooth_max(1.0, maxilla, 3.0 - face)
-    palate = smooth_max(1.5, maxilla, arch - z)
-    alveolus = smooth_max(3.0, maxilla, smooth_min(3.0, 17.0 - u, -11.0 - y))
-    alveolus = smooth_max(4.0, alveolus, smooth_max(4.0, -43.0 - y, 4.0 - z - 29.0))
-    crowns = [
-        Chain(((0.94 * a + 0.5, b - 1.2, -19), (0.94 * a + 0.5, b - 1.5, -24)), (r, r))
-        for a, b, r in (
-            (4, -5, 3.4),
-            (9.5, -7, 3.0),
-            (15, -12, 3.4),
-            (19, -19, 4.2),
-            (22, -28, 4.6),
-            (23.5, -37, 4.4),
-        )
-    ]
-    roots = [
-        Chain(((a, b, c), (0.94 * a + 0.5, b - 1.2, -19)), (1.1, 2.2))
-        for a, b, c in (
-            (4, -5, -8),
-            (9.5, -7, -6),
-            (15, -12, -7),
-            *((x, d, e) for x, d, e in MOLAR_ROOTS),
-            (22.5, -24, -6.5),
-        )
-    ]
-    teeth = smooth_min(0.0, *crowns, *roots)
-    zygoma = Chain(
-        ((28, -8, 14), (37, -15, 18), (42, -24, 26), (42, -22, 42)),
-        (3.0, 5.0, 4.0, 2.6),
-    )
+    palate, alveolus = jaws.palate(face), jaws.alveolus(face)
+    teeth = jaws.upper_teeth(parameters)
+    zygoma = cheek.askew(cheek.zygoma(), parameters)
+    suture = cheek.askew(cheek.zygomatic_suture(), parameters)
     process = Chain(
         ((11.5, -5, 6), (11.0, -5, 20), (9.5, -4.0, 32), (6.5, -2.5, 46)),
         (1.4, 1.6, 2.0, 3.0),
@@ -311,13 +282,16 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     alar = extruded(((2.2, 10.0), (7.0, 8.0), (10.0, 1.0)))
     alar = smooth_max(0.5, alar, 7.0 - y)
     return [
-        Solid(palate, "bone", Label.THICK_BONE, steepness=2.2),
+        Solid(palate, "cancellous bone", Label.THICK_BONE, steepness=2.2),
+        Solid(palate, "bone", Label.THICK_BONE, 0.6, -0.6, 2.2),
         Solid(alveolus, "cancellous bone", Label.THICK_BONE, steepness=2.2),
         Solid(alveolus, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
         Solid(teeth, "bone", Label.TEETH, 0.0, 0.0),
         Solid(teeth, "tooth", Label.TEETH, 0.0, -0.6),
+        Solid(teeth, "cartilage", Label.TEETH, 0.0, -3.6),
         Solid(zygoma, "cancellous bone", Label.THICK_BONE),
         Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
+        Solid(suture, "cartilage", Label.THICK_BONE),
         Solid(lacrimal, "mucosa", Label.MUCOSA),
         Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
         Solid(process, "bone", Label.THICK_BONE),
@@ -382,37 +356,7 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
     ]
 
 
-def mandible() -> Field:
-    """Build the lower jaw of one side: ramus, body and alveolar arch."""
-    ramus = Chain(((47, -60, 24), (44, -64, -10), (42, -56, -30)), (3.6, 4.5, 5.0))
-    body = Chain(
-        ((42, -56, -30), (38, -40, -42), (25, -15, -50), (9, -7, -54), (0, -6, -55)),
-        (5.0, 5.2, 5.2, 5.4, 5.8),
-    )
-    arch = Chain(
-        ((42, -54, -27), (26, -32, -36), (20, -20, -38), (10, -9, -39), (0, -6, -39)),
-        (3.8, 4.6, 4.4, 3.8, 3.6),
-    )
-    return smooth_min(5.0, ramus, body, arch)
-
-
-def lower_teeth() -> Field:
-    """Build the crowns and roots of the lower teeth, below the upper ones."""
-    teeth = [
-        Chain(((a, b, -26.5), (a, b, -38)), (r, 0.4 * r))
-        for a, b, r in (
-            (3.2, -7, 2.8),
-            (9.0, -9, 2.8),
-            (14.5, -13.5, 3.2),
-            (18.5, -20, 3.8),
-            (21.5, -28, 4.2),
-            (23.5, -37, 4.2),
-        )
-    ]
-    return smooth_max(0.5, smooth_min(0.0, *teeth), z + 24.4)
-
-
-def _skull() -> list[Solid]:
+def _skull(parameters: PhantomParameters) -> list[Solid]:
     """List the solids of jaw, rear skull base and spine.
 
     They close the head of a wide field of view; none reaches into the nose's own.
@@ -425,6 +369,7 @@ def _skull() -> list[Solid]:
     spine = Chain(((0, -96, -14), (0, -92, -60), (0, -96, -125)), (9.0, 9.5, 10.0))
     arches = Chain(((0, -118, -18), (0, -122, -60), (0, -126, -125)), (8.0, 8.0, 9.0))
     column = smooth_min(3.0, spine, arches)
+    jaw = cheek.askew(jaws.mandible(), parameters)
     zygomatic = Chain(((56, -56, 25), (61, -72, 25), (60, -88, 24)), (2.2, 2.4, 4.0))
     return [
         Solid(column, "cancellous bone", Label.THICK_BONE),
@@ -433,9 +378,9 @@ def _skull() -> list[Solid]:
         Solid(petrous, "bone", Label.THICK_BONE),
         Solid(hind - 1.6, "csf", Label.CSF),
         Solid(hind, "brain", Label.BRAIN),
-        Solid(mandible(), "cancellous bone", Label.THICK_BONE),
-        Solid(mandible(), "bone", Label.THICK_BONE, 0.7, -0.7),
-        Solid(lower_teeth(), "tooth", Label.TEETH),
+        Solid(jaw, "cancellous bone", Label.THICK_BONE),
+        Solid(jaw, "bone", Label.THICK_BONE, 0.7, -0.7),
+        Solid(jaws.lower_teeth(), "tooth", Label.TEETH),
         Solid(zygomatic, "bone", Label.THICK_BONE),
     ]
 

@@ -131,9 +131,8 @@ def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
     An agger nasi cell is a variant, like a recess or a dehiscence; an aplastic frontal
-    sinus has no ostium either; an uncinectomy takes the uncinate process and, with it,
-    the hiatus behind its edge. A carotid presses into sinuses that reach the
-    sella only.
+    sinus has no ostium either; surgery takes the uncinate process and, with it, the
+    hiatus behind its edge. A carotid presses into sinuses that reach the sella only.
     """
     absent: set[str] = set()
     if not parameters.has("lateral-recess", side):
@@ -146,7 +145,7 @@ def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
         absent.add("agger nasi")
     if parameters.scale("frontal", side) == 0:
         absent |= {"frontal sinus", "frontal ostium"}
-    if parameters.uncinectomy:
+    if parameters.is_operated(side):
         absent |= {"uncinate process", "hiatus semilunaris"}
     return frozenset(absent)
 
