@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from anatomy.phantom.ethmoid import (
     FOVEA_BONE_MM,
     basal_lamella,
+    by_side,
     ethmoid_block,
     ethmoid_roof,
     fovea,
+    keros_depth,
     lamina_papyracea,
     medial_wall,
 )
@@ -70,7 +72,7 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
         block = ethmoid_block(parameters, side)
         sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
         lamina.append(one_side(sheet, sign))
-        parting = smooth_max(0.0, abs(y - basal_lamella()) - 0.9, block - 0.2)
+        parting = smooth_max(0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2)
         lamella.append(one_side(parting, sign))
     thin = parameters.cell_bone_mm
     return (
@@ -130,7 +132,7 @@ def _lateral_zone(parameters: PhantomParameters) -> Field:
 
 def _under_fossa(parameters: PhantomParameters) -> Field:
     """Be negative above the reach of the plate under the olfactory fossa."""
-    return ethmoid_roof(parameters) - (parameters.keros_mm + UNDER_MM) - z
+    return ethmoid_roof(parameters) - (keros_depth(parameters) + UNDER_MM) - z
 
 
 FOSSA_MM = 3.6
@@ -147,13 +149,27 @@ def skull_base(parameters: PhantomParameters) -> Field:
     sella = Table(U, (0, 5, 8), (1.0, 1.0, 0.0), 2.0) * depth_table(
         [63, 68, 77, 81], [0.0, 1.0, 1.0, -0.3], 2.0
     )
+    rise = rise + _supraorbital_lift(parameters)
     # Over the sphenoid the planum lies lower than the fovea's line would lead.
     return (
         fovea(parameters)
         + rise
-        - fossa * reach * Affine(parameters.keros_mm - 0.9)
+        - fossa * reach * (keros_depth(parameters) - 0.9)
         - sella * Affine(4.2)
     )
+
+
+def _supraorbital_lift(parameters: PhantomParameters) -> Field:
+    """Return how far supraorbital cells lift the floor of the skull over them."""
+    hill = Table(U, (11, 18, 26), (0.0, 1.0, 0.0), 2.0) * depth_table(
+        [10, 18, 29], [0.0, 1.0, 0.0], 3.0
+    )
+    low = min(parameters.roof_mm, 0.0)
+    right, left = (
+        2.4 - 0.7 * low if parameters.has("supraorbital-cell", side) else 0.0
+        for side in (Side.RIGHT, Side.LEFT)
+    )
+    return hill * by_side(right, left) if right or left else Affine(0.0)
 
 
 def below_base(parameters: PhantomParameters) -> Field:

@@ -33,6 +33,9 @@ _KEROS = (5.4, 1.7)
 """Mean and standard deviation of the olfactory fossa's depth, mm (1200 CTs, PMID
 30662198; Keskek 2021, 770 sides)."""
 
+_KEROS_CORRELATION = 0.85
+"""Of the two fossae's depths: they differ by 0.7 mm in the mean, which is a choice."""
+
 
 def draw_parameters(seed: int) -> PhantomParameters:
     """Draw one adult: sizes of both sides, septum, skull base, cells and variants.
@@ -49,6 +52,11 @@ def draw_parameters(seed: int) -> PhantomParameters:
         factor = np.interp(ml, volumes, factors)
         scales[sinus] = float(factor[0].round(4))
         ratios[sinus] = float((factor[1] / factor[0]).round(4))
+    mean, spread = _KEROS
+    right, own = np.random.default_rng([seed, 0x6B65]).standard_normal(2)
+    other = _KEROS_CORRELATION * right + np.sqrt(1 - _KEROS_CORRELATION**2) * own
+    fossae = np.clip(mean + spread * np.array([right, other]), 1.5, 11.5)
+    ratios["keros"] = float((fossae[1] / fossae[0]).round(4))
     if rng.random() < _FRONTAL_APLASIA:
         scales["frontal"] = 0.0
     # Two of three septa deviate; the others are straight within a millimetre.
@@ -59,7 +67,7 @@ def draw_parameters(seed: int) -> PhantomParameters:
         head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
         septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
         roof_mm=float(np.clip(rng.normal(0.0, 1.5), -2.8, 2.8).round(3)),
-        keros_mm=float(np.clip(rng.normal(*_KEROS), 1.5, 11.5).round(3)),
+        keros_mm=float(fossae[0].round(3)),
         congestion=float(np.round(0.25 * rng.random(), 3)),
         maxillary_scale=scales["maxillary"],
         frontal_scale=scales["frontal"],

@@ -101,7 +101,7 @@ def spine_distances_mm(parameters: PhantomParameters) -> dict[str, float]:
     """
     z = np.linspace(24, 46, 400)
     plate = np.stack([np.full_like(z, 9.0), np.zeros_like(z), z])
-    plate[1] = basal_lamella().evaluate(plate)
+    plate[1] = basal_lamella(parameters, Side.RIGHT).evaluate(plate)
     length = np.linalg.norm(plate, axis=0)
     nearest = int(np.argmin(length))
     line = plate[:, nearest, None] / length[nearest] * np.linspace(40, 90, 2000)

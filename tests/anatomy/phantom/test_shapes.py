@@ -42,8 +42,8 @@ FIELDS: dict[str, Field] = {
     "blend": smooth_min(2.0, u, y, z),
     "cut": smooth_max(1.0, abs(u) - 3.0, -y, z * u * 0.1),
     "cells": Cells(
-        Ellipsoid((0, 0, 0), (12, 12, 12)),
         ((-5, 0, 0), (5, 1, 0), (0, 6, 3), (0, -5, -4)),
+        (1.5, -0.5, 0.0, 0.8),
         0.5,
         0.8,
     ),
