@@ -43,8 +43,13 @@ CLEAR_MM = 5.5
 BEND_MM = 0.9
 """How far walls between cells are bent out of their course."""
 FOVEA_BONE_MM = 0.5
-SEED_DEPTH_MM = 1.3
+SEED_DEPTH_MM = 1.5
 """Least depth of a cell's seed in the block."""
+TUBE_MM = 1.25
+"""Radius of the ways between cells, before their walls round it off."""
+DETOUR = 20.0
+"""Length that a way between cells may gain for each length it comes nearer to a wall
+than `SEED_DEPTH_MM`."""
 MEDIAL_MM = 5.5
 """Lateral distance that a wider or narrower ethmoid keeps."""
 
@@ -105,10 +110,10 @@ def basal_lamella(parameters: PhantomParameters, side: Side) -> Field:
     Cells in front and behind indent it; how far is drawn for each side.
     """
     rng = np.random.default_rng([parameters.seed, int(side), 0x626C])
-    medial, lateral = rng.uniform(0.3, 1.5, 2)
-    shift = float(np.clip(rng.normal(0.0, 0.35), -0.7, 0.7))
+    medial, lateral = rng.uniform(0.4, 1.3, 2)
+    shift = float(np.clip(rng.normal(0.1, 0.2), -0.5, 0.6))
     course = height_table(
-        [18, 22, 27, 33, 39, 45, 52], [-50.5, -48.6, -46.4, -41.6, -32.8, -35.4, -37.0]
+        [18, 22, 27, 33, 39, 45, 52], [-50, -48.1, -45.6, -40.9, -32.6, -34.6, -36.0]
     )
     knots = (shift + float(medial), shift, shift - float(lateral), shift + 0.6)
     return course + Table(U, (5.0, 8.0, 11.5, 15.0), knots, 1.5)
@@ -203,23 +208,29 @@ def _group(
 ) -> Field:
     """Divide a region into cells that are joined along their spanning tree."""
     places = tuple(place for place, _ in seeds)
-    cells: Field = Cells(places, tuple(reach for _, reach in seeds), half_mm, CORNER_MM)
-    tubes: list[Field] = [
-        Chain((places[i], places[j]), (1.15, 1.15)) for i, j in _spanning_tree(places)
-    ]
 
     def bend(axis: int, first: float, last: float) -> Field:
         knots = np.arange(first, last + 1, 6.0)
         values = rng.uniform(-BEND_MM, BEND_MM, len(knots))
         return Table(axis, tuple(knots.tolist()), tuple(values.tolist()), 2.0)
 
-    bent = Warp(
+    shifts = (
         bend(Z, 22, 52) + bend(Y, -52, -16),
         bend(Z, 22, 52) + bend(U, 2, 20),
         bend(Y, -52, -16),
-        smooth_min(0.5, cells, *tubes),
     )
-    return smooth_max(2.2, region, bent) + Unevenness(0, 0.25)
+    # The seeds are moved with the bent space: a cell's middle stays where it was drawn.
+    points = np.array(places).T
+    moved = points + [shift.evaluate(points) for shift in shifts]
+    bent = tuple((float(a), float(b), float(c)) for a, b, c in moved.T)
+    reaches = tuple(reach for _, reach in seeds)
+    cells: Field = Warp(*shifts, Cells(bent, reaches, half_mm, CORNER_MM))
+    tubes: list[Field] = [
+        Chain((places[i], places[j]), (TUBE_MM, TUBE_MM))
+        for i, j in _spanning_tree(places, region)
+    ]
+    joined = smooth_min(0.5, cells, *tubes)
+    return smooth_max(1.8, region, joined) + Unevenness(0, 0.25)
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,10 +279,14 @@ def _draw_seeds(rng: np.random.Generator, of: _Drawing) -> list[Seed]:
     ]
 
 
-def _spanning_tree(seeds: tuple[Point, ...]) -> list[tuple[int, int]]:
-    """Find the minimum spanning tree from seed 0 (Prim)."""
+def _spanning_tree(seeds: tuple[Point, ...], region: Field) -> list[tuple[int, int]]:
+    """Find the minimum spanning tree from seed 0 (Prim); ways stay in the region."""
     points = np.array(seeds)
     distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+    along = np.linspace(0, 1, 9)[:, None, None, None]
+    ways = points[:, None] * (1 - along) + points[None] * along
+    depth = -region.evaluate(ways.reshape(-1, 3).T).reshape(ways.shape[:3]).min(axis=0)
+    distance += DETOUR * np.maximum(SEED_DEPTH_MM - depth, 0)
     joined, edges = [0], []
     while len(joined) < len(seeds):
         rest = [j for j in range(len(seeds)) if j not in joined]

@@ -51,7 +51,13 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
         return sum(getattr(self, name) for name in (*SINUSES, "ostiomeatal"))
 
 
-AGGER = ("agger-nasi:left", "agger-nasi:right")
+USUAL = tuple(
+    f"{name}:{side}"
+    for name in ("agger-nasi", "retrobulbar-recess", "suprabullar-cell")
+    for side in ("left", "right")
+)
+"""Cells that most sides have."""
+
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
 
 
@@ -128,7 +134,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     mucosa_mm: float = 0.4
     unevenness: float = 1.0
     uncinectomy: bool = False
-    variants: tuple[str, ...] = AGGER
+    variants: tuple[str, ...] = USUAL
     opacity: tuple[Opacity, Opacity] = (Opacity(), Opacity())
     edge_blur_mm: float = 0.35
     ct_noise_hu: float = 0.0

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 
+from anatomy.phantom.ethmoid import BULLA, RETROBULBAR
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, distance_at
 from anatomy.phantom.population import draw_parameters
-from anatomy.queries.landmarks import landmarks
+from anatomy.phantom.variants import with_variants, without_variants
+from anatomy.queries.landmarks import VARIANT_PLACES, landmarks, septal_shift
 from anatomy.tissue import Label, Side
 
 
@@ -73,12 +75,18 @@ def test_a_head_has_no_landmark_of_what_it_lacks() -> None:
         return set(landmarks(parameters))
 
     usual = names(PhantomParameters())
-    one_sided = names(PhantomParameters(variants=("agger-nasi:left",)))
+    one_sided = names(without_variants(PhantomParameters(), ["agger-nasi:right"]))
     assert usual - one_sided == {"agger nasi, right"}
     bare = names(PhantomParameters(frontal_scale=0.0, variants=()))
     assert usual - bare == {
         f"{name}, {side}"
-        for name in ("agger nasi", "frontal sinus", "frontal ostium")
+        for name in (
+            "agger nasi",
+            "frontal sinus",
+            "frontal ostium",
+            "retrobulbar recess",
+            "suprabullar cell",
+        )
         for side in ("right", "left")
     }
     operated = names(PhantomParameters(uncinectomy=True))
@@ -87,6 +95,47 @@ def test_a_head_has_no_landmark_of_what_it_lacks() -> None:
         for name in ("uncinate process", "hiatus semilunaris")
         for side in ("right", "left")
     }
+
+
+@pytest.mark.parametrize("variant", VARIANT_PLACES)
+def test_a_cells_landmark_is_air_and_there_where_the_cell_is(variant: str) -> None:
+    name = VARIANT_PLACES[variant]
+    bare = PhantomParameters(variants=(), unevenness=0.0)
+    head = with_variants(bare, [f"{variant}:left"])
+    assert f"{name}, right" not in landmarks(head)
+    mark = landmarks(head)[f"{name}, left"]
+    with_it, without = (
+        float(distance_at(p, mark.position_mm)[()]) for p in (head, bare)
+    )
+    assert with_it < -0.6
+    # Where there is no retrobulbar recess the bulla reaches the basal lamella.
+    assert variant == "retrobulbar-recess" or without > with_it + 0.3
+
+
+def test_the_bulla_has_a_rear_wall_where_there_is_a_retrobulbar_recess() -> None:
+    way = np.linspace(BULLA, RETROBULBAR, 60)
+    for names, walled in (((), False), (("retrobulbar-recess",), True)):
+        head = with_variants(PhantomParameters(variants=(), unevenness=0.0), names)
+        for side in (Side.RIGHT, Side.LEFT):
+            values = distance_at(head, septal_shift(head, way, side))
+            # The ostium between the two cells lies on the straight line.
+            beside = distance_at(head, septal_shift(head, way + [0, 0, 2.6], side))
+            assert np.all(values[[0, -1]] < 0)
+            assert (beside.max() > 0) == walled
+
+
+def test_the_olfactory_fossae_are_as_deep_as_each_side_says() -> None:
+    head = with_variants(PhantomParameters(), ["keros-1:right", "keros-3:left"])
+    found = landmarks(head)
+    low = {s: found[f"olfactory fossa, {s}"].position_mm[2] for s in ("right", "left")}
+    assert low["right"] - low["left"] == pytest.approx(9.0 - 2.4)
+    # Under the plate is air, over it there is none.
+    for side, height in low.items():
+        place = found[f"olfactory fossa, {side}"].position_mm
+        under, over = distance_at(
+            head, np.array([[*place[:2], height - 2.0], [*place[:2], height + 1.0]])
+        )
+        assert under < 0 < over
 
 
 @pytest.mark.parametrize("seed", range(40))
