@@ -139,7 +139,7 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
         smooth_max(1.6, bottom - z, z - roof),
     )
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
-    block = smooth_max(3.2, block, smooth_max(1.2, y - front, -52.9 - y))
+    block = smooth_max(3.2, block, smooth_max(1.2, y - front, -52.5 - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
     gap = height_table([27, 31], [3.4, 1.2], 2.0)
     block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)

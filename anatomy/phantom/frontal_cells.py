@@ -8,7 +8,6 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import FOVEA_MM, skull_base
 from anatomy.phantom.shapes import Chain, Ellipsoid, Field, Point, smooth_max, z
 from anatomy.phantom.surroundings import cone
-from anatomy.tissue import Side
 
 SUPRAORBITAL: Point = (18.4, -18.6, 52.9)
 

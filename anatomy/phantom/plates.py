@@ -72,7 +72,9 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
         block = ethmoid_block(parameters, side)
         sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
         lamina.append(one_side(sheet, sign))
-        parting = smooth_max(0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2)
+        parting = smooth_max(
+            0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2
+        )
         lamella.append(one_side(parting, sign))
     thin = parameters.cell_bone_mm
     return (
@@ -126,7 +128,7 @@ def _cribriform_zone(parameters: PhantomParameters) -> Field:
 
 
 def _lateral_zone(parameters: PhantomParameters) -> Field:
-    aside = smooth_max(0.0, FOSSA_MM - 0.3 - u, u - medial_wall() - 0.2)
+    aside = smooth_max(0.0, FOSSA_MM - 0.3 - u, u - medial_wall() - 0.5)
     return smooth_max(0.0, roofed(parameters), aside, _under_fossa(parameters))
 
 

@@ -1,5 +1,6 @@
 """Virtual patients drawn from published distributions."""
 
+import msgspec
 import numpy as np
 
 from anatomy.phantom.parameters import LeftRatios, PhantomParameters
@@ -52,22 +53,17 @@ def draw_parameters(seed: int) -> PhantomParameters:
         factor = np.interp(ml, volumes, factors)
         scales[sinus] = float(factor[0].round(4))
         ratios[sinus] = float((factor[1] / factor[0]).round(4))
-    mean, spread = _KEROS
-    right, own = np.random.default_rng([seed, 0x6B65]).standard_normal(2)
-    other = _KEROS_CORRELATION * right + np.sqrt(1 - _KEROS_CORRELATION**2) * own
-    fossae = np.clip(mean + spread * np.array([right, other]), 1.5, 11.5)
-    ratios["keros"] = float((fossae[1] / fossae[0]).round(4))
     if rng.random() < _FRONTAL_APLASIA:
         scales["frontal"] = 0.0
     # Two of three septa deviate; the others are straight within a millimetre.
     deviated = rng.random() < 0.68
     bend = rng.uniform(1.5, 5.0) if deviated else rng.uniform(0.0, 1.0)
-    return PhantomParameters(
+    drawn = PhantomParameters(
         seed=seed,
         head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
         septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
         roof_mm=float(np.clip(rng.normal(0.0, 1.5), -2.8, 2.8).round(3)),
-        keros_mm=float(fossae[0].round(3)),
+        keros_mm=float(np.clip(rng.normal(*_KEROS), 1.5, 11.5).round(3)),
         congestion=float(np.round(0.25 * rng.random(), 3)),
         maxillary_scale=scales["maxillary"],
         frontal_scale=scales["frontal"],
@@ -79,3 +75,16 @@ def draw_parameters(seed: int) -> PhantomParameters:
         mucosa_mm=float(np.clip(rng.normal(0.38, 0.06), 0.25, 0.5).round(3)),
         variants=draw_variants(rng),
     )
+    ratio = _fossa_ratio(seed, drawn.keros_mm)
+    left = msgspec.structs.replace(drawn.left, keros=ratio)
+    return msgspec.structs.replace(drawn, left=left)
+
+
+def _fossa_ratio(seed: int, right_mm: float) -> float:
+    """Draw how much deeper the left olfactory fossa is than the right one."""
+    mean, spread = _KEROS
+    own = np.random.default_rng([seed, 0x6B65]).normal(
+        0.0, spread * np.sqrt(1 - _KEROS_CORRELATION**2)
+    )
+    left_mm = np.clip(mean + _KEROS_CORRELATION * (right_mm - mean) + own, 1.5, 11.5)
+    return float((left_mm / right_mm).round(4))

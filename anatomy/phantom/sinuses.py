@@ -197,7 +197,9 @@ def septal_cell() -> Field:
 
 def septal_cell_outlet() -> Field:
     """Build the frontal septal cell's way to the medial side of the recess."""
-    return Chain(((2.8, -6.8, 55.8), (4.8, -10.0, 52.0), (7.7, -13.2, 48.2)), (1.0,) * 3)
+    return Chain(
+        ((2.8, -6.8, 55.8), (4.8, -10.0, 52.0), (7.7, -13.2, 48.2)), (1.0,) * 3
+    )
 
 
 def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:

@@ -135,8 +135,9 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
-    Some cells are variants (`VARIANT_PLACES`), as is a second maxillary ostium; an aplastic frontal sinus has no ostium either; an
-    uncinectomy takes the uncinate process and, with it, the hiatus behind its edge.
+    Some cells are variants (`VARIANT_PLACES`), as is a second maxillary ostium; an
+    aplastic frontal sinus has neither ostium nor septal cell; an uncinectomy takes
+    the uncinate process and, with it, the hiatus behind its edge.
     """
     absent: set[str] = set()
     for variant, name in VARIANT_PLACES.items():

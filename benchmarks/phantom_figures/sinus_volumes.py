@@ -55,10 +55,10 @@ def anterior_share(phantom: Phantom, side: Side) -> float:
 def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str]:
     """List sinuses that do not drain through their ostium alone.
 
-    A ball is put into each ostium, an accessory one too; what then still joins the nose, or was no air at
-    the sinus's middle, is named. plug_mm: radii of the balls, `PLUG_MM` if None. A
-    missing frontal sinus is passed over. Raise ValueError for a volume that does not
-    hold the sinuses.
+    A ball is put into each ostium, an accessory one too; what then still joins the
+    nose, or was no air at the sinus's middle, is named. plug_mm: radii of the balls,
+    `PLUG_MM` if None. A missing frontal sinus is passed over. Raise ValueError for a
+    volume that does not hold the sinuses.
     """
     air = phantom.distance.values < 0
     axes = (

@@ -114,12 +114,13 @@ def test_a_cells_landmark_is_air_and_there_where_the_cell_is(variant: str) -> No
 
 def test_the_bulla_has_a_rear_wall_where_there_is_a_retrobulbar_recess() -> None:
     way = np.linspace(BULLA, RETROBULBAR, 60)
+    above = np.array([0.0, 0.0, 2.6])
     for names, walled in (((), False), (("retrobulbar-recess",), True)):
         head = with_variants(PhantomParameters(variants=(), unevenness=0.0), names)
         for side in (Side.RIGHT, Side.LEFT):
             values = distance_at(head, septal_shift(head, way, side))
             # The ostium between the two cells lies on the straight line.
-            beside = distance_at(head, septal_shift(head, way + [0, 0, 2.6], side))
+            beside = distance_at(head, septal_shift(head, way + above, side))
             assert np.all(values[[0, -1]] < 0)
             assert (beside.max() > 0) == walled
 
