@@ -135,11 +135,11 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     roof = fovea(parameters) - (parameters.mucosa_mm + FOVEA_BONE_MM)
     block = smooth_max(
         1.6,
-        smooth_max(2.4, medial - u, u - lateral),
+        smooth_max(1.6, medial - u, u - lateral),
         smooth_max(1.6, bottom - z, z - roof),
     )
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
-    block = smooth_max(3.2, block, smooth_max(1.2, y - front, -52.5 - y))
+    block = smooth_max(2.2, block, smooth_max(1.2, y - front, -52.5 - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
     gap = height_table([27, 31], [3.4, 1.2], 2.0)
     block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)
@@ -230,7 +230,7 @@ def _group(
         for i, j in _spanning_tree(places, region)
     ]
     joined = smooth_min(0.5, cells, *tubes)
-    return smooth_max(1.8, region, joined) + Unevenness(0, 0.25)
+    return smooth_max(1.2, region, joined) + Unevenness(0, 0.25)
 
 
 @dataclass(frozen=True, slots=True)

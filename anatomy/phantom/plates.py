@@ -70,7 +70,7 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         wall = lamina_papyracea(parameters, side)
         block = ethmoid_block(parameters, side)
-        sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
+        sheet = smooth_max(0.0, abs(u - wall) - 1.6, block - 1.6)
         lamina.append(one_side(sheet, sign))
         parting = smooth_max(
             0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2
