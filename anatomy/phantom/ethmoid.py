@@ -36,7 +36,7 @@ RETROBULBAR: Point = (8.8, -37.8, 30.5)
 POSTERIOR_ROOT: Point = (9.0, -41.0, 33.5)
 REACHES_MM = -1.3, 1.1
 """Range of the other cells' reaches: what makes them uneven in size."""
-CORNER_MM = 2.0
+CORNER_MM = 1.6
 """Width over which the walls of a cell blend into each other."""
 CLEAR_MM = 5.5
 """No cell is drawn nearer to the place of a named one that the side lacks."""

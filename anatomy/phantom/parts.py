@@ -171,21 +171,21 @@ def _variant_parts(
     lobes = frontal(parameters, side)
     # These two share numbers with cells that lie too far away to have a common wall.
     if parameters.has("supraorbital-cell", side):
+        way = frontal_cells.supraorbital_outlet(parameters)
         field = frontal_cells.supraorbital(parameters)
-        outlet = frontal_cells.supraorbital_outlet(parameters)
         parts.append(cell("supraorbital cell", 7, field, fore))
-        parts.append(duct("supraorbital outlet", outlet, anterior, septa, fore))
+        parts.append(duct("supraorbital outlet", way, anterior, septa, fore))
     if parameters.has("frontal-septal-cell", side) and lobes is not None:
-        outlet = sinuses.septal_cell_outlet()
+        way = sinuses.septal_cell_outlet()
         parts.append(cell("frontal septal cell", 8, sinuses.septal_cell(), fore))
-        parts.append(duct("septal cell outlet", outlet, anterior, septa, fore))
+        parts.append(duct("septal cell outlet", way, anterior, septa, fore))
     if parameters.has("accessory-ostium", side):
         second, wall = sinuses.accessory_ostium(parameters, side), Wall(0.5, 0.0)
         nasal = Label.NASAL_AIR
         parts.append(duct("accessory ostium", second, nasal, wall, "ostiomeatal"))
     if parameters.has("retrobulbar-recess", side):
-        outlet = retrobulbar_outlet()
-        parts.append(duct("retrobulbar outlet", outlet, anterior, septa, fore))
+        way = retrobulbar_outlet()
+        parts.append(duct("retrobulbar outlet", way, anterior, septa, fore))
     if parameters.has("onodi", side):
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))

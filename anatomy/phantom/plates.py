@@ -70,7 +70,7 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         wall = lamina_papyracea(parameters, side)
         block = ethmoid_block(parameters, side)
-        sheet = smooth_max(0.0, abs(u - wall) - 1.6, block - 1.6)
+        sheet = smooth_max(0.0, abs(u - wall) - 2.0, block - 2.0)
         lamina.append(one_side(sheet, sign))
         parting = smooth_max(
             0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2
@@ -114,7 +114,8 @@ def behind_roof(parameters: PhantomParameters) -> Field:
 
 def fovea_zone(parameters: PhantomParameters) -> Field:
     """Build where walls are the fovea ethmoidalis."""
-    below = below_base(parameters) - UNDER_MM
+    # The corners of cells are rounded: their roof begins lower.
+    below = below_base(parameters) - (UNDER_MM + 0.4)
     return smooth_max(0.0, roofed(parameters) - 1.0, below)
 
 

@@ -336,7 +336,8 @@ class Cells(Field):
             d = np.where(owner == j, np.inf, d)
             e = np.maximum(self.width - np.abs(wall - d), 0)
             wall = np.minimum(wall, d) - e * e * (0.25 / self.width)
-        return self.half_wall - wall
+        value: Array = self.half_wall - wall
+        return value
 
     def encode(self, encoder: Encoder) -> None:
         flat = [
