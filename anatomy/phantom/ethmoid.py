@@ -25,7 +25,7 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
-from anatomy.phantom.vessels import CANAL_WALL_MM, ethmoidal_arteries, optic_nerve
+from anatomy.phantom.vessels import ethmoidal_arteries
 from anatomy.phantom.warp import Signed, Warp
 from anatomy.tissue import Side
 
@@ -101,7 +101,7 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     width += rng.uniform(-0.45, 0.45, len(depths))
     table = depth_table(depths, [float(v) for v in width], 2.5)
     # The plate bulges towards the orbit at half height; above, the labyrinth tapers.
-    return table + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.5], 4.0)
+    return table + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
 
 
 def basal_lamella(parameters: PhantomParameters, side: Side) -> Field:
@@ -169,8 +169,6 @@ def ethmoid(parameters: PhantomParameters, side: Side) -> Ethmoid:
     wide = (parameters.scale("ethmoid", side) - 1.0) * 8.0
     fore = smooth_max(0.8, block, (lamella + half - y) * 0.8)
     rear = smooth_max(0.8, block, (y - lamella + half) * 0.8)
-    bone = 0.0 if parameters.has("dehiscent-optic", side) else CANAL_WALL_MM
-    rear = smooth_max(0.8, rear, bone + parameters.mucosa_mm - optic_nerve())
     named, lacking = [(BULLA, BULLA_REACH_MM)], []
     for variant, place in (
         ("suprabullar-cell", suprabullar(parameters)),

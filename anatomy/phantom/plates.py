@@ -116,7 +116,7 @@ def fovea_zone(parameters: PhantomParameters) -> Field:
     """Build where walls are the fovea ethmoidalis."""
     # The corners of cells are rounded: their roof begins lower.
     below = below_base(parameters) - (UNDER_MM + 0.4)
-    return smooth_max(0.0, roofed(parameters) - 1.0, below)
+    return smooth_max(0.0, roofed(parameters) - 1.5, below)
 
 
 def _cribriform_zone(parameters: PhantomParameters) -> Field:
