@@ -40,12 +40,15 @@ CORNER_MM = 1.6
 """Width over which the walls of a cell blend into each other."""
 CLEAR_MM = 5.5
 """No cell is drawn nearer to the place of a named one that the side lacks."""
+SPARE_MM = 0.04
+"""What a wall between cells is thicker on either side than its layers: unevenness and
+the rims of ostia take from it."""
 BEND_MM = 0.9
 """How far walls between cells are bent out of their course."""
 FOVEA_BONE_MM = 0.5
 SEED_DEPTH_MM = 1.5
 """Least depth of a cell's seed in the block."""
-TUBE_MM = 1.25
+TUBE_MM = 1.2
 """Radius of the ways between cells, before their walls round it off."""
 DETOUR = 20.0
 """Length that a way between cells may gain for each length it comes nearer to a wall
@@ -165,7 +168,7 @@ def ethmoid(parameters: PhantomParameters, side: Side) -> Ethmoid:
     rng = np.random.default_rng([parameters.seed, int(side)])
     block = ethmoid_block(parameters, side)
     lamella = basal_lamella(parameters, side)
-    half = parameters.cell_bone_mm / 2 + parameters.mucosa_mm
+    half = parameters.cell_bone_mm / 2 + parameters.mucosa_mm + SPARE_MM
     wide = (parameters.scale("ethmoid", side) - 1.0) * 8.0
     fore = smooth_max(0.8, block, (lamella + half - y) * 0.8)
     rear = smooth_max(0.8, block, (y - lamella + half) * 0.8)
@@ -227,7 +230,7 @@ def _group(
         Chain((places[i], places[j]), (TUBE_MM, TUBE_MM))
         for i, j in _spanning_tree(places, region)
     ]
-    joined = smooth_min(0.5, cells, *tubes)
+    joined = smooth_min(0.3, cells, *tubes)
     return smooth_max(1.2, region, joined) + Unevenness(0, 0.25)
 
 
