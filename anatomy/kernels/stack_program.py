@@ -71,25 +71,29 @@ def _chain(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> Non
 def _cells(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> None:
     half, k, share = c[o], c[o + 1], c[o + 2]
     s = o + 3
+    tiny, blunt = np.float32(1e-6), np.float32(0.25)
     for i in range(n):
         x, y, z = p[0, i], p[1, i], p[2, i]
         owner, least = 0, np.float32(1e9)
         for j in range(count):
-            a, b, d = x - c[s + 3 * j], y - c[s + 3 * j + 1], z - c[s + 3 * j + 2]
-            q = a * a + b * b + d * d
-            if q < least:
-                owner, least = j, q
-        ox, oy, oz = c[s + 3 * owner], c[s + 3 * owner + 1], c[s + 3 * owner + 2]
+            b = s + 4 * j
+            dx, dy, dz = x - c[b], y - c[b + 1], z - c[b + 2]
+            f = np.sqrt(dx * dx + dy * dy + dz * dz) - c[b + 3]
+            if f < least:
+                owner, least = j, f
+        b = s + 4 * owner
+        ox, oy, oz = x - c[b], y - c[b + 1], z - c[b + 2]
+        away = F1 / max(least + c[b + 3], tiny)
         wall = np.float32(1e3)
         for j in range(count):
             if j != owner:
-                jx, jy, jz = c[s + 3 * j], c[s + 3 * j + 1], c[s + 3 * j + 2]
-                a, b, d = x - jx, y - jy, z - jz
-                q = a * a + b * b + d * d
-                a, b, d = jx - ox, jy - oy, jz - oz
-                gap = np.sqrt(a * a + b * b + d * d)
-                wall = _smooth_min(wall, HALF * (q - least) / gap, k, share)
-        out[i] = -_smooth_min(-out[i], wall - half, k, share)
+                b = s + 4 * j
+                dx, dy, dz = x - c[b], y - c[b + 1], z - c[b + 2]
+                far = np.sqrt(dx * dx + dy * dy + dz * dz)
+                along = (dx * ox + dy * oy + dz * oz) * away / max(far, tiny)
+                chord = np.sqrt(max(F1 + F1 - along - along, blunt))
+                wall = _smooth_min(wall, (far - c[b + 3] - least) / chord, k, share)
+        out[i] = half - wall
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -188,7 +192,8 @@ def run_program(
             r, q, weight = s[top], noise[selector], c[o]
             for i in range(n):
                 r[i] = weight * q[i]
-        elif op == 13:  # cells inside the region on the stack
+        elif op == 13:  # walls between cells
+            top += 1
             _cells(c, o, count, p, n, s[top])
         elif op == 14:  # mark
             r, q = s[top], m[selector]

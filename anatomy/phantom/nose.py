@@ -66,7 +66,7 @@ def cavity(parameters: PhantomParameters, side: Side) -> Field:
     floor = depth_table([-12, -4, 2, 10, 55], [-0.8, -1.0, -0.8, 0.2, 1.0]) + Table(
         U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
     )
-    cribriform = ethmoid_roof(parameters) - parameters.keros_mm
+    cribriform = ethmoid_roof(parameters) - parameters.keros(side)
     dorsum = depth_table([-18, -8, 2, 10, 18], [9, 18, 31, 40, 60], 1.5)
     roof = smooth_min(2.0, cribriform, dorsum)
     rear = sphenoid_face()

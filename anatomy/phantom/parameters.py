@@ -92,25 +92,39 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
             )
 
 
-AGGER = ("agger-nasi:left", "agger-nasi:right")
+USUAL = tuple(
+    f"{name}:{side}"
+    for name in ("agger-nasi", "retrobulbar-recess", "suprabullar-cell")
+    for side in ("left", "right")
+)
+"""Cells that most sides have."""
+
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
 
 
+_WIDEST_RATIO = {"keros": 12.0}
+
+
 class LeftRatios(msgspec.Struct, frozen=True, kw_only=True):
-    """Tell how much larger the left sinuses are than the right ones."""
+    """Tell how much larger the left sinuses are than the right ones.
+
+    keros: how much deeper the left olfactory fossa is.
+    """
 
     maxillary: float = 1.0
     frontal: float = 1.0
     sphenoid: float = 1.0
     ethmoid: float = 1.0
+    keros: float = 1.0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             value = getattr(self, name)
-            if not 0.0 <= value <= 3.0:
+            if not 0.0 <= value <= _WIDEST_RATIO.get(name, 3.0):
+                what = "olfactory fossa" if name == "keros" else f"{name} sinus"
                 raise UserError(
-                    f"the left ratio of the {name} sinus must lie in [0, 3], got "
-                    f"{value}"
+                    f"the left ratio of the {what} must lie in "
+                    f"[0, {_WIDEST_RATIO.get(name, 3.0):g}], got {value}"
                 )
 
 
@@ -126,11 +140,12 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     head_scale: size of the whole head; sex and stature move it.
     septal_deviation_mm: largest sideways bend of the septum, positive to the right.
     roof_mm: height of the ethmoid's roof above the average.
-    keros_mm: depth of the olfactory fossa below the ethmoid roof.
+    keros_mm: depth of the right olfactory fossa below the ethmoid roof.
     congestion: 0 decongested to 1 swollen turbinates.
     maxillary_scale, frontal_scale, sphenoid_scale: size factors; frontal 0 is aplasia.
     ethmoid_scale: width factor of the ethmoid block.
-    left: ratios of the left sinuses' factors to the right ones'.
+    left: ratios of the left sinuses' factors, and of the left fossa's depth, to the
+    right ones'.
     anterior_cells, posterior_cells: ethmoid cells of each side.
     cell_bone_mm: bone of the walls between ethmoid cells.
     mucosa_mm: thickness of healthy sinus mucosa.
@@ -165,7 +180,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     unevenness: float = 1.0
     uncinectomy: bool = False
     antrostomy_mm2: tuple[float, float] = (0.0, 0.0)
-    variants: tuple[str, ...] = AGGER
+    variants: tuple[str, ...] = USUAL
     opacity: tuple[Opacity, Opacity] = (Opacity(), Opacity())
     findings: tuple[Finding, ...] = ()
     posture: Literal["supine", "upright"] = "supine"
@@ -246,6 +261,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         where = sinus, side.name.lower()
         return tuple(f for f in self.findings if (f.sinus, f.side) == where)
 
+    def keros(self, side: Side) -> float:
+        """Return the depth of one side's olfactory fossa, mm, within [1, 12]."""
+        depth = self.keros_mm * (self.left.keros if side == Side.LEFT else 1.0)
+        return min(max(depth, 1.0), 12.0)
+
     def opacity_of(self, side: Side) -> Opacity:
         """Return the disease of one side."""
         return self.opacity[0 if side == Side.RIGHT else 1]
@@ -272,6 +292,11 @@ SIDED_VARIANTS = (
     *SPHENOID_KINDS,
     "dehiscent-lamina",
     "lateral-recess",
+    "accessory-ostium",
+    "frontal-septal-cell",
+    "retrobulbar-recess",
+    "supraorbital-cell",
+    "suprabullar-cell",
 )
 """Variants of anatomy that a side has or has not."""
 

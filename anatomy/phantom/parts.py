@@ -4,9 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from anatomy.phantom import maxillary, sinuses
+from anatomy.phantom import frontal_cells, maxillary, sinuses
 from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
-from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
+from anatomy.phantom.ethmoid import (
+    bulla_outlet,
+    ethmoid,
+    posterior_outlet,
+    retrobulbar_outlet,
+)
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.orbit import FLOOR_BONE_MM, orbit_walls
 from anatomy.phantom.parameters import PhantomParameters
@@ -138,7 +143,13 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
         duct("infundibulum", infundibulum, nasal, uncinate, complex_),
         duct("maxillary ostium", ostium, nasal, small, complex_),
         duct("hiatus", sinuses.hiatus(), nasal, uncinate, complex_),
-        duct("frontal recess", frontal_recess(), anterior, Wall(t, 0.3), fore),
+        duct(
+            "frontal recess",
+            frontal_recess(parameters, side),
+            anterior,
+            Wall(t, 0.3),
+            fore,
+        ),
         duct("sphenoid ostium", sphenoid_ostium(), nasal, face),
         duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
         duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
@@ -176,6 +187,24 @@ def _variant_parts(
             words = name.replace("-", " ")
             parts.append(cell(words, number, build(), sinus))
             parts.append(duct(f"{words} outlet", outlet(), label, septa, sinus))
+    lobes = frontal(parameters, side)
+    # These two share numbers with cells that lie too far away to have a common wall.
+    if parameters.has("supraorbital-cell", side):
+        way = frontal_cells.supraorbital_outlet(parameters)
+        field = frontal_cells.supraorbital(parameters)
+        parts.append(cell("supraorbital cell", 7, field, fore))
+        parts.append(duct("supraorbital outlet", way, anterior, septa, fore))
+    if parameters.has("frontal-septal-cell", side) and lobes is not None:
+        way = sinuses.septal_cell_outlet()
+        parts.append(cell("frontal septal cell", 8, sinuses.septal_cell(), fore))
+        parts.append(duct("septal cell outlet", way, anterior, septa, fore))
+    if parameters.has("accessory-ostium", side):
+        second, wall = sinuses.accessory_ostium(parameters, side), Wall(0.5, 0.0)
+        nasal = Label.NASAL_AIR
+        parts.append(duct("accessory ostium", second, nasal, wall, "ostiomeatal"))
+    if parameters.has("retrobulbar-recess", side):
+        way = retrobulbar_outlet()
+        parts.append(duct("retrobulbar outlet", way, anterior, septa, fore))
     if parameters.has("onodi", side):
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))
@@ -184,7 +213,6 @@ def _variant_parts(
     if area > 0.0:
         window = maxillary.antrostomy(area)
         parts.append(duct("antrostomy", window, Label.NASAL_AIR, Wall(0.5, 0.25)))
-    lobes = frontal(parameters, side)
     if lobes is not None:
         parts.append(
             body(

@@ -73,7 +73,7 @@ STACK_CHANGE = {
     Op.ABSOLUTE: 0,
     Op.NEGATE: 0,
     Op.NOISE: 1,
-    Op.CELLS: 0,
+    Op.CELLS: 1,
     Op.MARK: 0,
     Op.WARP: 0,
     Op.UNWARP: -3,

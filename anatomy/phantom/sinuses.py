@@ -9,6 +9,7 @@ from anatomy.phantom.shapes import (
     Ellipsoid,
     Field,
     Mark,
+    Point,
     Unevenness,
     smooth_max,
     smooth_min,
@@ -20,6 +21,8 @@ from anatomy.tissue import Side
 SINUS_UNEVENNESS = 0.4
 """Share of the nose's unevenness on sinus walls: they are thin, and both their faces
 move, so more of it would open holes towards the nose."""
+
+SEPTAL_CELL: Point = (2.3, -5.8, 58.6)
 
 
 def infundibulum() -> Chain:
@@ -52,8 +55,10 @@ def hiatus() -> Field:
 
 
 def agger_nasi() -> Field:
-    """Build the agger nasi cell."""
-    return Ellipsoid((8.4, -8.2, 38.5), (2.9, 4.0, 4.8))
+    """Build the agger nasi cell: a larger chamber and a smaller one behind it."""
+    front = Ellipsoid((8.5, -7.6, 38.4), (2.8, 3.6, 4.9))
+    rear = Ellipsoid((8.0, -10.6, 36.8), (2.1, 2.6, 3.4))
+    return smooth_min(1.2, front, rear)
 
 
 def agger_outlet() -> Field:
@@ -69,6 +74,19 @@ def concha() -> Field:
 def concha_outlet() -> Field:
     """Build the pneumatized turbinate's outlet to the middle meatus."""
     return Chain(((6.6, -26.0, 26.8), (9.0, -26.8, 27.0)), (0.8, 0.8))
+
+
+def accessory_ostium(parameters: PhantomParameters, side: Side) -> Chain:
+    """Build the second ostium, through the membrane of the rear fontanelle."""
+    _, y_mm, z_mm = accessory_place(parameters, side)
+    ends = (11.5, y_mm + 0.3, z_mm - 0.3), (17.0, y_mm - 0.5, z_mm)
+    return Chain(ends, (1.5, 1.5))
+
+
+def accessory_place(parameters: PhantomParameters, side: Side) -> Point:
+    """Return the middle of the accessory ostium; it keeps to the sinus's wall."""
+    scale = parameters.scale("maxillary", side)
+    return 13.6, -28.0 - 8.0 * scale, 25.0 - 5.0 * scale
 
 
 def lining(body: Field) -> Mark:
@@ -112,14 +130,33 @@ def frontal(parameters: PhantomParameters, side: Side) -> Field | None:
     sign = 1.0 if side == Side.RIGHT else -1.0
     lean = sign * intersinus_lean(parameters) / 24.0
     septum = 0.9 + (z - base) * lean - u
+    if parameters.has("frontal-septal-cell", side):
+        wall = 2 * parameters.mucosa_mm + 0.3
+        lobes = smooth_max(1.0, lobes, wall - septal_cell())
     return smooth_max(1.0, lobes, septum)
 
 
-def frontal_recess() -> Field:
-    """Build the frontal recess with the ostium at its waist."""
+def septal_cell() -> Field:
+    """Build the cell in the septum between the frontal sinuses, at its foot."""
+    return Ellipsoid(SEPTAL_CELL, (1.7, 3.4, 5.0))
+
+
+def septal_cell_outlet() -> Field:
+    """Build the frontal septal cell's way to the medial side of the recess."""
+    return Chain(
+        ((2.8, -6.8, 55.8), (4.8, -10.0, 52.0), (7.7, -13.2, 48.2)), (1.0,) * 3
+    )
+
+
+def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:
+    """Build the frontal recess with the ostium at its waist.
+
+    A frontal septal cell pushes it sideways.
+    """
+    pushed = 0.7 if parameters.has("frontal-septal-cell", side) else 0.0
     return Chain(
         (
-            (8.2, -8.5, 59),
+            (8.2 + pushed, -8.5, 59),
             (8.0, -11.5, 54.5),
             (7.8, -13.0, 48.5),
             (8.2, -15.5, 42.5),

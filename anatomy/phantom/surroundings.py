@@ -9,7 +9,12 @@ from functools import partial
 
 from anatomy.phantom import cheek, jaws, plates
 from anatomy.phantom.disease import SHELL_MM, Content
-from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof, lamina_papyracea
+from anatomy.phantom.ethmoid import (
+    ethmoid_block,
+    ethmoid_roof,
+    keros_depth,
+    lamina_papyracea,
+)
 from anatomy.phantom.head import head_outside
 from anatomy.phantom.orbit import (
     GLOBE,
@@ -270,7 +275,7 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
     roof = ethmoid_roof(parameters)
     # The septum ends under the cribriform plate.
-    top = z - roof + parameters.keros_mm
+    top = z - roof + keros_depth(parameters)
     crest = -1.5 - z
     slab = smooth_max(0.5, u - 2.2, crest, smooth_max(1.0, top + 0.3, -57.0 - y))
     plate = smooth_max(0.0, u, crest, smooth_max(1.0, top - 0.3, -56.0 - y))
@@ -322,7 +327,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     ]
     for field, sign in zip(lean, (1.0, -1.0), strict=True):
         # It ends where it hangs from the skull base, beside the olfactory fossa.
-        height = smooth_max(1.0, 22.0 - z, z - roof + parameters.keros_mm)
+        height = smooth_max(1.0, 22.0 - z, z - roof + keros_depth(parameters))
         plate = smooth_max(0.0, abs(bowed - field), height)
         plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
         found.append(

@@ -14,6 +14,7 @@ from anatomy.phantom.parameters import (
     LeftRatios,
     PhantomParameters,
 )
+from anatomy.tissue import Side
 from disk import UserError
 
 PREVALENCE = {
@@ -31,16 +32,27 @@ PREVALENCE = {
     "conchal-sphenoid": 0.032,
     "presellar-sphenoid": 0.062,
     "postsellar-sphenoid": 0.382,
+    "accessory-ostium": 0.22,
+    "frontal-septal-cell": 0.18,
+    "retrobulbar-recess": 0.94,
+    "supraorbital-cell": 0.07,
+    "suprabullar-cell": 0.66,
 }
-"""Share of sides with each variant. Published figures scatter with the definition:
+"""Share of sides with each variant; drawn in this order, so a name is added at the end.
+
+Published figures scatter with the definition:
 agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
 8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
 turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
 optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people),
 2 % (doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of 366 sides (1997); pterygoid
 process pneumatized in 29 % (Hewaidi and Omami 2008, 300 people) or 42 %; sphenoid
-conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). The
-middle of a range is taken where there is one."""
+conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). Accessory
+maxillary ostium 22 % (Orhan Soylemez and Atalay, 552 sinuses), 10.5 to 35.5 %
+elsewhere; retrobulbar recess 93.8 % (Bolger and Mawn 2001, dissection); suprabullar,
+supraorbital and frontal septal cell 59.7, 6.9 and 14.3 % (Pham 2021, 1006 CTs), 59.7,
+7.3 and 29.3 % (Trent 2020;30:33, 150 adults), suprabullar 80.1 % (Aksakal 2026, 428
+sides). The middle of a range is taken where there is one."""
 
 SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""
@@ -58,7 +70,7 @@ NAMES = (
     "frontal-aplasia",
     *KEROS_MM,
 )
-"""All names that `with_variants` knows; those of Keros have no side."""
+"""All names that `with_variants` knows."""
 
 
 def with_variants(
@@ -89,7 +101,9 @@ def without_variants(
 
 
 def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
-    """Name what a patient has, as `with_variants` takes it; of Keros, always one.
+    """Name what a patient has, as `with_variants` takes it.
+
+    Of Keros there is always one name, or one for each side where they differ.
 
     Depths and sizes have a name from what `with_variants` sets on; those of Keros hold
     to the nearest millimetre: 1 to 3, 4 to 7, 8 and more (Keros, Z. Laryngol. Rhinol.
@@ -107,8 +121,13 @@ def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
                 found.append(f"{sinus}-aplasia:{side}")
             elif scale < least + 1e-9:
                 found.append(f"hypoplastic-{sinus}:{side}")
-    kind = 1 + sum(parameters.keros_mm >= limit for limit in KEROS_LIMITS_MM)
-    return (*found, f"keros-{kind}")
+    right, left = (
+        f"keros-{1 + sum(parameters.keros(s) >= limit for limit in KEROS_LIMITS_MM)}"
+        for s in (Side.RIGHT, Side.LEFT)
+    )
+    if right == left:
+        return (*found, right)
+    return (*found, f"{right}:right", f"{left}:left")
 
 
 def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
@@ -121,8 +140,6 @@ def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
         )
     if colon and side not in ("left", "right"):
         raise UserError(f"the side of {name!r} must be left or right, got {side!r}")
-    if colon and word in KEROS_MM:
-        raise UserError(f"{word} holds for both sides; leave out {side!r}")
     return word, (side,) if colon else ("left", "right")
 
 
@@ -136,7 +153,12 @@ def _with_variant(parameters: PhantomParameters, name: str) -> PhantomParameters
         kept = (set(parameters.variants) - gone) | given
         return change(parameters, variants=tuple(sorted(kept)))
     if word in KEROS_MM:
-        return change(parameters, keros_mm=KEROS_MM[word])
+        right, left = (
+            KEROS_MM[word] if s.name.lower() in sides else parameters.keros(s)
+            for s in (Side.RIGHT, Side.LEFT)
+        )
+        ratios = change(parameters.left, keros=left / right)
+        return change(parameters, keros_mm=right, left=ratios)
     if word == "septal-deviation":
         sign = -1.0 if sides == ("left",) else 1.0
         return change(parameters, septal_deviation_mm=sign * DEVIATION_MM)

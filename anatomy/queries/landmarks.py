@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
-from anatomy.phantom.ethmoid import lamina_papyracea
+from anatomy.phantom.ethmoid import RETROBULBAR, lamina_papyracea, suprabullar
+from anatomy.phantom.frontal_cells import SUPRAORBITAL
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import LAMINA_GAP, LAMINA_GAP_MM
+from anatomy.phantom.sinuses import SEPTAL_CELL, accessory_place
 from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
 from anatomy.tissue import Side
 
@@ -73,7 +75,25 @@ _PAIRED = {
     "posterior ethmoidal artery": (15.5, -38.6, 49.0, 0.5),
     "lacrimal duct opening": (12.5, -12, 7, 1.4),
     "ethmoid roof": (9, -22, 51.5, 1.0),
+    "olfactory fossa": (2.4, -26, 51.1, 1.4),
+    "retrobulbar recess": (*RETROBULBAR, 2.0),
+    "suprabullar cell": (9.2, -26.3, 43.6, 2.2),
+    "supraorbital cell": (*SUPRAORBITAL, 1.4),
+    "frontal septal cell": (*SEPTAL_CELL, 1.6),
+    "accessory maxillary ostium": (13.6, -35.8, 20.2, 1.5),
 }
+VARIANT_PLACES = {
+    "agger-nasi": "agger nasi",
+    "retrobulbar-recess": "retrobulbar recess",
+    "suprabullar-cell": "suprabullar cell",
+    "supraorbital-cell": "supraorbital cell",
+    "frontal-septal-cell": "frontal septal cell",
+    "accessory-ostium": "accessory maxillary ostium",
+    "lateral-recess": "sphenoid lateral recess",
+    "dehiscent-lamina": "lamina dehiscence",
+}
+"""Landmarks that only a side with the variant has."""
+
 _MIDLINE = {
     "anterior nasal spine": (0, 0, 0, 1.0),
     "nasofrontal beak": (0, -3, 51, 2.0),
@@ -97,6 +117,13 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
             sunk = drop if name == "anterior ethmoidal artery" else 0.0
             a, b, c, radius = values
             return a, b, c + parameters.roof_mm - sunk, radius
+        if name == "olfactory fossa":
+            a, b, c, radius = values
+            return a, b, c + 0.88 * parameters.roof_mm - parameters.keros(side), radius
+        if name == "suprabullar cell":
+            return *suprabullar(parameters), values[3]
+        if name == "accessory maxillary ostium":
+            return *accessory_place(parameters, side), values[3]
         if name == "frontal sinus":
             q = max(parameters.scale("frontal", side), 0.5)
             return 2.6 + 7.2 * q, -5.2, 56.0 + 9.0 * q**0.6, 6.0 * q**0.5
@@ -130,21 +157,19 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
-    An agger nasi cell is a variant, like a recess or a dehiscence; an aplastic frontal
-    sinus has no ostium either; surgery takes the uncinate process and, with it, the
-    hiatus behind its edge. A carotid presses into sinuses that reach the sella only.
+    Some cells, recesses and gaps are variants (`VARIANT_PLACES`), as is a second
+    maxillary ostium; an aplastic frontal sinus has neither ostium nor septal cell;
+    surgery takes the uncinate process and, with it, the hiatus behind its edge. A
+    carotid presses into sinuses that reach the sella only.
     """
     absent: set[str] = set()
-    if not parameters.has("lateral-recess", side):
-        absent.add("sphenoid lateral recess")
-    if not parameters.has("dehiscent-lamina", side):
-        absent.add("lamina dehiscence")
+    for variant, name in VARIANT_PLACES.items():
+        if not parameters.has(variant, side):
+            absent.add(name)
     if pneumatization(parameters, side) in ("conchal", "presellar"):
         absent |= {"carotid bulge", "opticocarotid recess"}
-    if not parameters.has("agger-nasi", side):
-        absent.add("agger nasi")
     if parameters.scale("frontal", side) == 0:
-        absent |= {"frontal sinus", "frontal ostium"}
+        absent |= {"frontal sinus", "frontal ostium", "frontal septal cell"}
     if parameters.is_operated(side):
         absent |= {"uncinate process", "hiatus semilunaris"}
     return frozenset(absent)

@@ -69,12 +69,19 @@ def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
     assert variant_names(head)[-1] == f"keros-{kind}"
 
 
+def test_olfactory_fossae_may_differ_by_side() -> None:
+    head = with_variants(DEFAULT, ["keros-1:left"])
+    assert head.keros(Side.RIGHT) == DEFAULT.keros_mm
+    assert head.keros(Side.LEFT) == pytest.approx(2.4)
+    assert variant_names(head)[-2:] == ("keros-2:right", "keros-1:left")
+    assert with_variants(head, ["keros-2:left"]) == DEFAULT
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
         ("onodo", "there is no variant .*did you mean .onodi"),
         ("onodi:up", "must be left or right"),
-        ("keros-2:left", "holds for both sides"),
         ("frontal-aplasia:right", "cannot be built"),
     ],
 )
