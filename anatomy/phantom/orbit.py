@@ -35,8 +35,8 @@ def lateral_plane() -> Field:
 def orbit_walls() -> Field:
     """Build the space inside the periorbita, without its medial and front walls.
 
-    The roof arches along and across, low beside the ethmoid's roof; the floor falls away from the ethmoid and climbs towards the apex
-    at the optic canal.
+    The roof arches along and across, low beside the ethmoid's roof; the floor falls
+    away from the ethmoid and climbs towards the apex at the optic canal.
     """
     roof = depth_table([2, 12, 24, 36, 46, 52], [55.5, 57.4, 54.6, 50, 46.0, 44.4], 3.0)
     arch = Table(U, (13, 18, 24, 30, 42), (-7.0, -5.3, -2.4, 0.0, -1.5), 3.0)
