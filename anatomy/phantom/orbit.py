@@ -1,6 +1,7 @@
 """The orbit of one side: a cone of four walls, its fissures, and what moves the eye."""
 
 from anatomy.phantom.ethmoid import lamina_papyracea
+from anatomy.phantom.frontal_cells import supraorbital
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
     Affine,
@@ -35,14 +36,13 @@ def lateral_plane() -> Field:
 def orbit_walls() -> Field:
     """Build the space inside the periorbita, without its medial and front walls.
 
-    The roof arches along and across, low beside the ethmoid's roof; the floor falls
-    away from the ethmoid and climbs towards the apex at the optic canal.
+    The roof arches, the floor falls away from the ethmoid and climbs towards the apex
+    at the optic canal.
     """
     roof = depth_table([2, 12, 24, 36, 46, 52], [55.5, 57.4, 54.6, 50, 46.0, 44.4], 3.0)
-    arch = Table(U, (13, 18, 24, 30, 42), (-7.0, -5.3, -2.4, 0.0, -1.5), 3.0)
     fall = Table(U, (13, 20, 26, 32, 40, 50), (28.4, 27.4, 24.8, 22.2, 21.6, 24.5), 3.0)
     climb = depth_table([4, 14, 24, 34, 42, 51], [1.6, -0.6, 0.0, 3.0, 7.4, 11.5], 3.0)
-    height = smooth_max(6.0, z - roof - arch, (fall + climb - z) * Affine(0.9))
+    height = smooth_max(6.0, z - roof, (fall + climb - z) * Affine(0.9))
     cone = smooth_max(10.0, lateral_plane(), height)
     return smooth_max(2.0, cone, -51.5 - y)
 
@@ -53,7 +53,11 @@ def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
     skin: the distance from the face, which bounds it in front.
     """
     wall = lamina_papyracea(parameters, side) + parameters.cell_bone_mm / 2
-    return smooth_max(1.0, orbit_walls(), smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
+    walls = orbit_walls()
+    if parameters.has("supraorbital-cell", side):
+        lining = parameters.mucosa_mm + parameters.cell_bone_mm
+        walls = smooth_max(1.0, walls, lining - supraorbital(parameters))
+    return smooth_max(1.0, walls, smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
 
 
 def lateral_wall() -> Field:

@@ -90,7 +90,6 @@ VARIANT_PLACES = {
     "frontal-septal-cell": "frontal septal cell",
     "accessory-ostium": "accessory maxillary ostium",
     "lateral-recess": "sphenoid lateral recess",
-    "dehiscent-lamina": "lamina dehiscence",
 }
 """Landmarks that only a side with the variant has."""
 
@@ -166,6 +165,8 @@ def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     for variant, name in VARIANT_PLACES.items():
         if not parameters.has(variant, side):
             absent.add(name)
+    if not parameters.has("dehiscent-lamina", side):
+        absent.add("lamina dehiscence")
     if pneumatization(parameters, side) in ("conchal", "presellar"):
         absent |= {"carotid bulge", "opticocarotid recess"}
     if parameters.scale("frontal", side) == 0:
