@@ -65,7 +65,7 @@ def protecting_walls(
     used = np.flatnonzero(counts)
     used = used[used > 0]
     if len(used) >= _MOST_ROWS:
-        # the rarest walls no longer say what they protect; a row a kind is kept for them
+        # the rarest walls no longer say what they protect; each kind keeps one row more
         kinds_used = len(np.unique((used - 1) // (len(names) + 1)))
         rarest = used[np.argsort(counts[used], kind="stable")]
         rare = rarest[: len(used) - (_MOST_ROWS - 1 - kinds_used)]
