@@ -114,8 +114,10 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     roof = 34.5 + (level - 34.5) * high
     floor: Field = depth_table([54, 66, 76, 84], [24.6, 23.6, 24.6, 27.0], 2.0)
     floor = 34.5 + (floor - 34.5) * high
-    floor = floor + Table(U, (0, 7, 14), (-0.8, -0.2, 2.0), 3.0)
-    body = smooth_max(6.5, floor - z, z - roof)
+    floor = floor + Table(U, (0, 7, 14), (-0.3, 0.0, 2.0), 3.0)
+    # Under a large sinus lies the roof of the nasopharynx, uneven by a millimetre.
+    vault = depth_table([54, 60, 66, 80], [24.6, 23.4, 22.0, 14.0], 2.0)
+    body = smooth_max(6.5, smooth_max(1.0, floor - z, vault - z), z - roof)
     # Widest between optic nerve and carotid, where the recess between them is.
     wide: Field = depth_table([55, 61, 67, 76, 84], [12.2, 14.6, 13.4, 12.6, 10.8], 2.0)
     wide = wide + height_table([24, 30, 38, 44], [-1.2, 0.0, 0.6, -0.4], 3.0)
