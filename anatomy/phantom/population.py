@@ -31,9 +31,9 @@ _SINUSES = {
 _SPHENOID_FACTORS = (0.7, 0.85, 1.0, 1.15)
 _SPHENOIDS = {
     "conchal": ((0.35, 0.1), (0.2, 0.3, 0.4, 0.5)),
-    "presellar": ((2.0, 0.5), (1.34, 1.87, 2.41, 2.82)),
-    "sellar": ((3.8, 1.3), (2.04, 2.99, 4.02, 5.05)),
-    "postsellar": ((5.1, 1.5), (3.0, 3.91, 4.85, 5.72)),
+    "presellar": ((2.0, 0.5), (1.45, 2.02, 2.6, 3.05)),
+    "sellar": ((3.8, 1.3), (2.2, 3.23, 4.34, 5.45)),
+    "postsellar": ((5.1, 1.5), (3.24, 4.22, 5.24, 6.18)),
 }
 """A sphenoid sinus's volume by its kind, mean and standard deviation in mL, and the
 volumes of the factors. All kinds together have the mean and spread published for all

@@ -119,7 +119,7 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     vault = depth_table([54, 60, 66, 80], [24.6, 23.4, 22.0, 14.0], 2.0)
     body = smooth_max(6.5, smooth_max(1.0, floor - z, vault - z), z - roof)
     # Widest between optic nerve and carotid, where the recess between them is.
-    wide: Field = depth_table([55, 61, 67, 76, 84], [12.2, 14.6, 13.4, 12.6, 10.8], 2.0)
+    wide: Field = depth_table([55, 61, 67, 76, 84], [13.0, 15.4, 14.4, 13.8, 12.0], 2.0)
     wide = wide + height_table([24, 30, 38, 44], [-1.2, 0.0, 0.6, -0.4], 3.0)
     wide = wide * Affine(0.75 if kind == "conchal" else 0.7 + 0.3 * w)
     rear = rear_mm(parameters, side) - y
