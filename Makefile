@@ -15,7 +15,8 @@ RUN := .venv/bin/python -m
 READY := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check bench desktop clean
+.PHONY: help demo test test-all check bench bench-guard fuzz desktop dist dist-check \
+    clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile \
@@ -39,8 +40,27 @@ check: $(READY)  ## lint, format check, strict types, import floors
 bench: $(READY)  ## measure run time against error
 	$(RUN) app bench
 
+bench-guard: $(READY)  ## fail where a row got slower or less right since the release
+	$(RUN) app bench guard
+
+fuzz: $(READY)  ## look for files that readers cannot take, ten minutes for each reader
+	.venv/bin/uv pip install atheris
+	$(RUN) tests.stress.fuzz
+
 desktop: $(READY)  ## open the trainee's window and steer with mouse and keys
 	$(RUN) app train
+
+dist: $(READY)  ## make the source distribution and the wheel, in dist
+	rm -rf dist
+	$(RUN) hatchling build -d dist
+
+# In a folder of its own: neither the checkout nor its environment may be of help.
+dist-check: dist  ## install the wheel into an empty environment, fly the demo from there
+	rm -rf out/installed
+	mkdir -p out/installed
+	.venv/bin/uv venv $(if $(PYTHON),--python "$(PYTHON)") out/installed/env
+	.venv/bin/uv pip install --python out/installed/env/bin/python dist/*.whl
+	cd out/installed && PYTHONSAFEPATH=1 env/bin/paravol demo --out demo
 
 clean:  ## remove the environment, tool caches and out/demo
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis \

@@ -12,6 +12,8 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 PATIENCE_S = 60.0
@@ -73,7 +75,8 @@ class OpenGL:
 
 def probe_offscreen() -> OpenGL:
     """Try VTK's off-screen OpenGL; takes about two seconds."""
-    found, died = _ask_child("offscreen")
+    with _child("offscreen") as child:
+        found, died = _answer(child)
     if died is None:
         return _described(found)
     packages = tuple(found.get("missing", ())) or (DRIVER_PACKAGE,)
@@ -86,12 +89,29 @@ def probe_offscreen() -> OpenGL:
 
 def probe_window() -> OpenGL:
     """Try what the window needs: Qt on the present display, VTK beside it."""
+    with window_trial() as answer:
+        return answer()
+
+
+@contextmanager
+def window_trial() -> Iterator[Callable[[], OpenGL]]:
+    """Begin what `probe_window` does; what is given waits for its end.
+
+    The child takes a second or two, in which the program can load what needs no Qt.
+    """
     if importlib.util.find_spec("PySide6") is None:
-        return OpenGL(
-            problem="The window needs PySide6; install the extra 'desktop' "
+        problem = (
+            "The window needs PySide6; install the extra 'desktop' "
             "(pip install 'paravol-ess[desktop]')."
         )
-    found, died = _ask_child("window")
+        yield lambda: OpenGL(problem=problem)
+        return
+    with _child("window") as child:
+        yield lambda: _judged(*_answer(child))
+
+
+def _judged(found: dict[str, str], died: str | None) -> OpenGL:
+    """Return what a trial of the window found, or why none can open."""
     if died is None:
         return _described(found)
     reasons = []
@@ -137,20 +157,30 @@ def _described(found: dict[str, str]) -> OpenGL:
     return OpenGL(found["vendor"], found["renderer"], found["version"])
 
 
-def _ask_child(kind: str) -> tuple[dict[str, str], str | None]:
-    """Run this file in a child; give what it reported and how it failed, if so."""
+@contextmanager
+def _child(kind: str) -> "Iterator[subprocess.Popen[str]]":
+    """Run this file in a child; it ends with the block."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "app.opengl", kind],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+    ) as child:
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+def _answer(child: "subprocess.Popen[str]") -> tuple[dict[str, str], str | None]:
+    """Give what a child reported and how it failed, if so."""
     try:
-        child = subprocess.run(
-            [sys.executable, "-m", "app.opengl", kind],
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=PATIENCE_S,
-        )
+        said, _ = child.communicate(timeout=PATIENCE_S)
     except subprocess.TimeoutExpired:
         return {}, f"a trial did not end within {PATIENCE_S:g} seconds"
     found: dict[str, str] = {}
-    for line in child.stdout.splitlines():
+    for line in said.splitlines():
         # Drivers print here as well.
         if line.startswith("{"):
             found.update(json.loads(line))

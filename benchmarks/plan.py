@@ -17,12 +17,16 @@ class UnavailableError(UserError):
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Report one measurement; error and unit are None where there is no picture."""
+    """Report one measurement; error and unit are None where there is no picture.
+
+    further_rmse: other errors that are told with it; see `benchmarks.schema`.
+    """
 
     timing: Timing
     error: ImageError | None = None
     error_unit: str | None = None
     counters: dict[str, float] = field(default_factory=dict)
+    further_rmse: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

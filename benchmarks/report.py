@@ -31,12 +31,12 @@ def table_cells(row: Row) -> tuple[str, ...]:
     )
 
 
-def unlit_cells(row: Row) -> tuple[str, ...]:
-    """Tell the error that chose a lit picture's step, which is not the row's own."""
-    error = f"{row.counters['unlit_rmse']:.2e}"
-    peer = f"{row.counters['unlit_peer_rmse']:.2e}"
-    said = f"    unlit picture that chose the step (peer's {peer})"
-    return said, "", "", "", "", error, "", row.error_unit or ""
+def further_cells(row: Row) -> list[tuple[str, ...]]:
+    """Tell the errors beside the row's own, a line each."""
+    return [
+        (f"    {name}", "", "", "", "", f"{rmse:.2e}", "", row.error_unit or "")
+        for name, rmse in row.further_rmse.items()
+    ]
 
 
 def results_table(results: Results) -> Table:
@@ -58,8 +58,8 @@ def results_table(results: Results) -> Table:
             table.add_row(f"{row.suite}: {row.case}", style="bold")
         previous = row.suite, row.case
         table.add_row(*table_cells(row))
-        if "unlit_rmse" in row.counters:
-            table.add_row(*unlit_cells(row))
+        for cells in further_cells(row):
+            table.add_row(*cells)
     return table
 
 

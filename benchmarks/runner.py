@@ -3,16 +3,16 @@
 import time
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import benchmarks.suites  # noqa: F401 (importing them fills `SUITES`)
-from app.cli.terminal import Stages, print_json
-from benchmarks.chart import draw_charts
+from app.cli.terminal import Stages
 from benchmarks.machine import commit, is_same_machine, machine
-from benchmarks.measurements import write_measurements
 from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
 from benchmarks.ranks.scaling_report import report_scaling
 from benchmarks.report import print_results
+from benchmarks.reporting import write_report
 from benchmarks.schema import (
     Results,
     Row,
@@ -20,8 +20,8 @@ from benchmarks.schema import (
     Times,
     load_results,
     ratio_of,
+    results_text,
     save_results,
-    seconds_by,
 )
 from disk import UserError
 from paravol.versions import versions
@@ -31,6 +31,7 @@ QUICK_LIMIT_S = 165.0
 k-th may use k/n of it, so that each gets something; what one leaves the next has."""
 
 RESULTS_FILE = "results.json"
+REPORT_FILE = "report.html"
 
 
 def run_bench(
@@ -58,7 +59,8 @@ def run_bench(
     results = Results() if fresh else load_results(path)
     with Stages(quiet=as_json) as stages:
         limit_s = QUICK_LIMIT_S if quick else None
-        runner = Runner(results, path, stages, limit_s=limit_s, only=only)
+        wants = partial(holds, only)
+        runner = Runner(results, path, stages, limit_s=limit_s, wants=wants)
         try:
             for done, (name, suite) in enumerate(chosen.items(), start=1):
                 runner.run_suite(name, suite, quick, share=done / len(chosen))
@@ -67,13 +69,18 @@ def run_bench(
                 f"Interrupted; {path} has {len(results.rows)} rows to go on from."
             )
             raise
-    charts = draw_charts(results.rows, out) + report_scaling(results.rows, out)
-    charts.append(write_measurements(results, out))
+    charts = report_scaling(results.rows, out)
+    charts.append(write_report(results, out / REPORT_FILE))
     if as_json:
-        print_json(results)
+        print(results_text(results), end="")
     else:
         print_results(results, path, charts)
     return 0
+
+
+def holds(text: str, task: Task) -> bool:
+    """Return whether the text stands in a task's case/mode."""
+    return text in f"{task.case}/{task.mode}"
 
 
 class Runner:
@@ -86,13 +93,13 @@ class Runner:
         stages: Stages,
         *,
         limit_s: float | None = None,
-        only: str = "",
+        wants: Callable[[Task], bool] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Drop rows that other sources or another machine made.
 
-        limit_s: begin no task that would end later, counted from now. only: measure
-        tasks whose case/mode holds that text, and what they are compared with.
+        limit_s: begin no task that would end later, counted from now. wants: tells
+        which tasks to measure, with what they are compared with; None for all.
         """
         here, sources = machine(), commit()
         results.rows[:] = [
@@ -105,7 +112,7 @@ class Runner:
         self._stages = stages
         self._clock = clock
         self._limit_s = limit_s
-        self._only = only
+        self._wants = wants
         self._began = clock()
         self._end: float | None = None
         self._measured: dict[tuple[str, str, str], Row] = {}
@@ -121,10 +128,10 @@ class Runner:
         with closing(suite(quick)) as plan:
             tasks = plan.tasks()
             finished = {row.key for row in self._results.rows}
+            wants = self._wants
             for done, task in enumerate(tasks):
                 self._stages(f"Suite {name}", done / len(tasks))
-                wanted = self._only in f"{task.case}/{task.mode}"
-                if wanted and task.key not in finished:
+                if task.key not in finished and (not wants or wants(task)):
                     self._measure(task, tasks)
         self._stages(f"Suite {name}", 1.0)
 
@@ -166,7 +173,7 @@ def make_row(task: Task, made: Measured, baseline: Row | None) -> Row:
     """Put a measurement into a row; without a baseline there is no ratio."""
     timing, error = made.timing, made.error
     own_s = timing.cpu_s if task.clock == "cpu" else timing.min_s
-    baseline_s = None if baseline is None else seconds_by(task.clock, baseline)
+    baseline_s = None if baseline is None else baseline.seconds_by(task.clock)
     return Row(
         suite=task.suite,
         case=task.case,
@@ -183,6 +190,7 @@ def make_row(task: Task, made: Measured, baseline: Row | None) -> Row:
         p999=None if error is None else error.p999,
         max=None if error is None else error.max,
         bias=None if error is None else error.bias,
+        further_rmse=made.further_rmse,
         counters=made.counters,
         settings=task.settings,
         machine=machine(),

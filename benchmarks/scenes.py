@@ -120,7 +120,10 @@ def subjects(quick: bool) -> tuple[SubjectSource, ...]:
 
 
 def phantom_subject(spacing_mm: float) -> Subject:
-    """Return the default phantom: from the left nasal valve, and from the front."""
+    """Return the default phantom: from the left nasal valve, and from the front.
+
+    Also from its nasopharynx forwards, where the nearest wall is 6.8 mm away.
+    """
     phantom = sinus_phantom(spacing_mm=spacing_mm)
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
     scene = Scene(phantom.ct, classic_transfer_function(), surface=surface)
@@ -131,7 +134,11 @@ def phantom_subject(spacing_mm: float) -> Subject:
         place["middle meatus, left"],
         INSIDE_EXTENT,
     )
-    return Subject(scene, {"inside": inside, "outside": _outside(scene.volume)})
+    airy = ViewPoint(
+        "nasopharynx", place["nasopharynx"], place["choana, left"], INSIDE_EXTENT
+    )
+    views = (inside, airy, _outside(scene.volume))
+    return Subject(scene, {view.name: view for view in views})
 
 
 def head_ct_subject() -> Subject:

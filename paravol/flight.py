@@ -39,10 +39,11 @@ from paravol.inputs.pose_sources import (
     ReconnectingSource,
 )
 from paravol.inputs.scope_rack import ScopeRack
-from paravol.operation_rehearsal import rehearse
+from paravol.operation_rehearsal import STAGE, rehearse
 from paravol.patient import PatientScene, check_for_head, load_patient
 from paravol.picture_size import PictureSize
 from paravol.pose_streaming import StreamingCompleter, streaming
+from paravol.preparation import Preparation
 from paravol.registration.at_start import register_by_touch
 from paravol.score_table import score_rows
 from paravol.session_setup import (
@@ -294,6 +295,14 @@ class Flight:
         if self.path is None:
             self.path = start_path(patient, scenario.start)
         observer.on_patient(patient)
+
+        def prepare() -> None:
+            rehearse(scenario, before, self._demand_open)
+            # divides the head's mucosa, which is kept: no device waits for it
+            coverage_watch(patient, operation)
+
+        # much of it lets go of the interpreter, as much of what is beside it
+        prepared = Preparation(prepare)
         size = (self.size, self.size)
         view = build_view(
             scenario,
@@ -305,9 +314,7 @@ class Flight:
             progress=self._progress,
         )
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
-        rehearse(scenario, before, self._progress)
-        # divides the head's mucosa, which is kept: no device waits for it
-        coverage_watch(patient, operation)
+        prepared.wait(lambda: self._progress(STAGE, 0.0))
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
@@ -359,9 +366,13 @@ class Flight:
         self.result = self.recording.end(title, score)
         return FinishedFlight(patient, view, info, timing, score)
 
-    def _progress(self, stage: str, share: float) -> None:
+    def _demand_open(self, stage: str = "", share: float = 0.0) -> None:
+        """End a preparation that nobody waits for any more; it is told by no one."""
         if self._closed.is_set():
             raise ClosedError
+
+    def _progress(self, stage: str, share: float) -> None:
+        self._demand_open()
         self._observer.on_progress(stage, share)
 
     def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:

@@ -5,6 +5,7 @@ import platform
 import shutil
 import subprocess
 import sys
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from platformdirs import user_cache_path, user_data_path
@@ -30,6 +31,7 @@ def machine_findings() -> list[Finding]:
         _processor(),
         _memory(),
         *_packages(),
+        _package_names(),
         _kernel_cache(),
         _kernels(),
         _phantom_cache(),
@@ -93,6 +95,45 @@ def _packages() -> list[Finding]:
             remedy = f"pip install {extra} brings it."
         found.append(Finding(name, version, is_absent and not is_optional, remedy))
     return found
+
+
+OUR_PACKAGES = (
+    "anatomy",
+    "app",
+    "benchmarks",
+    "devices",
+    "disk",
+    "machine",
+    "paravol",
+    "renderers",
+    "scenarios",
+    "surgery",
+)
+"""Top-level packages of this distribution."""
+
+
+def _package_names() -> Finding:
+    """Look whether other distributions bring packages of the same names.
+
+    Some of our names are plain words. Two distributions that install the same package
+    overwrite each other's files.
+    """
+    others = {
+        name: sorted(set(makers) - {"paravol-ess"})
+        for name, makers in packages_distributions().items()
+        if name in OUR_PACKAGES and set(makers) - {"paravol-ess"}
+    }
+    why = "two distributions with a package of the same name overwrite each other"
+    if not others:
+        return Finding("package names", "no other distribution has them", why=why)
+    told = "; ".join(f"{name} by {', '.join(by)}" for name, by in others.items())
+    return Finding(
+        "package names",
+        f"brought by others too: {told}",
+        is_missing=True,
+        remedy="Install paravol-ess into an environment of its own.",
+        why=why,
+    )
 
 
 _COMPILED = "made in the first minutes of use; the folder may be removed at any time"

@@ -1,8 +1,14 @@
 """How large the endoscope's picture is drawn: as on the screen, less where it is late.
 
 A picture larger than its place on the screen costs time that nobody sees; one smaller
-is blurred. Where a machine cannot draw the size that is wanted in time, a step less is
-drawn, which is told, and a step more when there is time again.
+is blurred. The target is 30 frames a second at every size: the largest size that meets
+it is drawn, however many frames a smaller one would give. Where a machine cannot draw
+the size that is wanted in time, less is drawn, which is told, and a step more is tried
+when there is time again.
+
+Much of a frame has nothing to do with its pixels: poses, touch, the other panels. How
+much is known only from trying, so a step more is tried wherever the size of now is in
+time, ever more seldom where that was late.
 """
 
 import threading
@@ -18,24 +24,27 @@ FIRST_PX = 512
 DUE_MS = 1000.0 / 30.0
 """Time for a frame: 30 frames a second look like a motion."""
 
-LOOKED_AT = 12
-"""Frames whose median is judged, so that a single late one changes nothing."""
+LOOKED_AT, LOOKED_S = 12, 1.0
+"""Frames whose median is judged, at least, and over how long: a late frame changes
+nothing, and neither does a picture of the overview, which takes up to 0.4 s."""
 
-SPARE_SHARE = 0.9
-"""A larger picture is tried where it would take less than so much of the time. One that
-is late all the same is given up after a dozen frames, and tried ever more seldom."""
+IN_TIME_SHARE = 0.95
+"""A step more is tried where a frame takes less than so much of the time."""
 
-GROWTH = 1.6
-"""Power of the edge by which a frame's time grows. By CPU time a frame of the bundled
-flight takes 18.8 ms at 512 pixels and 57.6 at 1,024: what is found once a frame, discs
-and lights, does not grow. By the area, 1,024 pixels would be thought late where they
-are not."""
+FIXED_PX = 378
+"""Edge of the square whose pixels cost as much as what is done once a frame: discs,
+lights, the starting of threads. Frames of the bundled flight took 20.6, 28.8, 39.7,
+72.8 and 117.6 ms of a busy machine's processors at 256, 384, 512, 768 and 1,024
+pixels: 14.1 ms and 98.7 ms a megapixel, within 1 %. More may be fixed, never less, so
+this is the most that pixels can cost: several steps more are taken at once where even
+so there is time, several less where even so there would be none between."""
 
 UP_AFTER_S = 1.0
 """So long there must have been time before a larger picture is tried."""
 
 AGAIN_AFTER_S = 10.0
-"""A size that was late is tried again after so long, and then after twice as long."""
+"""A size that was late is tried again after so long, and then after twice as long. One
+that was in time for as long as it was waited for begins anew."""
 
 SETTLING = 3
 """Frames after a change that are not judged: memory of the new size is first used."""
@@ -69,8 +78,9 @@ class PictureSize:
         self._is_late = False
         self._ready = {self.first}
         self._making: threading.Thread | None = None
-        self._taken_ms: deque[float] = deque(maxlen=LOOKED_AT)
+        self._taken: deque[tuple[float, float]] = deque()
         self._unjudged = BEGINNING
+        self._changed_s: float | None = None
         self._spare_since_s: float | None = None
         self._late_until_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}
@@ -107,55 +117,91 @@ class PictureSize:
         if self._unjudged:
             self._unjudged -= 1
             return
-        self._taken_ms.append(frame_ms)
-        if len(self._taken_ms) < LOOKED_AT:
+        taken = self._taken
+        if self._changed_s is None:
+            self._changed_s = now_s
+        taken.append((now_s, frame_ms))
+        while len(taken) > LOOKED_AT and taken[0][0] < now_s - LOOKED_S:
+            taken.popleft()
+        if len(taken) < LOOKED_AT or now_s < self._changed_s + LOOKED_S:
             return
-        median = sorted(self._taken_ms)[LOOKED_AT // 2]
-        if median > DUE_MS:
-            self._be_late(now_s)
+        median_ms = sorted(each for _, each in taken)[len(taken) // 2]
+        if median_ms > DUE_MS:
+            self._be_late(median_ms, now_s)
         else:
-            self._be_early(median, now_s)
+            self._be_early(median_ms, now_s)
 
     def next(self) -> int:
         """Return the edge of the picture to be drawn now."""
         goal = min(self._wanted, self._limit)
         if goal != self._size and self._has(goal):
             self._size = goal
-            self._taken_ms.clear()
             self._unjudged = SETTLING
-            self._spare_since_s = None
+            self._look_anew()
         return self._size
 
-    def _be_late(self, now_s: float) -> None:
-        """Draw a step less, and try the size again later."""
+    def _look_anew(self) -> None:
+        """Judge no frame that was drawn before now."""
+        self._taken.clear()
+        self._changed_s = self._spare_since_s = None
+
+    def _be_late(self, median_ms: float, now_s: float) -> None:
+        """Draw a step less or, where that would not do, several; try again later."""
         size = self._size
-        self._spare_since_s = None
+        self._look_anew()
         if size == self._steps[0]:
             return
         wait_s = self._waits_s.get(size, AGAIN_AFTER_S)
         self._waits_s[size] = 2.0 * wait_s
         self._late_until_s[size] = now_s + wait_s
-        self._limit = self._steps[self._steps.index(size) - 1]
+        less = [step for step in self._steps if step < size]
+        due = [step for step in less if self._at_most_ms(step, median_ms) <= DUE_MS]
+        self._limit = due[-1] if due else less[0]
         self._is_late = True
-        self._taken_ms.clear()
 
     def _be_early(self, median_ms: float, now_s: float) -> None:
-        """Draw as many steps more as there has been time for long enough."""
-        more = [
-            step
-            for step in self._steps
-            if self._size < step <= self._wanted
-            and now_s >= self._late_until_s.get(step, now_s)
-            and median_ms * (step / self._size) ** GROWTH < SPARE_SHARE * DUE_MS
-        ]
-        if not more:
+        """Draw more when there has been time for long enough."""
+        size = self._size
+        waited_s = self._waits_s.get(size, 0.0)
+        if self._changed_s is not None and now_s > self._changed_s + waited_s:
+            self._waits_s.pop(size, None)
+        more = self._free_above(size, median_ms, now_s)
+        if more is None:
             self._spare_since_s = None
             return
         if self._spare_since_s is None:
             self._spare_since_s = now_s
         if now_s - self._spare_since_s >= UP_AFTER_S:
-            self._limit = more[-1]
-            self._is_late = more[-1] < self._wanted and self._is_late
+            self._limit = more
+            self._is_late = more < self._wanted and self._is_late
+
+    def _free_above(self, size: int, median_ms: float, now_s: float) -> int | None:
+        """Return the larger size to try: the next, or the largest sure to be in time.
+
+        None where there is no time, or none that may be tried again already.
+        """
+        most_ms = IN_TIME_SHARE * DUE_MS
+        found = None
+        for step in self._steps:
+            if median_ms >= most_ms or step > self._wanted:
+                break
+            if step <= size:
+                continue
+            is_sure = self._at_most_ms(step, median_ms) < most_ms
+            if now_s < self._late_until_s.get(step, now_s) or not (
+                is_sure or found is None
+            ):
+                break
+            found = step
+        return found
+
+    def _at_most_ms(self, step: int, median_ms: float) -> float:
+        """Return what a frame of another size takes if no more is fixed than is known.
+
+        That is the most of a larger size, and the least of a smaller one.
+        """
+        fixed = FIXED_PX**2
+        return median_ms * (step**2 + fixed) / (self._size**2 + fixed)
 
     def _step_for(self, edge_px: int) -> int:
         """Return the smallest size that fills so many pixels, or the largest."""

@@ -14,7 +14,6 @@ from paravol.case_scenario import scenario_of_case
 from paravol.exercise_path import recorded_path, recorded_path_file
 from paravol.flight import FlightObserver, FlightOrder
 from paravol.inputs import FlightInput, choose_input
-from paravol.inputs.haptic import felt_input
 from paravol.inputs.instrument_choice import choose_instrument
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.pose_streaming import listening_address
@@ -62,6 +61,9 @@ class DeviceSetup:
                 "--haptics force-dimension steers by itself; leave out --input and "
                 "--device."
             )
+        # here only: its compiled loop costs every start without such a device
+        from paravol.inputs.haptic import felt_input
+
         return felt_input(self.haptics, self.haptics_fault, flown, scenario)
 
     def tool_input(

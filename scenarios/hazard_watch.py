@@ -34,8 +34,12 @@ class HazardApproach:
     @property
     def nearest_mm(self) -> float:
         """Return how near the nearest of all came."""
-        tool = math.inf if self.instrument_mm is None else self.instrument_mm
-        return min(self.tip_mm, self.shaft_mm, tool)
+        return min(self.tip_mm, self.shaft_mm, self.tool_mm)
+
+    @property
+    def tool_mm(self) -> float:
+        """Return how near the tool came, inf where none was held."""
+        return math.inf if self.instrument_mm is None else self.instrument_mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +108,10 @@ class HazardWatch:
                 tool = gaps.instrument[name], time_s
             old = self._nearest.get(name)
             if old is not None:
+                # by far most moments are no approach
+                is_nearer = tip[0] < old.tip_mm or shaft_mm < old.shaft_mm
+                if not is_nearer and not _distance(tool) < old.tool_mm:
+                    continue
                 tip = min((old.tip_mm, old.tip_s), tip, key=_distance)
                 shaft = min((old.shaft_mm, old.shaft_s), shaft, key=_distance)
                 tool = min((old.instrument_mm, old.instrument_s), tool, key=_distance)

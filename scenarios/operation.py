@@ -271,7 +271,7 @@ class Operation:
             self._rest()
             return
         tool = instrument_named(state.name)
-        if not np.all(np.isfinite(frame)):
+        if not np.isfinite(frame).all():
             self._rest()
         elif tool.action is Action.BITE:
             self._bite(tool, frame, sample)
@@ -357,7 +357,7 @@ class Operation:
             return
         radius = endoscope.diameter_mm / 2
         tip, back = world_from_tip[:3, 3], world_from_tip[:3, 2]
-        if np.all(np.isfinite(world_from_tip)):
+        if np.isfinite(world_from_tip).all():
             scope = capsule(tip + radius * back, tip + SHAFT_MM * back, radius)
             self.hurt += watch.move(SCOPE, sample.time_s, scope)
         else:
@@ -368,7 +368,7 @@ class Operation:
             self._held = state.name
         if state.name == NO_TOOL:
             return
-        if not np.all(np.isfinite(frame)):
+        if not np.isfinite(frame).all():
             watch.leave(state.name)
             return
         tool = instrument_named(state.name).capsules(frame, state.jaw)
@@ -542,7 +542,7 @@ def _rod(state: InstrumentState, frame: NDArray[np.float64]) -> Rod | None:
 
     A tool that sweeps would otherwise push away what it is about to cut.
     """
-    if state.name == NO_TOOL or not np.all(np.isfinite(frame)):
+    if state.name == NO_TOOL or not np.isfinite(frame).all():
         return None
     tool = instrument_named(state.name)
     if tool.action in SWEEPING and state.is_working:

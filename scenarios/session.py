@@ -287,7 +287,7 @@ class Session:
         camera = self._camera(sample, placed)
         hand = sample.instrument
         tool_tip = None
-        if hand.name != NO_TOOL and np.all(np.isfinite(sample.instrument_tip_mm)):
+        if hand.name != NO_TOOL and np.isfinite(sample.instrument_tip_mm).all():
             tool_tip = sample.instrument_tip_mm
         gaps = {} if placed.hazards is None else placed.hazards.nearest_mm()
         now = Situation(
@@ -329,8 +329,8 @@ class Session:
         frame = tip_mm = None
         if sample.instrument.name != NO_TOOL:
             held = tool_frame(sample)
-            frame = held if np.all(np.isfinite(held)) else None
-            tip_mm = held[:3, 3] if np.all(np.isfinite(held[:3, 3])) else None
+            frame = held if np.isfinite(held).all() else None
+            tip_mm = held[:3, 3] if np.isfinite(held[:3, 3]).all() else None
         gaps = self._hazard_gaps(tip_mm, world_from_tip)
         tool = self._tool_clearance(sample, frame)
         # what works is meant to touch

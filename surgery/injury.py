@@ -200,7 +200,7 @@ class InjuryWatch:
         earlier than the one before. A pose that is not finite is no pose: the tool
         comes anew after it.
         """
-        if not np.all(np.isfinite(capsules)):
+        if not np.isfinite(capsules).all():
             self.leave(by)
             return ()
         rows = _capsules(capsules)
@@ -407,8 +407,8 @@ def _capsules(rows: solid.Rows) -> NDArray[np.float64]:
             f"a tool is one capsule or more, rows of {solid.ROW} numbers; got shape "
             f"{rows.shape}"
         )
-    if np.any(rows[:, 0] != solid.CAPSULE):
+    if (rows[:, 0] != solid.CAPSULE).any():
         raise UserError("a tool that is watched is made of capsules only")
-    if np.any(rows[:, 7] < 0.0):
+    if (rows[:, 7] < 0.0).any():
         raise UserError(f"a capsule needs a radius, got {rows[:, 7].min()} mm")
     return np.ascontiguousarray(rows[:, 1:8])

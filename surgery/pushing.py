@@ -408,9 +408,9 @@ class Pushing:
 
     def _box_of(self, dent: Dent) -> NDArray[np.int64] | None:
         """Return the voxels that a dent may move, ends excluded."""
-        rows = np.flatnonzero(dent.depth.any(axis=1))
-        if len(rows) == 0:
+        if not dent.depth.any():
             return None
+        rows = np.flatnonzero(dent.depth.any(axis=1))
         frame, (radius, length, step, whole, fading) = dent.frame, dent.size
         ends = np.clip((rows[[0, -1]] - CAP_ROWS + (-1, 1)) * step, 0, length)
         reach = radius + whole + fading
@@ -455,12 +455,19 @@ def _dent_of(rod: Rod) -> Dent:
     axis = rod.back
     side = np.zeros(3)
     side[int(np.argmin(np.abs(axis)))] = 1.0
-    first = np.cross(axis, side)
+    first = _cross(axis, side)
     first /= np.linalg.norm(first)
-    frame = np.stack([rod.tip_mm, axis, first, np.cross(axis, first)])
+    frame = np.stack([rod.tip_mm, axis, first, _cross(axis, first)])
     length = rod.length_mm
     size = np.array([rod.radius_mm, length, _ROW_MM, WHOLE_MM, LEAST_FADING_MM])
     return Dent(frame, size, np.zeros((_ROWS, _COLUMNS)))
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the bits of `np.cross` of ``(3,)`` in a fraction of its time."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def _deepest(dent: Dent) -> NDArray[np.float64]:

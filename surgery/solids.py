@@ -69,18 +69,22 @@ def checked(rows: Rows) -> Rows:
     if rows.ndim != 2 or rows.shape[1] != ROW:
         raise UserError(f"solids are rows of {ROW} numbers, got shape {rows.shape}")
     for row in rows:
-        if not np.all(np.isfinite(row)):
+        if not np.isfinite(row).all():
             raise UserError(f"a solid must be finite, got {row.tolist()}")
         if row[0] not in (CAPSULE, BLADE):
             raise UserError(f"a solid is of kind 0 or 2, got {row[0]:g}")
         size = row[7] if row[0] == CAPSULE else row[13]
         if not 0.0 < size <= LONGEST_MM:
             raise UserError(f"a solid needs a positive radius, got {size} mm")
-        low, high = bounds(row[None])
-        if np.max(high - low) > 2 * LONGEST_MM:
-            raise UserError(
-                f"a tool cannot sweep {np.max(high - low):.0f} mm between two samples"
-            )
+        # no box is larger than twice this, and by far most are near the origin
+        reach = np.abs(row[1:ROUGH]).max() + size + row[ROUGH]
+        if not reach <= LONGEST_MM:
+            low, high = bounds(row[None])
+            if np.max(high - low) > 2 * LONGEST_MM:
+                raise UserError(
+                    f"a tool cannot sweep {np.max(high - low):.0f} mm between two "
+                    "samples"
+                )
         if not 0.0 <= row[ROUGH] <= 1.0:
             raise UserError(f"roughness lies within 0..1 mm, got {row[ROUGH]}")
     return rows

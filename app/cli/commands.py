@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from app.cli import (
     arm_commands,
+    bench_commands,
     case_commands,
     picture_commands,
     progress_commands,
@@ -47,6 +48,7 @@ ONE_RANK = WorkerOptions()
 __all__ = [
     "app",
     "arm_commands",
+    "bench_commands",
     "case_commands",
     "picture_commands",
     "progress_commands",
@@ -353,39 +355,6 @@ def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
     from app.cli.emulator_command import run_emulator
 
     return run_emulator(options)
-
-
-@app.command(group=MACHINE)
-def bench(
-    *,
-    suite: tuple[str, ...] = (),
-    only: str = "",
-    quick: Flag = False,
-    out: Path = Path("out/bench"),
-    fresh: Flag = False,
-    json: Json = False,
-) -> int:
-    """Measure run time against error, peers in the same run.
-
-    Parameters
-    ----------
-    suite
-        Suites to run; all of them when left out.
-    only
-        Measure the rows whose case/mode holds this text, and their baselines.
-    quick
-        Small sizes, for a first look.
-    out
-        Folder for results.json, measurements.md and the pictures; an interrupted run
-        goes on there.
-    fresh
-        Start over instead of going on.
-    """
-    from benchmarks.runner import run_bench
-
-    return run_bench(
-        suites=suite, quick=quick, out=out, fresh=fresh, as_json=json, only=only
-    )
 
 
 @app.command(group=MACHINE)

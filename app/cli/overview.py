@@ -10,6 +10,7 @@ from pathlib import Path
 FILES = (
     "commands.py",
     "arm_commands.py",
+    "bench_commands.py",
     "case_commands.py",
     "picture_commands.py",
     "progress_commands.py",

@@ -22,7 +22,6 @@ def run_replay_window(folder: Path, options: ReplayOptions) -> int:
         from paravol.replays.replay_worker import ReplayOrder
 
         page = ReplayPage(edge_samples=edge_samples)
-        page.full_screen_wanted.connect(window.full_screen.switch)
         window.dropped.connect(page.open)
         order = ReplayOrder(
             folder, options.beside, options.case, threads=options.threads or None

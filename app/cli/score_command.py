@@ -16,11 +16,11 @@ from paravol.session_scoring import (
     score_all,
     sessions_in,
 )
+from paravol.verdict_texts import rubric_text, whole_exercise_text, whole_text
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
 from scenarios.rubrics import (
     Assessment,
-    ExerciseMark,
     Part,
     PassMark,
     load_rubric,
@@ -98,37 +98,14 @@ def _lines(sessions: Path, order: BatchOrder, jobs: int, *, mpi: bool) -> list[S
 
 def line_text(line: Scored) -> str:
     """Return a session's total, or why it has none."""
-    if line.assessment is None:
-        return line.problem
-    text = total_text(line.assessment)
-    mark = line.assessment.exercise
-    if mark is None:
-        return text
-    return f"{text}; exercise {exercise_text(mark) if mark.missed else mark.verdict}"
-
-
-def total_text(assessment: Assessment) -> str:
-    """Return the total with its noise and the rubric's verdict."""
-    if assessment.percent is None:
-        return f"{assessment.verdict}: {assessment.remarks[-1]}"
-    sigma = f" ± {assessment.percent_sigma:.1f}" if assessment.percent_sigma else ""
-    text = f"{assessment.percent:.1f}{sigma} %, {assessment.verdict}"
-    if assessment.fails:
-        text += f" ({'; '.join(fail.name for fail in assessment.fails)})"
-    return text
-
-
-def exercise_text(mark: ExerciseMark) -> str:
-    """Return whether the exercise's own pass mark was met, and why or why not."""
-    whys = mark.missed or mark.kept
-    return f"{mark.verdict}: {'; '.join(whys)}" if whys else str(mark.verdict)
+    return line.problem if line.assessment is None else whole_text(line.assessment)
 
 
 def print_assessment(assessment: Assessment, source: str) -> None:
     """Print each part with its points, value, thresholds and moments."""
-    rows = [("total", total_text(assessment))]
+    rows = [("total", rubric_text(assessment))]
     if assessment.exercise is not None:
-        rows.append(("exercise", exercise_text(assessment.exercise)))
+        rows.append(("exercise", whole_exercise_text(assessment.exercise)))
     rows += [
         (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
     ]

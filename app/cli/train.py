@@ -10,7 +10,7 @@ from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
 from app.cli.train_options import TrainOptions
-from app.opengl import probe_window
+from app.opengl import OpenGL, window_trial
 from disk import UserError
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ def run_train(options: TrainOptions) -> int:
         watcher = None
         if options.instructor_page is not None:
             watcher = stack.enter_context(_instructor_page(options.instructor_page))
-        return _train(options, training_setup(options, watcher))
+        answer = stack.enter_context(window_trial())
+        return _train(options, training_setup(options, watcher), answer)
 
 
 @contextmanager
@@ -58,8 +59,13 @@ def _instructor_page(port: int) -> "Iterator[Callable[[Scenario], FlightObserver
         yield page.watcher
 
 
-def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
-    """Fly in the window; see `run_train`."""
+def _train(
+    options: TrainOptions, setup: "TrainingSetup", trial: Callable[[], OpenGL]
+) -> int:
+    """Fly in the window; see `run_train`.
+
+    trial: waits for the trial of OpenGL that goes on beside.
+    """
     from paravol.inputs.open_arm import demand_port
 
     if options.case is not None:
@@ -68,7 +74,7 @@ def _train(options: TrainOptions, setup: "TrainingSetup") -> int:
         # without a name a trial: what was typed wrongly is told before a window opens
         order = setup.order(options.scenario or TRIAL)
     demand_port(options.device)
-    graphics = probe_window()
+    graphics = trial()
     if not graphics.works:
         raise UserError(graphics.problem)
 

@@ -36,7 +36,6 @@ def run_volume(case: Path | None, look: Path | None, threads: int) -> int:
 
         title = "The bundled head" if case is None else case.resolve().name
         page = VolumePage(title, scans, threads)
-        page.full_screen_wanted.connect(window.full_screen.switch)
         if chosen is not None:
             page.controls.show_look(chosen)
         return page, lambda: None

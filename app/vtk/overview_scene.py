@@ -22,7 +22,6 @@ from scenarios import Endoscope, View
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import placed_tool
 
-BACKGROUND = "#0d1117"
 STEEL = "#d5dde5"
 TOOL = "#7fb4ff"
 LIGHT = "#ffe28a"
@@ -44,10 +43,12 @@ class OverviewScene:
     Only `picture` draws: a plotter that is given an actor would draw at once.
     """
 
-    def __init__(self, plotter: BasePlotter, endoscope: Endoscope) -> None:
+    def __init__(
+        self, plotter: BasePlotter, endoscope: Endoscope, background: str = "black"
+    ) -> None:
         """Put the scope in; it stays hidden until `follow` places it."""
         self._plotter = plotter
-        plotter.renderer.set_background(BACKGROUND)
+        plotter.renderer.set_background(background)
         length = endoscope.shaft_length_mm
         shaft = pv.Cylinder(
             center=(0.0, 0.0, length / 2),

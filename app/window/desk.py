@@ -23,12 +23,10 @@ from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
 from app.window.page import Page, TextPage
 from app.window.tour import Tour
-from app.window.volume.volume_page import VolumePage
 from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
-from paravol.replays.replay_worker import ReplayOrder
 from paravol.session_setup import flown_scenario
 from paravol.session_store import SessionStore
 from paravol.trainee import (
@@ -65,6 +63,9 @@ HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
 RESULT_PAGE = "app.window.result.result_page"
 """It loads what scores a flight; no flight waits for that."""
+
+VOLUME_PAGE = "app.window.volume.volume_page"
+"""It loads what draws a scan; it is loaded beside the window, as the scan is."""
 
 AS_TYPED = "as typed"
 """Words of the devices that the command line named."""
@@ -167,7 +168,6 @@ class Desk(QObject):
         self._has_home = True
         page = HomePage()
         page.left.connect(self._window.shut)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
         page.scan_wanted.connect(self._show_scan)
@@ -289,7 +289,6 @@ class Desk(QObject):
 
         page = ConnectionPage(self._devices, chosen=self._setup.devices.port)
         page.left.connect(self.open_home)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.registered.connect(self._take_registration)
         self._window.show_page(page)
 
@@ -313,6 +312,7 @@ class Desk(QObject):
         page.say("")
 
         def work(progress: Progress) -> tuple[str, list[Scan]]:
+            import_module(VOLUME_PAGE)
             if entry.exercise is not None:
                 title = entry.exercise.scenario.title
                 patient = load_patient(entry.exercise.scenario, progress)
@@ -325,9 +325,10 @@ class Desk(QObject):
         def show(found: tuple[str, list[Scan]]) -> None:
             if self._window.page is not page:
                 return
+            from app.window.volume.volume_page import VolumePage
+
             shown = VolumePage(*found, self._setup.threads)
             shown.left.connect(self.open_home)
-            shown.full_screen_wanted.connect(self._window.full_screen.switch)
             self._window.show_page(shown)
 
         page.show_stage("Preparing")
@@ -369,7 +370,6 @@ class Desk(QObject):
         thread.setParent(self)
         page = FlightPage(thread, edge_samples=self._order.edge_samples)
         flown = Flown(order.scenario, self._trainee, thread)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.left.connect(partial(self._on_left, flown, thread))
         page.first_shown.connect(partial(self._on_first_shown, page, thread))
         thread.landed.connect(partial(self._on_landed, flown, thread))
@@ -458,7 +458,6 @@ class Desk(QObject):
         scenario = flown.scenario
         page = ResultPage(scenario, flown.end, problem)
         page.left.connect(self._window.shut)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         page.home_wanted.connect(self.open_home)
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
@@ -506,14 +505,21 @@ class Desk(QObject):
         head: that was flown through, where it is loaded already.
         """
         from app.window.replay.replay_page import ReplayPage
+        from paravol.replays.replay_worker import ReplayOrder
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)
-        page.full_screen_wanted.connect(self._window.full_screen.switch)
         self._window.show_page(page)
         self._leave_flights()
         if record is not None:
             page.replay(ReplayOrder(record, patient=head))
+            return
+
+        def show(found: list[Path]) -> None:
+            if self._window.page is page:
+                page.welcome.show_recent(found[::-1])
+
+        self._do(lambda _: self._order.sessions.sessions(), show)
 
     def _drop(self, folders: Sequence[Path]) -> None:
         """Open what was dropped on the window: sessions are replayed, a case flown.

@@ -72,6 +72,7 @@ class MainWindow(QMainWindow):
     def show_page(self, page: Page) -> None:
         """Show a page; the one before is released."""
         before, self._page = self._page, page
+        page.full_screen_wanted.connect(self.full_screen.switch)
         page.set_scale(self._scale)
         self._pages.addWidget(page)
         self._pages.setCurrentWidget(page)
@@ -93,6 +94,7 @@ class MainWindow(QMainWindow):
     def show_settings(self) -> None:
         """Ask for theme and size of texts, and keep what is chosen."""
         dialog = SettingsDialog(self._preferences, self)
+        dialog.set_scale(self._scale)
         dialog.chosen.connect(self.take_preferences)
         dialog.accepted.connect(self._keep_preferences)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

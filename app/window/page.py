@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
 
 class Page(QWidget):
@@ -10,6 +10,9 @@ class Page(QWidget):
 
     left = Signal()
     """Whoever sits there is done with the page; it `may_leave` already."""
+
+    full_screen_wanted = Signal()
+    """The window shall fill the screen, or no longer."""
 
     title = "PARAVOL"
     """What the window's frame says while the page is shown."""
@@ -47,12 +50,39 @@ class Page(QWidget):
 
 
 class TextPage(Page):
-    """A page on which it can be said what is being done, and what went wrong."""
+    """A page on which it can be said what is being done, and what went wrong.
+
+    problem, stage, share: the parts that say it, for whoever lays the page out.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("page")
+        self.problem = problem_label()
+        self.stage = QLabel()
+        self.share = QProgressBar()
+        self.share.setTextVisible(False)
 
     def say(self, problem: str) -> None:
         """Say what went wrong; "" takes it away."""
-        raise NotImplementedError
+        self.problem.setText(problem)
+        self.problem.setVisible(bool(problem))
 
     def show_stage(self, stage: str, share: float = 0.0) -> None:
         """Say what is being done, and how far it is; "" for nothing."""
-        raise NotImplementedError
+        self.stage.setText(stage)
+        for part in (self.stage, self.share):
+            part.setVisible(bool(stage))
+        self.share.setRange(0, 100 if share > 0.0 else 0)
+        self.share.setValue(round(100 * share))
+
+
+def problem_label() -> QLabel:
+    """Return a box, hidden at first, for what went wrong; its text can be copied."""
+    label = QLabel()
+    label.setObjectName("problem")
+    label.setWordWrap(True)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    label.hide()
+    return label

@@ -1,6 +1,7 @@
 """The choice of theme and size of texts, tried at once and kept."""
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -40,7 +41,10 @@ class SettingsDialog(QDialog):
         buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        form = QFormLayout(self)
+        for button in buttons.buttons():
+            button.setIcon(QIcon())  # the desktop's own fit no theme
+        form = self._form = QFormLayout(self)
+        form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         theme, font = QLabel("&Theme"), QLabel("&Size of texts")
         theme.setBuddy(self.theme)
         font.setBuddy(self.texts)
@@ -49,6 +53,15 @@ class SettingsDialog(QDialog):
         form.addRow(buttons)
         self.theme.currentIndexChanged.connect(self._tell)
         self.texts.currentIndexChanged.connect(self._tell)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the layout; 1 is the designed size."""
+        margin = round(16 * scale)
+        self._form.setContentsMargins(margin, margin, margin, margin)
+        self._form.setHorizontalSpacing(margin)
+        self._form.setVerticalSpacing(round(10 * scale))
+        for box in (self.theme, self.texts):
+            box.setMinimumWidth(round(180 * scale))
 
     @property
     def preferences(self) -> WindowPreferences:

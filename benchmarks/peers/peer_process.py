@@ -1,8 +1,9 @@
 """A peer in a child process, spoken to in lines of JSON.
 
 Constructing a VTK window on a machine without an OpenGL library ends the process by a
-signal, which no exception handler sees. So VTK never runs in the process that
-measures us; and its threads, caches and drivers stay out of our CPU time.
+signal, which no exception handler sees, and so does Mitsuba's compiler where it cannot
+make code. So peers never run in the process that measures us; and their threads,
+caches and drivers stay out of our CPU time.
 """
 
 import contextlib
@@ -23,8 +24,9 @@ from benchmarks.plan import UnavailableError
 from benchmarks.timing import Timing
 from disk import UserError
 
-START_HINT = (
-    "on Debian `apt-get install libegl1 libgl1-mesa-dri` brings OpenGL without a screen"
+OPENGL_HINT = (
+    "no OpenGL here; on Debian `apt-get install libegl1 libgl1-mesa-dri` brings it "
+    "without a screen"
 )
 
 
@@ -49,10 +51,14 @@ class Answer(msgspec.Struct, kw_only=True):
 
 
 class PeerProcess:
-    """Run one ``benchmarks.peers_*`` module as a child while needed."""
+    """Run one module of ``benchmarks.peers`` as a child while needed.
 
-    def __init__(self, module: str) -> None:
+    hint: what it probably lacks where a signal ends it, and the remedy.
+    """
+
+    def __init__(self, module: str, hint: str = OPENGL_HINT) -> None:
         self._module = module
+        self._hint = hint
         self._child: subprocess.Popen[bytes] | None = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._log: IO[bytes] | None = None
@@ -149,7 +155,7 @@ class PeerProcess:
         status = self._child.wait()
         if status < 0:
             name = signal.Signals(-status).name
-            return f"{self._module} was ended by {name}: no OpenGL here; {START_HINT}"
+            return f"{self._module} was ended by {name}: {self._hint}"
         assert self._log is not None
         self._log.seek(0)
         lines = self._log.read().decode(errors="replace").strip().splitlines()

@@ -8,8 +8,9 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkDepthSortPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPointGaussianMapper
 
+from benchmarks.peers.job_loop import Job, serve
 from benchmarks.peers.peer_process import Answer
-from benchmarks.peers.vtk_window import Job, PeerWindow, serve, vtk_arrays
+from benchmarks.peers.vtk_window import PeerWindow, vtk_arrays
 
 
 class SplatPeer:

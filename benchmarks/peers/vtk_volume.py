@@ -13,8 +13,9 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
+from benchmarks.peers.job_loop import Job, serve
 from benchmarks.peers.peer_process import Answer
-from benchmarks.peers.vtk_window import Job, PeerWindow, serve, vtk_arrays
+from benchmarks.peers.vtk_window import PeerWindow, vtk_arrays
 
 
 class FixedPointPeer:

@@ -1,12 +1,8 @@
-"""What both VTK peers share: an off-screen window, a camera, a loop of jobs."""
+"""What both VTK peers share: an off-screen window and a camera."""
 
-import os
-import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.util import numpy_support
@@ -14,10 +10,9 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer  # noqa: F401
 
+from benchmarks.peers.job_loop import Job
 from benchmarks.peers.peer_process import Answer
 from benchmarks.timing import measure
-
-Job = dict[str, Any]
 
 vtk_arrays: Any = numpy_support
 """Conversions between numpy and VTK; VTK gives them no types."""
@@ -84,18 +79,3 @@ class PeerWindow:
             picture=str(path),
             device=self.window.GetClassName(),
         )
-
-
-def serve(work: Callable[[Job, Path], Answer]) -> None:
-    """Answer jobs from standard input until it closes.
-
-    The first argument of the process is the folder to leave pictures in. What VTK
-    prints goes to standard error, so that answers stay alone on standard output.
-    """
-    folder = Path(sys.argv[1])
-    with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)
-        for line in sys.stdin.buffer:
-            answers.write(msgspec.json.encode(work(msgspec.json.decode(line), folder)))
-            answers.write(b"\n")
-            answers.flush()

@@ -11,14 +11,17 @@ from benchmarks.suites.art_scaling import ScalingPlan
 from benchmarks.suites.devices import DevicesPlan
 from benchmarks.suites.flight import FlightPlan
 from benchmarks.suites.fsr import FsrPlan
+from benchmarks.suites.fsr_growth import FsrGrowthPlan
 from benchmarks.suites.haptics import HapticsPlan
 from benchmarks.suites.jobs import JobsPlan
 from benchmarks.suites.light import LightPlan
 from benchmarks.suites.look import LookPlan
 from benchmarks.suites.refinement import RefinementPlan
 from benchmarks.suites.scoring import ScoringPlan
+from benchmarks.suites.skipping import SkippingPlan
 from benchmarks.suites.splats import SplatsPlan
 from benchmarks.suites.startup import StartupPlan
+from benchmarks.suites.stress import StressPlan
 from benchmarks.suites.surgery import SurgeryPlan
 from benchmarks.suites.takeover import TakeoverPlan
 from benchmarks.suites.visibility import VisibilityPlan
@@ -32,6 +35,7 @@ __all__ = [
     "DataflowPlan",
     "DevicesPlan",
     "FlightPlan",
+    "FsrGrowthPlan",
     "FsrPlan",
     "GrowthPlan",
     "HapticsPlan",
@@ -42,8 +46,10 @@ __all__ = [
     "RefinementPlan",
     "ScalingPlan",
     "ScoringPlan",
+    "SkippingPlan",
     "SplatsPlan",
     "StartupPlan",
+    "StressPlan",
     "SurgeryPlan",
     "TakeoverPlan",
     "VisibilityPlan",

@@ -9,8 +9,10 @@ from anatomy.phantom.air import default_threads, evaluate_lattice
 from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Lattice
 from anatomy.phantom.model import build_model
 from anatomy.phantom.phantom import Phantom
+from benchmarks.losslessness import COMPARED, DIFFER, differing
 from benchmarks.phantom_figures.sinus_volumes import surface_errors_mm
 from benchmarks.plan import Measured, Plan, Task
+from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.scene import Volume
 
@@ -75,19 +77,31 @@ class AnatomyPlan(Plan, suite="anatomy"):
         lattice = Lattice.covering(self._air_mm, DEFAULT_FIELD_MM)
 
         def run() -> Measured:
-            _, effort = evaluate_lattice(model, lattice, skipping=skipping)
+            air, effort = evaluate_lattice(model, lattice, skipping=skipping)
             timing, _ = measure(
                 lambda: evaluate_lattice(model, lattice, skipping=skipping),
                 budget_s=self._budget_s,
             )
             share = effort.part_evaluations / effort.parts_seen
-            return Measured(timing, counters={"share of parts evaluated": share})
+            counters = {"share of parts evaluated": share}
+            if skipping:
+                plain, _ = evaluate_lattice(model, lattice, skipping=False)
+                names = air._fields
+                counters[COMPARED] = sum(getattr(air, name).size for name in names)
+                counters[DIFFER] = sum(
+                    differing(getattr(air, name), getattr(plain, name))
+                    for name in names
+                )
+            return Measured(timing, counters=counters)
 
+        settings: dict[str, Setting] = {"spacing_mm": self._air_mm, "threads": 1}
+        if skipping:
+            settings["skips"] = "parts of the model out of reach"
         return self.task(
             AIR,
             mode,
             run,
-            {"spacing_mm": self._air_mm, "threads": 1},
+            settings,
             baseline=baseline,
             cost_s=30.0 / self._air_mm**3,
         )

@@ -4,8 +4,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_STEP, VolumePeer
-from benchmarks.plan import Measured, Plan, Task
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_NAME, VolumePeer
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.references import (
     REFERENCE_NAME,
     SURFACE_NAME,
@@ -37,6 +40,10 @@ EQUAL_CUTOFF = 0.02
 """What is tried for no more error than the peer's, from coarse to fine. Rays are
 divided by their opacity where they are cut, which lowers these errors (the peer cuts at
 0.008 and does not divide)."""
+
+OF_PEER = "of the peer's picture"
+OF_UNLIT = "of the unlit picture that chose the step"
+OF_PEERS_UNLIT = "of the peer's unlit picture"
 
 SURFACE_SIZE = 512
 
@@ -79,9 +86,11 @@ class ArtPlan(Plan, suite="art"):
         case = f"{source.name}/{view}/{quantity}"
         peer, own = f"{PEER}, step {step:g}", f"ART {name}, step {step:g}"
         series, reference = PEER, REFERENCE_NAME
+        peers_own: dict[str, Setting] = {}
         if quantity == "shaded":
             series = f"{PEER}, against itself"
-            reference = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
+            reference = PEER_REFERENCE_NAME
+            peers_own["self_referenced"] = True
 
         def task(
             mode: str,
@@ -114,6 +123,7 @@ class ArtPlan(Plan, suite="art"):
                 reference=reference,
                 step_voxels=step,
                 bits_read_back=8,
+                **peers_own,
             ),
             task(own, draw(), series="ART", step_voxels=step, cutoff=quality.cutoff),
             task(
@@ -170,9 +180,26 @@ class ArtPlan(Plan, suite="art"):
         counters = {key: float(n) for key, n in tracer.report.counters.items()}
         own_ns = 1e9 * timing.cpu_s / max(counters["contributing"], 1.0)
         counters["ns_per_contributing"] = own_ns
+        counters["limit_ns_per_contributing"] = SAMPLE_LIMIT_NS
         counters["share_of_limit"] = SAMPLE_LIMIT_NS / own_ns
-        error = image_error(rgb_over_black(image.rgba), reference)
-        return Measured(timing, error, "linear", counters)
+        picture = rgb_over_black(image.rgba)
+        error = image_error(picture, reference)
+        further = self._from_peer(source, view, quantity, picture)
+        return Measured(timing, error, "linear", counters, further)
+
+    def _from_peer(
+        self,
+        source: SubjectSource,
+        view: str,
+        quantity: str,
+        picture: NDArray[np.float32],
+    ) -> dict[str, float]:
+        """Return how far a picture is from the peer's finest; nothing without it."""
+        try:
+            finest = self._peer.finest(source, view, quantity)
+        except UnavailableError:
+            return {}
+        return {f"against {PEER_REFERENCE_NAME}": image_error(picture, finest).rmse}
 
     def _equal(
         self, source: SubjectSource, view: str, quantity: str, step: float
@@ -181,7 +208,7 @@ class ArtPlan(Plan, suite="art"):
 
         Pictures under lights go by the step found without them: the peer's shading is
         another. Both errors are told: the row's own is of the picture that was timed,
-        the one that chose the step is among the counters.
+        the one that chose the step stands beside it.
         """
         compared = "wall" if quantity == "shaded" else quantity
         subject = source.subject
@@ -196,19 +223,17 @@ class ArtPlan(Plan, suite="art"):
             error = image_error(rgb_over_black(image.rgba), reference)
             if error.rmse <= allowed:
                 break
-        counters = {"own_step": own_step, "peer_rmse": allowed}
+        further = {OF_PEER: allowed}
         if quantity != compared:
-            counters = {
-                "own_step": own_step,
-                "unlit_rmse": error.rmse,
-                "unlit_peer_rmse": allowed,
-            }
+            further = {OF_UNLIT: error.rmse, OF_PEERS_UNLIT: allowed}
             scene = subject.in_mode(quantity)
             tracer = ActiveRayTracer(scene, quality, threads=1)
             reference = source.references.picture(view, quantity, lambda: scene, camera)
         timing, image = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
-        error = image_error(rgb_over_black(image.rgba), reference)
-        return Measured(timing, error, "linear", counters)
+        picture = rgb_over_black(image.rgba)
+        error = image_error(picture, reference)
+        further |= self._from_peer(source, view, quantity, picture)
+        return Measured(timing, error, "linear", {"own_step": own_step}, further)
 
     def _surface(
         self, source: SubjectSource, view: str, name: str, threads: int = 1

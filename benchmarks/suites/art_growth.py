@@ -1,7 +1,7 @@
 """How the ray tracer's cost grows: with voxels, pixels, steps and transparency.
 
-Each sweep changes one quantity and ends with the exponent of a power fitted to its
-times: 3 for voxels along an edge would be the cost of looking at every voxel. Lit
+Each sweep changes one quantity; the report fits a power to its times: 1 for voxels
+would be the cost of looking at every voxel. Lit
 volumes are drawn from cells of each side, too: time, bytes a voxel, and the time of a
 first picture, for which cells are made.
 """
@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import measure
@@ -73,19 +72,12 @@ def shell_camera(pixels: int) -> Camera:
     )
 
 
-def exponent(of: list[float], costs: list[float]) -> float:
-    """Fit a power to costs: the slope of their logarithms."""
-    slope: NDArray[np.float64] = np.polyfit(np.log(of), np.log(costs), 1)
-    return float(slope[0])
-
-
 class GrowthPlan(Plan, suite="art-growth"):
     """List and make the measurements of suite `art-growth`."""
 
     def __init__(self, quick: bool) -> None:
         self._last = 2 if quick else 4
         self._budget_s = 0.2 if quick else 1.0
-        self._seconds: dict[str, list[tuple[float, float]]] = {}
 
     def tasks(self) -> list[Task]:
         """List the sweeps."""
@@ -95,14 +87,8 @@ class GrowthPlan(Plan, suite="art-growth"):
             task
             for lit in (False, True)
             for task in (
-                *(
-                    self._task("voxels along an edge", n, lit, size=n)
-                    for n in SIZES[:last]
-                ),
-                *(
-                    self._task("pixels along an edge", n, lit, pixels=n)
-                    for n in PICTURES[:last]
-                ),
+                *(self._task("voxels", n**3, lit, size=n) for n in SIZES[:last]),
+                *(self._task("pixels", n**2, lit, pixels=n) for n in PICTURES[:last]),
                 *(
                     self._task("steps a voxel", 1 / h, lit, step=h)
                     for h in STEPS[:last]
@@ -161,21 +147,21 @@ class GrowthPlan(Plan, suite="art-growth"):
         return self.task(
             case,
             f"{at:g}",
-            partial(self._measure, case, at, lit, size, pixels, step, kappa),
+            partial(self._measure, lit, size, pixels, step, kappa),
             {
-                "voxels": size,
+                "voxels": size**3,
                 "size": pixels,
                 "step_voxels": step,
                 "kappa_per_mm": kappa,
                 "threads": 1,
-                "series": case,
+                "series": "ART",
+                "grows_with": sweep,
+                "amount": at,
             },
         )
 
     def _measure(
         self,
-        case: str,
-        at: float,
         lit: bool,
         size: int,
         pixels: int,
@@ -193,9 +179,4 @@ class GrowthPlan(Plan, suite="art-growth"):
         assert tracer.report is not None
         counters = {key: float(n) for key, n in tracer.report.counters.items()}
         counters["bytes_per_voxel"] = tracer.memory / volume.values.size
-        measured = self._seconds.setdefault(case, [])
-        measured.append((at, timing.cpu_s))
-        if len(measured) > 1:
-            places, costs = zip(*measured, strict=True)
-            counters["exponent"] = exponent(list(places), list(costs))
         return Measured(timing, counters=counters)

@@ -90,6 +90,8 @@ class KernelPlan(Plan, suite="art-kernels"):
             counters={
                 "samples": made.samples,
                 "contributing": made.contributing,
+                "ns_per_contributing": ns / made.contributing,
+                "limit_ns_per_contributing": SAMPLE_LIMIT_NS,
                 "share_of_limit": SAMPLE_LIMIT_NS * made.contributing / ns,
             },
         )

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from benchmarks.peers.peer_process import PeerProcess
 from benchmarks.plan import Measured, Plan, Task
-from benchmarks.scenes import VIEWS, SubjectSource, phantom_subject
+from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.schema import Setting
 from benchmarks.suites.splat_tasks import SplatTasks
 from benchmarks.timing import measure
@@ -16,6 +16,11 @@ from disk import UserError
 from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 from renderers.scene import Scene, Volume
+
+SPLAT_VIEWS = ("nasopharynx", "outside")
+"""No splat is nearer to either eye than several times its own width. At the nasal valve
+of `VIEWS`, 2.8 mm wide, an eye among splats of 1.45 mm sees blurs that fill the
+picture, whose error measures nothing."""
 
 SETS = ((50_000, 1.45), (500_000, 0.64))
 """Splats, and the spacing (mm) of a phantom that has somewhat more of them."""
@@ -44,7 +49,7 @@ class SplatsPlan(Plan, suite="splats"):
             name = f"phantom_{count // 1000}k"
             source = SubjectSource(name, partial(phantom_subject, spacing_mm))
             self._wanted[name] = count
-            for view in VIEWS[:1] if self._quick else VIEWS:
+            for view in SPLAT_VIEWS[:1] if self._quick else SPLAT_VIEWS:
                 found += self._draw.beside_vtk(source, view, SIZE)
                 found += self._draw.on_two_threads(source, view, SIZE)
                 found += self._draw.in_two_stages(source, view, SIZE)

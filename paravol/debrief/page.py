@@ -17,6 +17,7 @@ from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
 from paravol.score_table import score_rows
+from paravol.verdict_texts import exercise_text, rubric_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Metric, Track
 from scenarios.rubrics import Assessment
@@ -63,7 +64,7 @@ def page(material: Material) -> str:
     )
     sheet, script = environment.get_template("page.css"), TEMPLATES / "page.js"
     # ours, with nothing from any file in them
-    style = Markup(sheet.render(colour=_colours()))
+    style = Markup(sheet.render(colour=colours()))
     return environment.get_template("page.html").render(
         style=style,
         script=Markup(script.read_text("utf-8")),
@@ -71,7 +72,8 @@ def page(material: Material) -> str:
     )
 
 
-def _colours() -> dict[str, str]:
+def colours() -> dict[str, str]:
+    """Return the palette as a style sheet's template names it."""
     # two names may be of one colour
     return {name.lower(): c.value for name, c in Colour.__members__.items()}
 
@@ -93,6 +95,8 @@ def _told(material: Material) -> dict[str, Any]:
         "figures": score_rows(score),
         "assessment": material.assessment,
         "amount": amount,
+        "exercise_text": exercise_text,
+        "rubric_text": rubric_text,
         "tasks": _tasks(findings),
         "timeline": charts.timeline(findings, events),
         "told": [event for event in events if event.is_told],

@@ -9,6 +9,7 @@ from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import assessment_of, usual_rubric
+from paravol.verdict_texts import whole_text
 from scenarios.bundle import read_recording
 from scenarios.rubrics import Assessment, load_rubric
 
@@ -68,16 +69,6 @@ def keep_flight(
     if kept.told:
         said.append(kept.told)
     if assessment is not None:
-        said.append(_scored(assessment, entry.has_passed))
+        said.append(f"Scored by {whole_text(assessment)}")
     said.append("Kept in paravol progress; --no-store leaves a session out.")
     return KeptFlight(entry, assessment, tuple(said))
-
-
-def _scored(assessment: Assessment, has_passed: bool | None) -> str:
-    percent = "no total"
-    if assessment.percent is not None:
-        percent = f"{assessment.percent:.0f} %"
-    words = {True: "passed", False: "not passed", None: "not judged"}[has_passed]
-    mark = assessment.exercise
-    why = f": {'; '.join(mark.missed)}" if mark is not None and mark.missed else ""
-    return f"Scored by {assessment.rubric}: {percent}; exercise {words}{why}."

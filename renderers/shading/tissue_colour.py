@@ -17,6 +17,7 @@ y .3204 +- .0067 (Am. J. Rhinol. 16, 2002); B = .12 gives (.4262, .3274).
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,6 +166,7 @@ SKIN_COLOR = (0.47, 0.235, 0.18)
 """Linear albedo of vestibular skin: the model's skin, reddened towards mucosa."""
 
 
+@cache
 def colour_table() -> NDArray[np.float32]:
     """Tabulate ``(256, 5)`` float32 rows by ``sqrt(B)``.
 

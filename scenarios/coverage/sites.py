@@ -97,6 +97,7 @@ def sites_of(
     middle = _middle(known)
     found = []
     over = _towards_middle(places, middle, structures)
+    near = _near(places, middle, known)
     for n, place in enumerate(places):
         if front[n] not in (*SINUSES, "nasal air"):
             found.append("")
@@ -106,7 +107,9 @@ def sites_of(
         if not back[n] and outwards > 0.5 and abs(place[0] - middle) < SEPTUM_MM:
             # where its cartilage or bone lies deep
             back[n] = "septum"
-        site = SINUSES.get(front[n]) or _nasal(place, back[n], over[n], known, middle)
+        site = SINUSES.get(front[n]) or _nasal(
+            place, back[n], over[n], near[n], known, middle
+        )
         if back[n] == "septum" and abs(normals[n, 0]) > 0.3:
             # a bent septum leaves the midline, but faces its own side
             is_left = bool(normals[n, 0] > 0.0)
@@ -118,6 +121,7 @@ def _nasal(
     place: Doubles,
     back: str,
     over: str,
+    near: str,
     known: Mapping[str, Doubles],
     middle: float,
 ) -> str:
@@ -131,11 +135,21 @@ def _nasal(
         return CLEFT
     if back == "septum":
         return back
-    for landmark, (site, near_mm) in PLACES.items():
-        at = known.get(f"{landmark}, {SIDES[int(place[0] > middle)]}")
-        if at is not None and np.linalg.norm(place - at) <= near_mm:
-            return site
-    return WALLS.get(back) or MEATUSES.get(over, OTHER)
+    return near or WALLS.get(back) or MEATUSES.get(over, OTHER)
+
+
+def _near(places: Doubles, middle: float, known: Mapping[str, Doubles]) -> list[str]:
+    """Return the first of `PLACES` that each place lies at; "" for none."""
+    names = ["", *(site for site, _ in PLACES.values())]
+    found = np.zeros(len(places), np.int64)
+    is_left = places[:, 0] > middle
+    for code, (landmark, (_, near_mm)) in enumerate(PLACES.items(), 1):
+        for side, is_here in zip(SIDES, (~is_left, is_left), strict=True):
+            at = known.get(f"{landmark}, {side}")
+            if at is not None:
+                is_near = np.linalg.norm(places - at, axis=1) <= near_mm
+                found[is_here & is_near & (found == 0)] = code
+    return [names[code] for code in found]
 
 
 def _first(

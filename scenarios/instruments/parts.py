@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -119,14 +120,16 @@ class Shape(ABC):
         return NO_BITE
 
 
+@lru_cache(maxsize=64)
 def turned_about(hinge_mm: tuple[float, float], angle_deg: float) -> Doubles:
-    """Return a turn about an axis along x through ``(y, z)``, 4x4."""
+    """Return a turn about an axis along x through ``(y, z)``, 4x4, read only."""
     pose = np.eye(4)
     turn = np.radians(angle_deg)
     cosine, sine = np.cos(turn), np.sin(turn)
     pose[1:3, 1:3] = [[cosine, -sine], [sine, cosine]]
     hinge = np.array(hinge_mm)
     pose[1:3, 3] = hinge - pose[1:3, 1:3] @ hinge
+    pose.flags.writeable = False
     return pose
 
 

@@ -6,6 +6,11 @@ import pytest
 from anatomy import PhantomParameters, sinus_phantom
 from devices import ProbePath, load_probe_path
 from scenarios import Scenario, load_scenario, shaft_clearance, tip_frame
+from scenarios.metrics import measure
+from scenarios.passing import limited_metrics
+from scenarios.rubrics import Verdict
+from scenarios.rubrics.exercise_mark import exercise_mark
+from tests.scenarios.metrics.tracks import of_scope, track
 
 SHAFT_MM = 110.0
 SUCTION_MM = (2.4, 70.0)
@@ -78,3 +83,22 @@ def test_it_moves_like_a_hand(bundled: tuple[Scenario, ProbePath]) -> None:
     power = np.abs(np.fft.rfft(detail[100:-100] * np.hanning(len(detail) - 200))) ** 2
     hertz = np.fft.rfftfreq(len(detail) - 200, 0.01)
     assert power[(hertz > 7) & (hertz < 13)].max() > 20 * power[hertz > 15].max()
+
+
+@pytest.mark.parametrize(
+    ("is_flown", "verdict"), [(True, Verdict.PASSED), (False, Verdict.NOT_PASSED)]
+)
+def test_it_passes_and_a_scope_that_is_held_still_does_not(
+    bundled: tuple[Scenario, ProbePath], is_flown: bool, verdict: Verdict
+) -> None:
+    scenario, path = bundled
+    phantom = sinus_phantom(PhantomParameters(seed=1), scenario.head.spacing_mm)
+    places = {n: phantom.landmarks[n].position_mm for n in scenario.targets}
+    tips = path.tip_mm if is_flown else np.broadcast_to(path.tip_mm[0], (2501, 3))
+    measured = of_scope(track(path.t_s, tips), targets=places)
+    found = measure(measured, chosen=limited_metrics(scenario))
+    # a rubric gives full points to whoever touches nothing
+    mark = exercise_mark(scenario, (), found, percent=100.0)
+    assert mark is not None
+    assert mark.verdict is verdict
+    assert len(mark.kept if is_flown else mark.missed) == len(scenario.targets) == 4

@@ -35,15 +35,14 @@ def test_a_case_has_one_heading(row: Row) -> None:
 def test_both_errors_of_a_lit_picture_are_told_by_name(
     row: Row, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    both = {"unlit_rmse": 2e-3, "unlit_peer_rmse": 3e-3}
-    lit = msgspec.structs.replace(row, counters=both)
+    both = {"of the unlit picture": 2e-3, "of the peer's": 3e-3}
+    lit = msgspec.structs.replace(row, further_rmse=both)
     print_results(Results(rows=[lit], skipped=[]), Path("r.json"), [])
     out = capsys.readouterr().out
     first = next(line for line in out.splitlines() if row.mode in line)
     assert "1.00e-03" in first
-    unlit = next(line for line in out.splitlines() if "unlit" in line)
-    assert "2.00e-03" in unlit
-    assert "peer's 3.00e-03" in unlit
+    for name, error in zip(both, ("2.00e-03", "3.00e-03"), strict=True):
+        assert error in next(line for line in out.splitlines() if name in line)
 
 
 def test_reasons_and_files_are_named(

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -9,8 +10,8 @@ import pytest
 
 from app.cli.terminal import Stages
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
-from benchmarks.runner import Runner, make_row, run_bench
-from benchmarks.schema import Results, load_results
+from benchmarks.runner import Runner, holds, make_row, run_bench
+from benchmarks.schema import Results, load_results, save_results
 from benchmarks.timing import Timing
 from renderers.scene import ImageError
 
@@ -57,7 +58,8 @@ def run(
     with Stages(quiet=True) as stages:
         extra = {} if clock is None else {"clock": clock}
         results = load_results(path)
-        runner = Runner(results, path, stages, limit_s=limit_s, only=only, **extra)
+        wants = partial(holds, only)
+        runner = Runner(results, path, stages, limit_s=limit_s, wants=wants, **extra)
         runner.run_suite("s", suite, quick=True)
     return load_results(path)
 
@@ -100,7 +102,7 @@ def test_rows_of_other_sources_are_measured_anew(tmp_path: Path) -> None:
     calls: list[str] = []
     results = run(ThreeTasks(calls), path)
     old = [msgspec.structs.replace(row, commit="older") for row in results.rows]
-    path.write_bytes(msgspec.json.encode(Results(rows=old)))
+    save_results(Results(rows=old), path)
     calls.clear()
     assert all(row.commit != "older" for row in run(ThreeTasks(calls), path).rows)
     assert calls == ["peer", "own", "alone"]

@@ -15,22 +15,37 @@ from benchmarks.schema import (
     Times,
     load_results,
     ratio_of,
+    results_text,
     row_key,
     save_results,
-    seconds_by,
 )
 
 SECONDS = st.floats(1e-6, 1e6)
 
 
 def test_results_come_back_as_they_were(row: Row, tmp_path: Path) -> None:
-    plain = msgspec.structs.replace(row, mode="b", rmse=None, ratio=None)
+    busier = msgspec.structs.replace(row.machine, load=2.0)
+    plain = msgspec.structs.replace(
+        row, mode="b", rmse=None, ratio=None, machine=busier, further_rmse={"of x": 0.1}
+    )
     skip = Skipped(suite="fsr", case="c", mode="m", reason="no OpenGL")
     results = Results(rows=[row, plain], skipped=[skip])
     path = tmp_path / "deep" / "results.json"
     save_results(results, path)
     assert load_results(path) == results
     assert [file.name for file in path.parent.iterdir()] == ["results.json"]
+
+
+def test_machine_and_sources_are_told_once(row: Row) -> None:
+    busier = msgspec.structs.replace(row.machine, load=2.0)
+    rows = [
+        row,
+        msgspec.structs.replace(row, mode="b", machine=busier),
+        msgspec.structs.replace(row, mode="c", commit="def"),
+    ]
+    text = results_text(Results(rows=rows))
+    assert text.count('"abc"') == text.count('"def"') == 1
+    assert len([line for line in text.splitlines() if '"mode"' in line]) == len(rows)
 
 
 def test_an_absent_file_is_an_empty_one(tmp_path: Path) -> None:
@@ -80,8 +95,8 @@ def test_no_time_makes_no_ratio(bad: float) -> None:
 
 
 def test_each_clock_reads_its_own_time(row: Row) -> None:
-    assert seconds_by("cpu", row) == row.cpu_s == row.seconds
-    assert seconds_by("wall", row) == row.time_s.min
+    assert row.seconds_by("cpu") == row.cpu_s == row.seconds
+    assert row.seconds_by("wall") == row.time_s.min
 
 
 def test_a_median_far_above_the_minimum_is_noise(row: Row) -> None:

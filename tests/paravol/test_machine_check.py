@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from paravol import machine_check
-from paravol.machine_check import program_findings, two_ranks
+from paravol.finding import Finding
+from paravol.machine_check import machine_findings, program_findings, two_ranks
 from renderers.snapshots.launcher import Launcher
 
 
@@ -45,6 +46,21 @@ def test_a_launcher_that_is_none_or_hangs_is_told(
     assert "--ranks 1" in remedy
     monkeypatch.setattr(machine_check, "_RANKS_PATIENCE_S", 0.1)
     assert "do not start" in two_ranks(launcher(tmp_path, "exec sleep 20"))[0]
+
+
+def test_packages_of_the_same_names_by_others_are_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def found(makers: dict[str, list[str]]) -> Finding:
+        monkeypatch.setattr(machine_check, "packages_distributions", lambda: makers)
+        return next(f for f in machine_findings() if f.name == "package names")
+
+    ours = {name: ["paravol-ess"] for name in machine_check.OUR_PACKAGES}
+    assert not found(ours | {"numpy": ["numpy"]}).is_missing
+    clash = found(ours | {"app": ["paravol-ess", "other-app"]})
+    assert clash.is_missing
+    assert "app by other-app" in clash.value
+    assert "environment of its own" in clash.remedy
 
 
 def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

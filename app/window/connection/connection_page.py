@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.connection.arm_thread import HEAD, ArmThread
-from app.window.page import Page
+from app.window.page import Page, problem_label
 from app.window.page_style import page_sheet
 from devices.registration.registration_file import save_registration
 from disk import UserError
@@ -56,7 +56,6 @@ class ConnectionPage(Page):
 
     registered = Signal(str, Path)
     """The arm at a port was registered, into a file."""
-    full_screen_wanted = Signal()
 
     def __init__(
         self,
@@ -83,7 +82,7 @@ class ConnectionPage(Page):
         if chosen is not None and chosen in self._ports:
             self.chooser.setCurrentIndex(self._ports.index(chosen))
         self.figures = {name: _label(NONE, "figure") for name in ROWS}
-        self.problem = _label("", "problem")
+        self.problem = problem_label()
         self.state = _label("Not registered", "heading")
         self.step = _label("", "body")
         self.share = QProgressBar()
@@ -145,7 +144,7 @@ class ConnectionPage(Page):
         steps.addWidget(self.start)
         self._cards = now, _card(steps)
         middle = QHBoxLayout()
-        middle.addWidget(self._cards[0], 2)
+        middle.addWidget(self._cards[0], 2, Qt.AlignmentFlag.AlignTop)
         middle.addWidget(self._cards[1], 3)
         self._rows = QVBoxLayout(self)
         self._rows.addLayout(head)

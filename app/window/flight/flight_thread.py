@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.vtk.head_model import COARSENESS, FINE, head_model
 from devices import DeviceError
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
@@ -120,6 +119,9 @@ class FlightThread(QObject, FlightObserver):
         self._staged = ("", 0.0)
         # A daemon: a kernel that is just being compiled must not keep the program.
         self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
+        self._modeller = threading.Thread(
+            target=self._model_head, name="head model", daemon=True
+        )
 
     def start(self) -> None:
         """Begin."""
@@ -127,14 +129,15 @@ class FlightThread(QObject, FlightObserver):
         self._thread.start()
 
     def stop(self, patience_s: float) -> bool:
-        """End the flight, if it began; return whether its thread ended in time."""
+        """End the flight, if it began; return whether its threads ended in time."""
         self.flight.cancel()
-        if self._thread.ident is not None:
-            self._thread.join(patience_s)
+        begun = [t for t in (self._thread, self._modeller) if t.ident is not None]
+        for thread in begun:
+            thread.join(patience_s)
         self._feedback.close()
         if self._queue is not None:
             self._queue.close()
-        return not self._thread.is_alive()
+        return not any(thread.is_alive() for thread in begun)
 
     def take(self) -> DisplayedFrame | None:
         """Take the newest frame; None when it was taken before."""
@@ -161,12 +164,26 @@ class FlightThread(QObject, FlightObserver):
             self.staged.emit(*staged)
 
     def on_patient(self, patient: PatientScene) -> None:
-        """Build what the overview and the slices show of the head."""
+        """Give the slices the head."""
         self._patient = patient
-        order = self.flight.order
-        targets = patient.positions(order.scenario.targets)
         self.slices_ready.emit(patient.slice_views())
+
+    def _begin_model(self) -> None:
+        """Have the overview's head made, unless it was begun."""
+        if self._modeller.ident is None:
+            self._modeller.start()
+
+    def _model_head(self) -> None:
+        """Build what the overview shows of the head, beside touching and flying.
+
+        The first picture does not wait for it.
+        """
+        from app.vtk.head_model import COARSENESS, FINE, head_model
+
+        patient, order = self._patient, self.flight.order
+        assert patient is not None
         assert self.flight.path is not None
+        targets = patient.positions(order.scenario.targets)
         cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
         coarseness = FINE if order.scenario.head.scene else COARSENESS
@@ -175,6 +192,7 @@ class FlightThread(QObject, FlightObserver):
 
     def on_touch(self, stage: str, share: float) -> None:
         """Report each fiducial once."""
+        self._begin_model()
         touched = round(share * len(self.flight.order.scenario.fiducials))
         if touched != self._touched:
             self._touched = touched
@@ -270,6 +288,7 @@ class FlightThread(QObject, FlightObserver):
             self._newest = displayed
         if was_taken:
             self.arrived.emit()
+        self._begin_model()
 
     def _stood(self, sample: Sample) -> float:
         """Return how long the score's clock has stood, s."""

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
     QLabel,
-    QProgressBar,
     QPushButton,
     QVBoxLayout,
 )
@@ -39,12 +38,10 @@ class HomePage(TextPage):
     """The scan of an entry of the list, a `ListEntry`, shall be shown whole."""
     recordings_wanted = Signal()
     settings_wanted = Signal()
-    full_screen_wanted = Signal()
     tour_ended = Signal()
 
     def __init__(self) -> None:
         super().__init__()
-        self.setObjectName("page")
         self.title = "PARAVOL"
         self._scale = 1.0
         self._tour: Tour | None = None
@@ -57,18 +54,7 @@ class HomePage(TextPage):
         self.recovery = RecoveryCard()
         self.go_on = QPushButton()
         self.go_on.setObjectName("primary")
-        self.problem = QLabel()
-        self.problem.setObjectName("problem")
-        self.problem.setWordWrap(True)
-        self.problem.setTextFormat(Qt.TextFormat.PlainText)
-        self.problem.setTextInteractionFlags(
-            Qt.TextInteractionFlag.TextSelectableByMouse
-        )
-        self._stage = QLabel()
-        self._share = QProgressBar()
-        self._share.setTextVisible(False)
         self._lay_out()
-        self.say("")
         self.show_stage("")
         self.list.selected.connect(self.card.show_entry)
         self.list.chosen.connect(self._fly)
@@ -89,8 +75,8 @@ class HomePage(TextPage):
         self._middle.addWidget(self.card, 2)
         foot = QHBoxLayout()
         foot.addWidget(QLabel(KEYS), 1)
-        foot.addWidget(self._stage)
-        foot.addWidget(self._share)
+        foot.addWidget(self.stage)
+        foot.addWidget(self.share)
         self._rows = QVBoxLayout(self)
         self._rows.addWidget(self.bar)
         self._rows.addWidget(self.problem)
@@ -106,7 +92,7 @@ class HomePage(TextPage):
         self._rows.setContentsMargins(margin, margin, margin, round(8 * scale))
         for box in (self._rows, self._middle, self._left):
             box.setSpacing(gap)
-        self._share.setFixedWidth(round(160 * scale))
+        self.share.setFixedWidth(round(160 * scale))
         self.bar.set_scale(scale)
         self.card.set_scale(scale)
         self.recovery.set_scale(scale)
@@ -146,20 +132,11 @@ class HomePage(TextPage):
         if self.focusWidget() is None or self.focusWidget() is self:
             self.go_on.setFocus()
 
-    def say(self, problem: str) -> None:
-        """Say what went wrong; "" takes it away."""
-        self.problem.setText(problem)
-        self.problem.setVisible(bool(problem))
-
     def show_stage(self, stage: str, share: float = 0.0) -> None:
         """Say what is being done, and how far it is; nothing starts meanwhile."""
-        is_busy = bool(stage)
-        self._stage.setText(stage)
-        self._share.setVisible(is_busy)
-        self._share.setRange(0, 100 if share > 0.0 else 0)
-        self._share.setValue(round(100 * share))
+        super().show_stage(stage, share)
         for part in (self.go_on, self.card, self.list):
-            part.setEnabled(not is_busy)
+            part.setEnabled(not stage)
 
     def choose_device(self, device: FoundDevice) -> None:
         """Say what stands in the way of a device."""

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
-from app.window.panels.side_marks import paint_letters
+from app.window.panels.side_marks import paint_heading, paint_letters
 from app.window.style import OVER, font_of
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd
@@ -55,6 +55,7 @@ class PictureView(QWidget):
         self._pointed = "", QColor(OVER.ink)
         self._letters: tuple[SideLetter, ...] = ()
         self._towards = ""
+        self._heading: tuple[float, float] | None = None
         self._result: FlightEnd | None = None
         self._scale = 1.0
         self.set_scale(1.0)
@@ -88,6 +89,13 @@ class PictureView(QWidget):
         """Say which side of the patient is where, and which one the scope looks to."""
         self._letters = tuple(letters)
         self._towards = towards
+
+    def mark_heading(self, place: tuple[float, float] | None) -> None:
+        """Mark where the shaft goes, in shares of the picture; None to leave it out.
+
+        A place out of view is marked at the rim.
+        """
+        self._heading = place
 
     def point_at(
         self, pointer: HazardPointer | None, words: str, colour: QColor
@@ -134,6 +142,8 @@ class PictureView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not self._image.isNull():
             paint_letters(painter, square, self._letters, scale, is_round=True)
+            if self._heading is not None:
+                paint_heading(painter, square, self._heading, scale)
         if self._pointer is not None:
             self._paint_pointer(painter, square, self._pointer, scale)
         if self._alarm:

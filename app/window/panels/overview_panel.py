@@ -15,9 +15,9 @@ import traceback
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
 from PySide6.QtCore import QCoreApplication, QPointF, QRectF, Qt, Signal, Slot
 from PySide6.QtGui import (
@@ -31,14 +31,20 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from app.vtk.head_model import HeadModel
-from app.vtk.overview_scene import BACKGROUND, OverviewScene
 from app.window.panels.qt_image import image_of
 from app.window.panels.refresher import Refresher
 from app.window.panels.side_marks import paint_letters
 from paravol.cutaway import Cutaway
 from paravol.side_letters import SideLetter, side_letters
 from scenarios import Endoscope, View
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+    from app.vtk.head_model import HeadModel
+    from app.vtk.overview_scene import OverviewScene
+
+BACKGROUND = "#0d1117"
 
 TURN_DEG = 0.4
 """For each pixel that the mouse is dragged."""
@@ -73,17 +79,21 @@ class OverviewView(QWidget):
     """The head's mesh and its `Cutaway`, or None, of what was cut meanwhile."""
 
     def __init__(self, endoscope: Endoscope, edge_samples: int) -> None:
-        """Make the scene.
+        """Begin without a scene: it is made for the first picture that is asked for.
 
         edge_samples: samples a pixel for smooth edges; 0 for none.
         """
         super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._drawer = ThreadPoolExecutor(1, thread_name_prefix="overview")
-        self._plotter, self.scene = self._drawer.submit(
-            _make_scene, endoscope, edge_samples
-        ).result()
+        self._waiting: list[Callable[[], object]] | None = [
+            lambda: self._make_scene(endoscope, edge_samples)
+        ]
+        """What is to be done with the first picture; None from then on."""
+        self._is_made = False
         self._is_released = False
+        self._plotter: pv.Plotter
+        self.scene: OverviewScene
         self._image = QImage()
         self._letters: tuple[SideLetter, ...] = ()
         self._scale = 1.0
@@ -103,14 +113,21 @@ class OverviewView(QWidget):
         self._scale = scale
         self.setMinimumSize(round(120 * scale), round(90 * scale))
         # VTK's sizes of text are in points, at 72 to the inch.
-        window = self._plotter.render_window
-        assert window is not None
-        self._change(lambda: window.SetDPI(round(72 * scale)))
 
-    def show_head(self, head: HeadModel) -> None:
+        def change() -> None:
+            window = self._plotter.render_window
+            assert window is not None
+            window.SetDPI(round(72 * scale))
+
+        self._change(change)
+
+    def show_head(self, head: "HeadModel") -> None:
         """Show a head, whole."""
         self._head = head
         self._change(lambda: self.scene.show_head(head))
+        if self._is_edited:
+            # perhaps after it was made
+            self.refresh()
 
     def show_fiducials(
         self, fiducials: Mapping[str, NDArray[np.float64]], touched: int
@@ -128,7 +145,7 @@ class OverviewView(QWidget):
         if self._head is not None:
             self._refresher.ask()
 
-    def _make_anew(self) -> tuple[pv.PolyData, Cutaway | None]:
+    def _make_anew(self) -> "tuple[pv.PolyData, Cutaway | None]":
         """Make the head's mesh, and its cutaway where there is one."""
         head = self._head
         assert head is not None
@@ -137,7 +154,7 @@ class OverviewView(QWidget):
         return head.renew(), None if cut_open is None else cut_open()
 
     @Slot(object)
-    def _on_renewed(self, made: tuple[pv.PolyData, Cutaway | None]) -> None:
+    def _on_renewed(self, made: "tuple[pv.PolyData, Cutaway | None]") -> None:
         mesh, cutaway = made
         self._change(lambda: self.scene.renew_head(mesh))
         if cutaway is not None:
@@ -184,14 +201,41 @@ class OverviewView(QWidget):
         """
         scale = self.devicePixelRatioF()
         size = [round(self.width() * scale), round(self.height() * scale)]
+        self._begin()
         self._do(lambda: self._draw(view, size))
 
     def finish(self) -> None:
         """Wait until all that was asked for is drawn and shown."""
         if self._is_released:
             return
+        self._begin()
         self._drawer.submit(int).result()
         QCoreApplication.sendPostedEvents(self)
+
+    def _begin(self) -> None:
+        """Have the scene made, and what was asked of it done, if not begun yet."""
+        if self._waiting is not None:
+            waiting, self._waiting = self._waiting, None
+            for work in waiting:
+                self._do(work)
+
+    def _make_scene(self, endoscope: Endoscope, edge_samples: int) -> None:
+        """Load the libraries and make the scene: it takes a second or two."""
+        import pyvista as pv
+
+        from app.vtk.overview_scene import OverviewScene
+
+        self._plotter = pv.Plotter(off_screen=True)
+        if edge_samples:
+            self._plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
+        else:
+            self._plotter.disable_anti_aliasing()
+        self.scene = OverviewScene(self._plotter, endoscope, BACKGROUND)
+        self._is_made = True
+
+    def _close_scene(self) -> None:
+        if self._is_made:
+            self._plotter.close()
 
     def _draw(self, view: View | None, size: list[int]) -> None:
         """Draw and tell the window; in the overview's own thread."""
@@ -217,7 +261,9 @@ class OverviewView(QWidget):
 
     def _do(self, work: Callable[[], object]) -> None:
         """Have something done by the overview's own thread, after all before it."""
-        if not self._is_released:
+        if self._waiting is not None:
+            self._waiting.append(work)
+        elif not self._is_released:
             self._drawer.submit(work).add_done_callback(_tell_defect)
 
     def release(self) -> None:
@@ -227,7 +273,7 @@ class OverviewView(QWidget):
         self._is_released = True
         self._refresher.close()
         # in the thread that the OpenGL context belongs to
-        self._drawer.submit(self._plotter.close).result()
+        self._drawer.submit(self._close_scene).result()
         self._drawer.shutdown()
         if self._cutaway is not None:
             self._cutaway.close()
@@ -269,18 +315,6 @@ class OverviewView(QWidget):
         """Zoom."""
         factor = ZOOM ** (event.angleDelta().y() / _NOTCH)
         self._change(lambda: self.scene.zoom(factor))
-
-
-def _make_scene(
-    endoscope: Endoscope, edge_samples: int
-) -> tuple[pv.Plotter, OverviewScene]:
-    """Return an overview's plotter and scene, of the thread that this is called in."""
-    plotter = pv.Plotter(off_screen=True)
-    if edge_samples:
-        plotter.enable_anti_aliasing("msaa", multi_samples=edge_samples)
-    else:
-        plotter.disable_anti_aliasing()
-    return plotter, OverviewScene(plotter, endoscope)
 
 
 def _tell_defect(done: "Future[object]") -> None:

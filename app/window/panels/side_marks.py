@@ -1,9 +1,10 @@
-"""Letters at the rim of a picture: which side of the patient is where."""
+"""Marks in a picture: the patient's sides as letters, and where the shaft goes."""
 
+import math
 from collections.abc import Iterable
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from app.window.style import OVER, font_of
 from paravol.side_letters import SideLetter
@@ -41,3 +42,33 @@ def paint_letters(
         painter.drawRoundedRect(box, half, half)
         painter.setPen(QColor(OVER.ink))
         painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), side.letters)
+
+
+def paint_heading(
+    painter: QPainter, room: QRectF, place: tuple[float, float], scale: float
+) -> None:
+    """Mark where the shaft goes: a ring with four ticks, or an arrow at the rim.
+
+    place: shares of the picture, which is round and fills the room; it may lie outside.
+    """
+    radius, half = room.width() / 2, 7.0 * scale
+    aside = QPointF((place[0] - 0.5) * room.width(), (place[1] - 0.5) * room.height())
+    away = math.hypot(aside.x(), aside.y())
+    painter.save()
+    painter.translate(room.center())
+    painter.rotate(math.degrees(math.atan2(aside.y(), aside.x())))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    # dark below: tissue is as bright as any colour
+    for ink, width in ((QColor(0, 0, 0, 160), 4.0), (QColor(OVER.ink), 1.8)):
+        painter.setPen(QPen(ink, width * scale))
+        if away > radius - 2.0 * half:
+            tip = radius - 1.5 * half
+            arrow = ((tip - half, -half), (tip, 0.0), (tip - half, half))
+            painter.drawPolyline(QPolygonF([QPointF(*corner) for corner in arrow]))
+            continue
+        painter.drawEllipse(QPointF(away, 0.0), half, half)
+        for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
+            tick = QPointF(x, y) * half
+            middle = QPointF(away, 0.0)
+            painter.drawLine(middle + tick, middle + tick * 1.7)
+    painter.restore()

@@ -13,24 +13,24 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
 from app.vtk.head_model import HeadModel
-from app.window.page import Page
+from app.window.page import Page, problem_label
+from app.window.page_style import replay_sheet
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.replay.own_view import MOVES, LookEvents
 from app.window.replay.replay_side import ReplaySide, caption
-from app.window.replay.replay_style import replay_sheet
 from app.window.replay.replay_thread import ReplayThread
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
+from app.window.replay.welcome_card import WelcomeCard
 from devices.port import HostClock
 from paravol.player import Player
 from paravol.readings import Readings
@@ -51,15 +51,11 @@ OVERVIEW_SHARE = 0.15
 OVERVIEW_MS = 100
 STOP_PATIENCE_S = 5.0
 LONG_STEP_S = 1.0
-WELCOME = "Drop a recorded session here"
-HOW = "A folder NAME.paravol; two of them are compared. O opens one."
 
 
 class ReplayPage(Page):
     """Replay sessions that are dropped, chosen or named."""
 
-    full_screen_wanted = Signal()
-    """The window shall fill the screen, or no longer."""
     shown = Signal()
     """A picture is there."""
 
@@ -94,10 +90,8 @@ class ReplayPage(Page):
         self._notices = Notices(self.picture)
         self._bars, self._gauges = TouchBars(), Gauges()
         self.line, self.transport = TimeLine(), Transport()
-        self.problem = QLabel()
-        self.problem.setObjectName("problem")
-        self.problem.setWordWrap(True)
-        self.problem.hide()
+        self.welcome = WelcomeCard()
+        self.problem = problem_label()
         self.find_case = QPushButton("Find its case…")
         self.find_case.hide()
         self._looks = [
@@ -108,12 +102,14 @@ class ReplayPage(Page):
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._tick)
         self._timer.start(TICK_MS)
-        self._notices.say(WELCOME, HOW)
+        self._show_welcome(True)
         if bundles:
             self.open(bundles)
 
     def _lay_out(self) -> None:
-        pictures = QHBoxLayout()
+        self._pictures = QWidget()
+        pictures = QHBoxLayout(self._pictures)
+        pictures.setContentsMargins(0, 0, 0, 0)
         pictures.setSpacing(2)
         self._halves = []
         for picture, words in zip(
@@ -134,7 +130,8 @@ class ReplayPage(Page):
         left = QVBoxLayout()
         left.setSpacing(0)
         left.addLayout(refusal)
-        left.addLayout(pictures, 1)
+        left.addWidget(self.welcome, 1)
+        left.addWidget(self._pictures, 1)
         for part in (self._bars, self.line, self.transport):
             left.addWidget(part)
         self._middle = QHBoxLayout()
@@ -145,6 +142,15 @@ class ReplayPage(Page):
         rows.setSpacing(0)
         rows.addLayout(self._middle, 1)
         rows.addWidget(self._gauges)
+
+    def _show_welcome(self, is_empty: bool) -> None:
+        """Offer sessions while none is open, else what belongs to one."""
+        self.welcome.setVisible(is_empty)
+        below = self._bars, self.line, self.transport, self._gauges
+        for part in (self._pictures, *below):
+            part.setVisible(not is_empty)
+        if not is_empty:
+            self.setFocus()  # what had it may be gone
 
     def _connect(self) -> None:
         self.line.sought.connect(self.seek)
@@ -161,6 +167,9 @@ class ReplayPage(Page):
         bar.open.clicked.connect(self._ask_bundle)
         bar.leave.clicked.connect(self.left)
         self.find_case.clicked.connect(self._ask_case)
+        self.welcome.open.clicked.connect(self._ask_bundle)
+        self.welcome.leave.clicked.connect(self.left)
+        self.welcome.chosen.connect(lambda folder: self.open([folder]))
 
     def set_scale(self, scale: float) -> None:
         """Draw everything as large as the window has room for."""
@@ -169,6 +178,7 @@ class ReplayPage(Page):
         for part in (self.picture, self.beside, self._bars, self._gauges):
             part.set_scale(scale)
         self.line.set_scale(scale)
+        self.welcome.set_scale(scale)
         self.transport.set_scale(scale)
         if self._side is not None:
             self._side.set_scale(scale)
@@ -194,6 +204,7 @@ class ReplayPage(Page):
             head = self._thread.worker.pristine
             order = replace(order, patient=head)
         self._refuse("")
+        self._show_welcome(False)
         self._opening = thread = ReplayThread(order)
         thread.staged.connect(self._on_stage)
         thread.opened.connect(self._on_opened)
@@ -285,9 +296,8 @@ class ReplayPage(Page):
             return
         self._refuse(problem, lacks_case)
         if self._thread is None:
-            self._notices.say(WELCOME, HOW)
-        else:
-            self._notices.say("")
+            self._show_welcome(True)
+        self._notices.say("")
 
     def _refuse(self, problem: str, lacks_case: bool = False) -> None:
         self.problem.setText(problem)

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QProgressBar,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -57,12 +56,10 @@ class ResultPage(TextPage):
     home_wanted = Signal()
     replay_wanted = Signal(Path)
     debrief_wanted = Signal(Path)
-    full_screen_wanted = Signal()
 
     def __init__(self, scenario: Scenario, end: FlightEnd, problem: str = "") -> None:
         """Show how a flight ended; problem: what went wrong in it."""
         super().__init__()
-        self.setObjectName("page")
         self.title = f"PARAVOL: {scenario.title}"
         self._end = end
         self._following = ""
@@ -71,11 +68,7 @@ class ResultPage(TextPage):
         self.standing = _label("")
         self.points = _label(_tasks_text(end), "verdict")
         self.handling = _label("")
-        self.problem = _label(problem, "problem")
-        self.problem.setVisible(bool(problem))
-        self._stage = QLabel()
-        self._share = QProgressBar()
-        self._share.setTextVisible(False)
+        self.say(problem)
         self.parts = PointsList()
         self.parts.hide()
         self._advice = _Card("What to practise next")
@@ -121,8 +114,8 @@ class ResultPage(TextPage):
         right.addStretch(1)
         head.addLayout(right)
         state = QHBoxLayout()
-        state.addWidget(self._stage)
-        state.addWidget(self._share, 1)
+        state.addWidget(self.stage)
+        state.addWidget(self.share, 1)
         self._left = _column(self._advice, self.parts)
         self._right = _column(self._tasks, self._figures, self._kept)
         self._middle = QHBoxLayout()
@@ -180,19 +173,6 @@ class ResultPage(TextPage):
     def showEvent(self, event: object) -> None:
         """Let Enter fly on."""
         self._prefer(self.again)
-
-    def show_stage(self, stage: str, share: float = 0.0) -> None:
-        """Say what is being done, and how far it is; "" for nothing."""
-        self._stage.setText(stage)
-        self._stage.setVisible(bool(stage))
-        self._share.setVisible(bool(stage))
-        self._share.setRange(0, 100 if share > 0.0 else 0)
-        self._share.setValue(round(100 * share))
-
-    def say(self, problem: str) -> None:
-        """Say what went wrong; "" takes it away."""
-        self.problem.setText(problem)
-        self.problem.setVisible(bool(problem))
 
     def show_result(self, result: SessionResult) -> None:
         """Show the points with their reasons, and what to practise."""

@@ -103,12 +103,14 @@ class VolumeControls(QWidget):
     def _lay_out(self) -> None:
         self._column = QVBoxLayout(self)
         form = QFormLayout()
+        form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         form.addRow("&Scan", self.scan_box)
         form.addRow("&Look", self.preset)
         form.addRow("&Drawn as", self.method)
         self._column.addLayout(form)
         self._column.addWidget(self.editor, 1)
         sliders = QFormLayout()
+        sliders.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         named = {
             "&Threshold": self.threshold,
             "S&urface at": self.surface,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout
 
@@ -30,8 +30,6 @@ MOST_PX = 1024
 class VolumePage(Page):
     """Show scans of one patient."""
 
-    full_screen_wanted = Signal()
-
     def __init__(self, title: str, scans: Sequence[Scan], threads: int) -> None:
         """Lay the page out; title: of the patient."""
         super().__init__()
@@ -57,7 +55,8 @@ class VolumePage(Page):
         self._back.clicked.connect(self.left)
         self.drawing.drawn.connect(self._on_drawn)
         self.drawing.growing.connect(self._on_growing)
-        self.drawing.failed.connect(self.picture.say)
+        for told in (self.drawing.refining, self.drawing.failed):
+            told.connect(self.picture.say)
         for keys, does in (
             ("Ctrl+O", self._on_load),
             ("Ctrl+S", self._on_save),
@@ -144,14 +143,13 @@ class VolumePage(Page):
             size,
         )
         surface = controls.surface_colour if method is None else ""
-        if surface:
-            self.picture.say("drawing the surface; a new density takes seconds")
         self.drawing.ask(Order(wish, surface, is_moving))
 
     @Slot(object)
     def _on_drawn(self, drawn: Drawn) -> None:
         self.picture.show_picture(drawn.pixels)
-        told = f"{1e3 * drawn.seconds:.0f} ms"
+        took_s = drawn.seconds
+        told = f"{1e3 * took_s:.0f} ms" if took_s < 1.0 else f"{took_s:.1f} s"
         if drawn.splats is not None:
             told += f" · {drawn.splats:,} splats"
         self.picture.say(told)

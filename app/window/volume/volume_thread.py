@@ -33,6 +33,8 @@ class VolumeThread(QObject):
     """A `Drawn`."""
     growing = Signal(float)
     """The share of a picture by rays that is done."""
+    refining = Signal(str)
+    """What is being made while something coarse is shown."""
     failed = Signal(str)
     """Why there is no picture, in a sentence."""
 
@@ -92,10 +94,7 @@ class VolumeThread(QObject):
     def _draw(self, order: Order, surfaces: SurfaceDrawer) -> None:
         wish = order.wish
         if order.surface:
-            volume, camera = self._volumes[wish.scan], wish.orbit.camera(wish.size)
-            begun = time.monotonic()
-            pixels = surfaces.draw(volume, wish.look, order.surface, camera)
-            self.drawn.emit(Drawn(pixels, time.monotonic() - begun))
+            self._draw_surface(order, surfaces)
             return
         is_quick = wish.method.splat_mode is not None
         if order.is_moving:
@@ -105,6 +104,27 @@ class VolumeThread(QObject):
             # something to look at until the rays are there
             self.drawn.emit(self._view.draw(half(_quick(wish))))
         self.drawn.emit(self._view.draw(wish, self._goes_on))
+
+    def _draw_surface(self, order: Order, surfaces: SurfaceDrawer) -> None:
+        """Draw a coarse surface where a fine one keeps waiting, then the fine one."""
+        wish = order.wish
+        volume, camera = self._volumes[wish.scan], wish.orbit.camera(wish.size)
+
+        def draw(is_coarse: bool) -> None:
+            begun = time.monotonic()
+            pixels = surfaces.draw(
+                volume, wish.look, order.surface, camera, is_coarse=is_coarse
+            )
+            self.drawn.emit(Drawn(pixels, time.monotonic() - begun))
+
+        is_there = surfaces.has(volume, wish.look)
+        if order.is_moving or not is_there:
+            draw(True)
+        if order.is_moving or self._wanted is not None or self._is_closed:
+            return
+        if not is_there:
+            self.refining.emit("a coarse surface; the fine one is being made")
+        draw(False)
 
     def _goes_on(self, share: float) -> bool:
         self.growing.emit(share)

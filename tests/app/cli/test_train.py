@@ -1,5 +1,6 @@
 """`paravol train` before a window is open: every refusal is one sentence."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -81,3 +82,28 @@ def test_a_felt_flight_tells_at_its_end_how_the_force_loop_ran(
     told = run_script(FELT, coarse_scenario, "--record", tmp_path / "felt.paravol")
     assert "Fly it again" in told
     assert "Force loop: " in told
+
+
+def test_no_first_picture_waits_for_what_only_later_ones_need() -> None:
+    later = (
+        "pyvista",
+        "matplotlib",
+        "scipy.signal",
+        "scipy.stats",
+        "sqlalchemy",
+        "trimesh",
+        "SimpleITK",
+        "jinja2",
+        "devices.haptics.mock_head",
+    )
+    script = (
+        "from paravol.environment import prepare_environment\n"
+        "prepare_environment()\n"
+        "import sys\n"
+        "import app.window.desk, app.window.main_window, paravol.training_setup\n"
+        f"print([name for name in {later!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"

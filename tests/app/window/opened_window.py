@@ -63,7 +63,6 @@ class OpenedWindow:
         self.window = MainWindow()
         self.page = FlightPage(self.flight, edge_samples=0)
         self.page.left.connect(self.window.shut)
-        self.page.full_screen_wanted.connect(self.window.full_screen.switch)
         self.seen: list[Any] = []
         self._take = self.flight.take
         self.flight.take = self._watched  # type: ignore[method-assign]

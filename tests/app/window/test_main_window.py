@@ -129,6 +129,9 @@ until("a halt", lambda: np.array_equal(pose(-1), pose(-2)))
 depth = np.linalg.norm(pose(-1)[:3, 3] - pivot)
 assert depth > 5.0, depth
 # The head is opened in a thread of its own, while the scope flies on.
+# It is made beside the flight, as the overview is.
+until("a head", lambda: page._overview._head is not None)
+page._overview.finish()
 overview = page._overview.scene
 assert not overview.is_open
 QTest.keyClick(page, Qt.Key.Key_C)

@@ -4,10 +4,11 @@ from contextlib import closing
 
 import pytest
 
-from benchmarks.peers.volume_peer import PEER
+from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_NAME
 from benchmarks.plan import Measured, UnavailableError
+from benchmarks.references import REFERENCE_NAME
 from benchmarks.scenes import SubjectSource
-from benchmarks.suites.art import ArtPlan
+from benchmarks.suites.art import OF_PEER, OF_PEERS_UNLIT, OF_UNLIT, ArtPlan
 
 
 def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> ArtPlan:
@@ -62,8 +63,20 @@ def test_finer_steps_are_nearer_to_the_reference(
             assert made.error is not None
             if case.endswith("/shaded"):
                 # the lit picture's error, beside the one that chose the step
-                unlit = made.counters["unlit_rmse"]
-                assert 0 < unlit <= made.counters["unlit_peer_rmse"]
+                unlit = made.further_rmse[OF_UNLIT]
+                assert 0 < unlit <= made.further_rmse[OF_PEERS_UNLIT]
                 assert made.error.rmse != unlit
             else:
-                assert 0 < made.error.rmse <= made.counters["peer_rmse"]
+                assert 0 < made.error.rmse <= made.further_rmse[OF_PEER]
+        for (case, mode), made in found.items():
+            if case.rpartition("/")[2] in ("see-through", "shaded"):
+                # each against its own reference, and against the other's
+                assert made.error is not None
+                assert made.further_rmse.keys() & {
+                    f"against {PEER_REFERENCE_NAME}",
+                    f"against {REFERENCE_NAME}",
+                }, mode
+        finest = f"against {PEER_REFERENCE_NAME}"
+        ours = found["ball/outside/see-through", "ART final, step 0.25"]
+        # The peer's finest picture is another's, yet of the same scene.
+        assert 0 < ours.further_rmse[finest] < 0.055

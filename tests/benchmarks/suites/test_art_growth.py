@@ -1,13 +1,9 @@
-"""Suite `art-growth`: its scene, its fit, its sweeps."""
+"""Suite `art-growth`: its scene, its sweeps."""
 
 import numpy as np
 import pytest
 
-from benchmarks.suites.art_growth import GrowthPlan, exponent, shell_scene, shells
-
-
-def test_a_power_is_found() -> None:
-    assert exponent([1.0, 2, 4], [3.0, 12, 48]) == pytest.approx(2)
+from benchmarks.suites.art_growth import GrowthPlan, shell_scene, shells
 
 
 def test_shells_are_the_same_at_any_size() -> None:
@@ -19,13 +15,13 @@ def test_shells_are_the_same_at_any_size() -> None:
     assert shell_scene(coarse, 1.0, lit=False).transfer_function.is_clear(-1000, 300)
 
 
-def test_a_sweep_ends_with_its_exponent() -> None:
+def test_a_sweep_names_what_it_grows_with() -> None:
     plan = GrowthPlan(quick=True)
     plan._budget_s = 0.0
     tasks = [t for t in plan.tasks() if t.case == "shells/no lights/steps a voxel"]
     first, second = (task.measure() for task in tasks)
-    assert "exponent" not in first.counters
-    assert np.isfinite(second.counters["exponent"])
+    assert [task.settings["amount"] for task in tasks] == [0.5, 1.0]
+    assert {task.settings["grows_with"] for task in tasks} == {"steps a voxel"}
     assert second.counters["samples"] > 1.5 * first.counters["samples"]
     # Int16 values and a byte of distance; no gradients without lights.
     assert second.counters["bytes_per_voxel"] == pytest.approx(3, abs=0.05)

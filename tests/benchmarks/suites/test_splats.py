@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 
 from benchmarks.plan import Measured, UnavailableError
-from benchmarks.scenes import SubjectSource
+from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.suites.splat_tasks import PEER
-from benchmarks.suites.splats import SplatsPlan, plain_extraction, threshold_for
+from benchmarks.suites.splats import (
+    SETS,
+    SPLAT_VIEWS,
+    SplatsPlan,
+    plain_extraction,
+    threshold_for,
+)
 from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
+from renderers.fsr.kernels.footprint import SIGMA_PER_SPACING
 
 
 def small_plan(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> SplatsPlan:
@@ -21,9 +28,27 @@ def small_plan(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> SplatsPl
     monkeypatch.setattr("benchmarks.suites.splats.cube_of_head", lambda size: scene)
     monkeypatch.setattr("benchmarks.suites.splats.SETS", ((1000, 1.0), (1500, 1.0)))
     monkeypatch.setattr("benchmarks.suites.splats.SIZE", 64)
+    monkeypatch.setattr("benchmarks.suites.splats.SPLAT_VIEWS", ("inside",))
     plan = SplatsPlan(quick=True)
     plan._budget_s = plan._draw._budget_s = 0.0
     return plan
+
+
+def test_no_eye_stands_among_splats() -> None:
+    """The widest splats are those of the fewest; an eye keeps several widths away."""
+    count, spacing_mm = SETS[0]
+    subject = phantom_subject(spacing_mm)
+    renderer = FuzzySetRenderer(
+        subject.scene, threshold=threshold_for(subject.scene, count)
+    )
+    centers = renderer.fuzzy_set.rows.centers_mm()
+    sigma_mm = SIGMA_PER_SPACING * spacing_mm
+    near = {
+        name: np.linalg.norm(centers - view.eye_mm, axis=1).min() / sigma_mm
+        for name, view in subject.views.items()
+    }
+    assert all(near[view] > 4.0 for view in SPLAT_VIEWS)
+    assert near["inside"] < 4.0
 
 
 def test_the_threshold_gives_as_many_splats_as_wanted(ball: SubjectSource) -> None:

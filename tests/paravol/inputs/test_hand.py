@@ -116,15 +116,21 @@ def test_a_clumsy_hand_slides_to_the_middle_meatus(side: str) -> None:
     assert nearest < 1.0
 
 
-SEEDS = [pytest.param(seed, marks=SLOW if seed else ()) for seed in range(10)]
+BEGINNERS = [
+    pytest.param(angle_deg, seed, marks=SLOW if seed else ())
+    for angle_deg in (0.0, 30.0)
+    for seed in range(10)
+]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_beginner_comes_to_the_middle_meatus_by_mouse(seed: int) -> None:
+@pytest.mark.parametrize(("angle_deg", "seed"), BEGINNERS)
+def test_a_beginner_comes_to_the_middle_meatus_by_mouse(
+    angle_deg: float, seed: int
+) -> None:
     """Within a minute and a half, from the nostril, in the head of a first endoscopy.
 
-    It looks into the meatus as that exercise asks for, with a straight scope, and comes
-    as near as a scope that the nostril holds can.
+    It looks into the meatus as that exercise asks for, and comes as near as a scope
+    that the nostril holds can: straight, or with the exercise's own 30 degrees.
     """
     scenario, _ = load_scenario("diagnostic-right")
     patient = load_patient(scenario, no_progress)
@@ -132,7 +138,8 @@ def test_a_beginner_comes_to_the_middle_meatus_by_mouse(seed: int) -> None:
     assert isinstance(asked, Look)
     look = msgspec.structs.replace(asked, after=())
     control = scope_control(patient, None, RADIUS_MM, scenario.start)
-    flown = steer_by_mouse(patient, control, Endoscope(), look, 8.0, seed, 90.0)
+    scope = Endoscope(angle_deg=angle_deg)
+    flown = steer_by_mouse(patient, control, scope, look, 8.0, seed, 90.0)
     assert flown.looked_s is not None
     assert flown.near_s is not None
     # it pressed nowhere: a touch dents a wall by 0.15 mm

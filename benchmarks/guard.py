@@ -1,0 +1,190 @@
+"""The guard against getting slower or less right, beside the last release.
+
+Every row is compared with its own baseline of the same run, and that ratio with the
+release's. A row's time is the least of its repeats, and one that fails is measured
+again with its baseline: it has failed when it fails both times.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from app.cli.terminal import Stages
+from benchmarks.machine import commit, is_same_machine, machine
+from benchmarks.plan import SUITES, Task
+from benchmarks.ratios import (
+    Ratio,
+    Ratios,
+    best_of,
+    load_ratios,
+    ratios_of,
+    save_ratios,
+)
+from benchmarks.report import LOG_WIDTH
+from benchmarks.runner import Runner
+from benchmarks.schema import Results
+from disk import UserError
+
+SLOWER = 1.10
+"""Times as long, beside the baseline, as in the release: more has failed."""
+
+ERROR_SHARE, ERROR_LEAST = 1e-3, 1e-6
+"""By how much an error may grow: bit noise. Pictures are float32, and an exponential
+of another build moves single values by 4 eps, .5e-6, up or down. An RMSE grows by no
+more than the RMS of what was added, some 1e-6, and where the signs are mixed by much
+less: a thousandth covers depths in mm, whose eps is larger."""
+
+GUARDED = (
+    *("art", "art-classification", "fsr", "light", "look", "skipping", "splats"),
+    "visibility",
+)
+"""Suites of pictures: the same work at any time, on any machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Say what got worse. before, now: the ratio, or the error `what`."""
+
+    row: Ratio
+    what: str
+    before: float
+    now: float
+
+
+@dataclass(slots=True)
+class Verdict:
+    """Hold what the comparison found; missing and new rows fail nothing."""
+
+    failures: list[Failure] = field(default_factory=list)
+    missing: list[Ratio] = field(default_factory=list)
+    new: list[Ratio] = field(default_factory=list)
+    compared: int = 0
+
+
+def compare(released: Iterable[Ratio], found: Iterable[Ratio]) -> Verdict:
+    """Compare rows of the same measurement.
+
+    A row that has lost its ratio or an error counts as missing: nothing was compared.
+    """
+    now = {row.key: row for row in found}
+    verdict = Verdict()
+    for before in released:
+        row = now.pop(before.key, None)
+        if row is None:
+            verdict.missing.append(before)
+            continue
+        lost = before.ratio is not None and row.ratio is None
+        if lost or before.errors.keys() - row.errors.keys():
+            verdict.missing.append(before)
+        verdict.compared += 1
+        verdict.failures += _failures(before, row)
+    verdict.new = list(now.values())
+    return verdict
+
+
+def _failures(before: Ratio, now: Ratio) -> list[Failure]:
+    found = []
+    if (
+        before.ratio is not None
+        and now.ratio is not None
+        and before.ratio / now.ratio > SLOWER
+    ):
+        found.append(Failure(now, "ratio", before.ratio, now.ratio))
+    for name, error in before.errors.items():
+        allowed = error * (1 + ERROR_SHARE) + ERROR_LEAST
+        # Not a number is no smaller error.
+        if name in now.errors and not now.errors[name] <= allowed:
+            found.append(Failure(now, name, error, now.errors[name]))
+    return found
+
+
+Measure = Callable[[Callable[[Task], bool] | None], Results]
+"""Measures afresh the tasks that are wanted; all for None."""
+
+
+def judge(released: Sequence[Ratio], measure: Measure) -> Verdict:
+    """Measure all, and what fails once more: the better of both counts."""
+    first = measure(None)
+    verdict = compare(released, ratios_of(first.rows))
+    if not verdict.compared:
+        raise UserError("nothing that was measured stands in the release's ratios")
+    doubtful = {failure.row.key for failure in verdict.failures}
+    if not doubtful:
+        return verdict
+    again = measure(lambda task: task.key in doubtful)
+    # Baselines measured again are in no doubt: only rows that failed are replaced.
+    again.rows[:] = [row for row in again.rows if row.key in doubtful]
+    return compare(released, best_of((first, again)))
+
+
+def run_guard(*, suites: tuple[str, ...], file: Path, out: Path, store: bool) -> int:
+    """Compare with a release, or store what the next ones are compared with.
+
+    suites: names; empty for the release's, or those of pictures. Quick sizes are
+    measured. Gives 1 where a row has failed. Raises ValueError for an unknown suite and
+    for a file that is absent or none.
+    """
+    released = None if store else load_ratios(file)
+    known = [] if released is None else released.rows
+    rows = [row for row in known if not suites or row.suite in suites]
+    chosen = suites or tuple(dict.fromkeys(row.suite for row in rows)) or GUARDED
+    unknown = [name for name in chosen if name not in SUITES]
+    if unknown:
+        raise UserError(f"there is no benchmark suite {unknown[0]!r}")
+    with Stages() as stages:
+
+        def measure(wants: Callable[[Task], bool] | None) -> Results:
+            results = Results()
+            runner = Runner(results, out / "guard.json", stages, wants=wants)
+            for name in chosen:
+                runner.run_suite(name, SUITES[name], quick=True)
+            return results
+
+        if released is None:
+            # As often as a row may fail: the better of both is compared.
+            kept = best_of(measure(None) for _ in range(2))
+            save_ratios(Ratios(machine=machine(), commit=commit(), rows=kept), file)
+            stages.say(f"{file}: {len(kept)} rows to compare later sources with.")
+            return 0
+        verdict = judge(rows, measure)
+    console = Console(width=LOG_WIDTH)
+    if not is_same_machine(released.machine, machine()):
+        console.print(f"The release was measured elsewhere: {released.machine.cpu}.")
+    print_verdict(verdict, console)
+    return 1 if verdict.failures else 0
+
+
+def print_verdict(verdict: Verdict, console: Console) -> None:
+    """Tell what failed in a table, then what could not be compared."""
+    if verdict.failures:
+        table = Table(title="Slower, or less right, than the release", expand=True)
+        for name in ("row", "what", "release", "now", "change"):
+            table.add_column(name, overflow="fold")
+        for failure in verdict.failures:
+            table.add_row(*failure_cells(failure))
+        console.print(table, highlight=False)
+    for name, rows in (("Missing", verdict.missing), ("New", verdict.new)):
+        for row in rows:
+            console.print(f"{name}: {_name(row)}", highlight=False, soft_wrap=True)
+    console.print(
+        f"{verdict.compared} rows compared, {len(verdict.failures)} failed, "
+        f"{len(verdict.missing)} missing, {len(verdict.new)} new."
+    )
+
+
+def failure_cells(failure: Failure) -> tuple[str, str, str, str, str]:
+    """Put a failure into words."""
+    if failure.what == "ratio":
+        change = f"{failure.before / failure.now - 1:.0%} slower beside "
+        change += f"{failure.row.baseline}"
+    else:
+        change = f"{failure.now - failure.before:+.2e}"
+    before, now = f"{failure.before:.4g}", f"{failure.now:.4g}"
+    return _name(failure.row), failure.what, before, now, change
+
+
+def _name(row: Ratio) -> str:
+    return f"{row.suite}: {row.case}/{row.mode}"

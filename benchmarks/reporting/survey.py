@@ -1,0 +1,277 @@
+"""The results in sections: page and documents take all that they say from here."""
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from benchmarks.reporting.fronts import Panel, panels
+from benchmarks.reporting.growth import CONFIDENCE, Sweep, sweeps
+from benchmarks.reporting.ledger import skipping_table
+from benchmarks.reporting.limits import limit_tables
+from benchmarks.reporting.log_chart import Curve, Point, log_chart
+from benchmarks.reporting.section import Cells, Chart, Section, Table, duration
+from benchmarks.schema import Results, Row
+
+STRESS_SUITE = "stress"
+ORDERS = (-1.0, "order 1"), (-2.0, "order 2")
+"""Error against time where halving a step doubles the time."""
+
+ROW_COLUMNS = ("mode", "time", "ratio", "RMSE", "99.9 %", "unit")
+
+
+def survey(results: Results) -> list[Section]:
+    """Return all sections; those that nothing was measured for say so."""
+    # A run that went on added its rows at the end: sorting brings a case together.
+    rows = sorted(results.rows, key=lambda row: (row.suite, row.case))
+    compared = panels(rows)
+    return [
+        _made(results),
+        _errors(compared),
+        _fronts(compared),
+        _limits(rows),
+        _growth(sweeps(rows)),
+        _skipping(rows),
+        _stress(rows),
+        *_suites(rows),
+        _missing(results),
+    ]
+
+
+def _made(results: Results) -> Section:
+    rows = results.rows
+    machines = sorted(
+        {
+            (
+                f"{row.machine.cpu}, {row.machine.cores} cores, "
+                f"{row.machine.memory_gib:.0f} GiB",
+                row.machine.system,
+                row.commit,
+            )
+            for row in rows
+        }
+    )
+    versions = sorted({pair for row in rows for pair in row.versions.items()})
+    loads = [row.machine.load for row in rows]
+    section = Section("machine", "Machine, versions, sources")
+    if not rows:
+        section.words.append("Nothing was measured.")
+        return section
+    noisy = sum(row.is_noisy for row in rows)
+    section.words.append(
+        f"{len(rows)} rows, {noisy} of them disturbed: their median time is more than "
+        f"a fifth above the least. Processes that wanted a core meanwhile: "
+        f"{min(loads):.1f} to {max(loads):.1f}."
+    )
+    section.tables += [
+        Table(
+            "Where it ran",
+            ("machine", "system", "sources"),
+            machines,
+            frozenset(range(3)),
+        ),
+        Table("Versions", ("library", "version"), versions, frozenset(range(2))),
+    ]
+    return section
+
+
+def _errors(compared: Sequence[Panel]) -> Section:
+    section = Section(
+        "errors",
+        "Run time against error",
+        [
+            "Lower left is better. Time: CPU time of one picture on one thread; wall "
+            "clock for more threads, which are no part of the front. Error: root mean "
+            "square against the reference named, in the unit named. Dotted: errors "
+            "that fall with the first and the second power of the time.",
+        ],
+    )
+    for panel in compared:
+        note = f"Reference: {panel.reference}."
+        if panel.own_reference:
+            names = ", ".join(sorted(panel.own_reference))
+            note += f" Against its own finest picture instead: {names}."
+        picture = log_chart(
+            f"{panel.title}: run time against error",
+            "ms a picture",
+            f"RMSE, {panel.unit}",
+            [_curve(name, rows) for name, rows in panel.series.items()],
+            front=[(1e3 * row.seconds, row.rmse or 0.0) for row in panel.front],
+            slopes=ORDERS,
+        )
+        section.charts.append(Chart(f"{panel.title}. {note}", picture))
+    return _or_nothing(section)
+
+
+def _curve(name: str, rows: Sequence[Row]) -> Curve:
+    told = [
+        Point(
+            1e3 * row.seconds,
+            row.rmse or 0.0,
+            f"{row.mode}: {duration(row.seconds)}, RMSE {row.rmse:.2e}",
+        )
+        for row in rows
+    ]
+    return Curve(name, told, is_line=all("step_voxels" in r.settings for r in rows))
+
+
+def _fronts(compared: Sequence[Panel]) -> Section:
+    section = Section(
+        "fronts",
+        "Who is on the front",
+        ["Nothing on one thread equals or beats these in both time and error."],
+    )
+    section.tables = [
+        Table(
+            panel.title,
+            ("who", "time", f"RMSE, {panel.unit}"),
+            [
+                (row.mode, duration(row.seconds), f"{row.rmse:.2e}")
+                for row in panel.front
+            ],
+        )
+        for panel in compared
+        if panel.front
+    ]
+    return _or_nothing(section)
+
+
+def _limits(rows: Sequence[Row]) -> Section:
+    section = Section("limits", "Limits, and the share of them that is reached")
+    section.tables = limit_tables(rows)
+    return _or_nothing(section)
+
+
+def _growth(found: Sequence[Sweep]) -> Section:
+    section = Section(
+        "growth",
+        "How cost grows",
+        [
+            "A power of the amount fitted to the least times: 1 is in proportion. The "
+            f"interval has {CONFIDENCE:.0%} confidence, from how the points scatter "
+            "about the fit; two points give none.",
+        ],
+    )
+    by_amount = sorted(found, key=lambda sweep: sweep.grows_with)
+    for name, alike in groupby(by_amount, key=lambda sweep: sweep.grows_with):
+        curves = [
+            Curve(
+                f"{sweep.series}: {sweep.case.split('/')[1]}",
+                [
+                    Point(at, 1e3 * row.seconds, f"{at:g}: {duration(row.seconds)}")
+                    for at, row in zip(sweep.amounts, sweep.rows, strict=True)
+                ],
+            )
+            for sweep in alike
+        ]
+        picture = log_chart(
+            f"Time against {name}", name, "ms", curves, slopes=((1.0, "power 1"),)
+        )
+        section.charts.append(Chart(f"Time against {name}", picture))
+    cells = [_power(sweep) for sweep in by_amount]
+    head = ("who", "case", "grows with", "from", "to", "points", "exponent", "interval")
+    if cells:
+        section.tables.append(Table("Exponents", head, cells, frozenset({0, 1, 2})))
+    return _or_nothing(section)
+
+
+def _power(sweep: Sweep) -> Cells:
+    power = sweep.power
+    interval = "not known"
+    if power.half_width is not None:
+        low, high = (power.exponent + s * power.half_width for s in (-1, 1))
+        interval = f"{low:.2f} to {high:.2f}"
+    return (
+        sweep.series,
+        sweep.case,
+        sweep.grows_with,
+        f"{sweep.amounts[0]:,.12g}",
+        f"{sweep.amounts[-1]:,.12g}",
+        f"{len(sweep.rows)}",
+        f"{power.exponent:.2f}",
+        interval,
+    )
+
+
+def _skipping(rows: Sequence[Row]) -> Section:
+    section = Section("skipping", "What is skipped")
+    table = skipping_table(rows)
+    if table.rows:
+        section.words.append(
+            f"{len(table.rows) - len(table.bad)} of {len(table.rows)} lose nothing: "
+            "every value has the bits that it has without skipping."
+        )
+        section.tables.append(table)
+    return _or_nothing(section)
+
+
+def _stress(rows: Sequence[Row]) -> Section:
+    section = Section("stress", "Stress")
+    found = [row for row in rows if row.suite == STRESS_SUITE]
+    if found:
+        names = ("passed", "failed", "left out")
+        counts = [tuple(row.counters[name] for name in names) for row in found]
+        totals = [sum(column) for column in zip(*counts, strict=True)]
+        section.words.append(
+            f"{totals[0]:.0f} cases passed, {totals[1]:.0f} failed, {totals[2]:.0f} "
+            "were left out."
+        )
+        section.tables.append(
+            Table(
+                "Cases of the stress catalogue, by file of tests/stress",
+                ("what", *names, "time"),
+                [
+                    (row.mode, *(f"{n:.0f}" for n in told), duration(row.seconds))
+                    for row, told in zip(found, counts, strict=True)
+                ],
+                bad=frozenset(n for n, told in enumerate(counts) if told[1]),
+            )
+        )
+    return _or_nothing(section)
+
+
+def _suites(rows: Iterable[Row]) -> list[Section]:
+    found = []
+    for suite, of_suite in groupby(rows, key=lambda row: row.suite):
+        section = Section(f"suite-{suite}", f"All rows of {suite}", is_long=True)
+        for case, of_case in groupby(of_suite, key=lambda row: row.case):
+            cells = [line for row in of_case for line in row_cells(row)]
+            section.tables.append(Table(case, ROW_COLUMNS, cells, frozenset({0, 5})))
+        found.append(section)
+    return found
+
+
+def row_cells(row: Row) -> list[Cells]:
+    """Put one row into words, further errors in lines below it."""
+    mark = "~" if row.is_noisy else ""
+    own = (
+        row.mode,
+        mark + duration(row.time_s.min),
+        "" if row.ratio is None else f"{row.ratio:.3g}",
+        "" if row.rmse is None else f"{row.rmse:.2e}",
+        "" if row.p999 is None else f"{row.p999:.2e}",
+        row.error_unit or "",
+    )
+    unit = row.error_unit or ""
+    further = [
+        (f"\N{RIGHTWARDS ARROW} {name}", "", "", f"{rmse:.2e}", "", unit)
+        for name, rmse in row.further_rmse.items()
+    ]
+    return [own, *further]
+
+
+def _missing(results: Results) -> Section:
+    section = Section("missing", "Not measured")
+    reasons = sorted({(skip.suite, skip.reason) for skip in results.skipped})
+    count = [sum((s.suite, s.reason) == r for s in results.skipped) for r in reasons]
+    if reasons:
+        cells = [(*r, f"{n}") for r, n in zip(reasons, count, strict=True)]
+        head = ("suite", "why", "rows")
+        section.tables.append(Table("Left out", head, cells, frozenset({0, 1})))
+    else:
+        section.words.append("Everything that was asked for was measured.")
+    return section
+
+
+def _or_nothing(section: Section) -> Section:
+    if not section.tables and not section.charts:
+        section.words = ["Nothing was measured of this."]
+    return section

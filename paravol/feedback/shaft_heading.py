@@ -1,0 +1,27 @@
+"""Where the shaft goes, in the picture of a scope that looks aside."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderers.scene import Camera
+
+ASIDE_DEG = 3.0
+"""Nearer to the middle of the picture than this, the middle itself is the place."""
+
+
+def shaft_heading(
+    camera: Camera, world_from_tip: NDArray[np.float64]
+) -> tuple[float, float] | None:
+    """Return the place in the picture that the tip moves to when the shaft goes in.
+
+    As shares of width and height, (0, 0) in the upper left corner; out of 0 to 1 where
+    the scope looks so far aside that the place is not in view. A scope goes along its
+    shaft, not along its view: whoever keeps the goal in the middle of a picture of 30
+    degrees passes by it. None for a straight scope.
+    """
+    shaft = -world_from_tip[:3, 2]
+    if not float(shaft @ camera.frame[3]) < np.cos(np.radians(ASIDE_DEG)):
+        return None
+    # a point so far away that it lies where all lines along the shaft meet
+    (column, row), _ = camera.project(camera.frame[0] + 1e6 * shaft)
+    return float(column) / camera.width, float(row) / camera.height
