@@ -1,0 +1,161 @@
+"""The nose's own frame: its middle, its floor and the choana, found in a scan.
+
+Where the septum stands, a line across the head meets air, tissue and air again. Those
+places make the nasal cavity's outline as it is seen from the side: its lower edge is
+the nasal floor, its rear edge, low down, the choana.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from anatomy.scan.airways import Airways
+from anatomy.scan.midplane import SURE, Midplane
+from renderers.scene.volume import Volume
+
+STEP_MM = 1.0
+
+REACH_MM, SEPTUM_MM = 14.0, 7.0
+"""Half widths about the midplane: of the nasal passages, and within which a septum
+bends."""
+
+LEAST_MM2 = 500.0
+"""Of the outline; a nasal cavity's side view covers 1200 to 2000 mm2."""
+
+FLOOR_SHARE = (0.35, 0.9)
+"""Part of the outline's length, from the front, whose lower edge is the hard palate's.
+In front of it the vestibule descends to the nostrils."""
+
+CHOANA_MM = (3.0, 14.0)
+"""Heights above the floor at which the septum's rear edge is looked for."""
+
+STEEPEST = 0.5
+"""Slope of a floor in the scan; a steeper one is none."""
+
+HIGH_MM = 44.0
+"""From the nasal floor to the cribriform plate; adults have 40 to 48 mm."""
+
+BORDER_MM = 3.0
+"""An edge so near to the end of what was scanned may have been cut."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoseFrame:
+    """Hold a nose's axes: left, back and up, and its origin on the floor at the choana.
+
+    axes: ``(3, 3)``, one unit vector a row, LPS. origin_mm: ``(3,)`` LPS. has_floor:
+    the floor is in view; otherwise it is set `HIGH_MM` below the roof, and the scan's
+    own axes tell up from down.
+    """
+
+    axes: NDArray[np.float64]
+    origin_mm: NDArray[np.float64]
+    has_floor: bool
+
+    def places(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far points ``(..., 3)`` lie to the left, back and up, in mm."""
+        result: NDArray[np.float64] = (points_mm - self.origin_mm) @ self.axes.T
+        return result
+
+
+def find_nose_frame(
+    airways: Airways, distance: Volume, midplane: Midplane
+) -> NoseFrame | None:
+    """Find the frame; None where the halves are not alike or no septum is seen.
+
+    distance: signed mm to the air surface, negative in air, on the airways' grid.
+    """
+    if midplane.agreement < SURE:
+        return None
+    left = midplane.normal
+    back = np.array([0.0, 1.0, 0.0]) - left[1] * left
+    back /= np.linalg.norm(back)
+    axes = np.stack([left, back, np.cross(left, back)])
+    corners = _corners(distance) @ axes.T
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    v = np.arange(low[1], high[1], STEP_MM)
+    w = np.arange(low[2], high[2], STEP_MM)
+    outline = _outline(airways, distance, axes, midplane.offset_mm, (v, w))
+    if np.count_nonzero(outline) * STEP_MM**2 < LEAST_MM2:
+        return None
+    columns = np.flatnonzero(outline.any(axis=1))
+    first, last = columns[0], columns[-1]
+    share = (columns - first) / max(last - first, 1)
+    columns = columns[(share >= FLOOR_SHARE[0]) & (share <= FLOOR_SHARE[1])]
+    lowest = w[outline[columns].argmax(axis=1)]
+    slope, height = _line(v[columns], lowest)
+    under = np.stack(
+        [np.full(len(columns), midplane.offset_mm), v[columns], lowest - BORDER_MM], 1
+    )
+    is_seen = _is_scanned(airways, under @ axes)
+    has_floor = bool(np.mean(is_seen) > 0.7) and abs(slope) < STEEPEST
+    if not has_floor:
+        highest = w[outline.shape[1] - 1 - outline[columns, ::-1].argmax(axis=1)]
+        slope, height = 0.0, float(np.median(highest)) - HIGH_MM
+    above = w[None, :] - (height + slope * v[:, None])
+    near = (above >= CHOANA_MM[0]) & (above <= CHOANA_MM[1])
+    if not has_floor:
+        near = above <= above[outline].min() + CHOANA_MM[1]
+    rows = np.flatnonzero((outline & near).any(axis=0))
+    if not len(rows):
+        return None
+    rear = [v[np.flatnonzero(outline[:, row] & near[:, row])[-1]] for row in rows]
+    choana = float(np.median(rear)) + STEP_MM / 2
+    origin = np.array([midplane.offset_mm, choana, height + slope * choana]) @ axes
+    turn = np.arctan(slope)
+    tilted = np.cos(turn) * axes[1] + np.sin(turn) * axes[2]
+    return NoseFrame(
+        np.stack([left, tilted, np.cross(left, tilted)]), origin, has_floor
+    )
+
+
+def _corners(volume: Volume) -> NDArray[np.float64]:
+    """List the corners ``(8, 3)`` of a patient-aligned grid, LPS."""
+    ends = np.array(np.meshgrid(*([0, n - 1] for n in volume.shape[::-1])))
+    return volume.origin_mm + ends.reshape(3, 8).T * volume.spacing_mm
+
+
+def _outline(
+    airways: Airways,
+    distance: Volume,
+    axes: NDArray[np.float64],
+    middle_mm: float,
+    grid: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> NDArray[np.bool_]:
+    """Mark where a septum stands between air and air, ``(back, up)``; one piece."""
+    u = middle_mm + np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
+    points = np.stack(np.meshgrid(u, *grid, indexing="ij"), axis=-1) @ axes
+    inner = airways.outside_mm.sample(points.reshape(-1, 3)) > 0
+    air = (distance.sample(points.reshape(-1, 3)) < 0) & inner
+    air = air.reshape(points.shape[:3])
+    before = np.maximum.accumulate(air, axis=0)
+    behind = np.maximum.accumulate(air[::-1], axis=0)[::-1]
+    central = np.abs(u - middle_mm) <= SEPTUM_MM
+    between: NDArray[np.bool_] = (~air & before & behind)[central].any(axis=0)
+    opened = ndimage.binary_opening(between, iterations=2)
+    parts, count = ndimage.label(opened)
+    if not count:
+        return opened
+    largest = np.bincount(parts.ravel())[1:].argmax() + 1
+    result: NDArray[np.bool_] = parts == largest
+    return result
+
+
+def _is_scanned(airways: Airways, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which points lie in the head and not beyond what was scanned."""
+    grid = airways.outside_mm
+    high = grid.origin_mm + (np.array(grid.shape[::-1]) - 1) * grid.spacing_mm
+    inside = np.all((points > grid.origin_mm) & (points < high), axis=1)
+    result: NDArray[np.bool_] = inside & (grid.sample(points) > 0)
+    return result
+
+
+def _line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
+    """Fit a line by medians of slopes (Theil 1950, Sen 1968): slope and height at 0."""
+    i, j = np.triu_indices(len(x), max(len(x) // 4, 1))
+    if not len(i):
+        return 0.0, float(np.median(y))
+    slope = float(np.median((y[j] - y[i]) / (x[j] - x[i])))
+    return slope, float(np.median(y - slope * x))
