@@ -173,6 +173,14 @@ def read_series(
     interpolation instead of refusing the series. Raises ValueError naming the file
     that is damaged or does not fit.
     """
+    volume, layout = read_stack(series, allow_gaps=allow_gaps, progress=progress)
+    return volume, layout_notes(layout, volume)
+
+
+def read_stack(
+    series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
+) -> tuple[Volume, Layout]:
+    """Read a series as `read_series` does; gives how its slices lay."""
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES
     limit = memory_limit()
     if need > limit:
@@ -216,10 +224,12 @@ def read_series(
     whole = not (np.asarray(volume.values) % 1).any()
     if whole and low >= -32768 and high <= 32767:
         volume = volume.with_values(volume.values.astype(np.int16), volume.background)
-    return volume, _notes(layout, missing, volume)
+    return volume, layout
 
 
-def _notes(layout: Layout, missing: list[tuple[int, int]], volume: Volume) -> list[str]:
+def layout_notes(layout: Layout, volume: Volume) -> list[str]:
+    """Say what was done to slices that lay so to make them a volume."""
+    missing = layout.missing()
     notes = []
     if not layout.is_regular:
         low, high = layout.steps_mm.min(), layout.steps_mm.max()

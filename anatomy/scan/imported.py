@@ -70,7 +70,8 @@ class ImportedHead:
 
     ct: int16 CT numbers. distance: float32 mm to the air surface, negative in air.
     blood, skin: uint8, as a phantom's; a scan does not show blood, so mucosa has the
-    mean of healthy ones. named: the air by its places, under a phantom's labels. face: float32 mm to the outside of the whole head, negative in the room, on a
+    mean of healthy ones. named: the air by its places, under a phantom's labels.
+    face: float32 mm to the outside of the whole head, negative in the room, on a
     coarse grid of its own. approach: how a scope comes in, None where the scan does not
     tell.
     """
@@ -136,7 +137,7 @@ def import_head(
     is_ct = scan.modality is Modality.CT
     # in MR walls of bone are air, and what they part is one
     frame = find_nose_frame(airways, distance, midplane) if is_ct else None
-    named = name_sinuses(airways, spaces, distance, midplane, frame)
+    named = name_sinuses(airways, spaces, distance, midplane, frame, scan.volume)
     report("Finding surfaces", 1.0)
     bare = np.zeros(fine.shape, np.bool_)
     if is_ct:

@@ -37,6 +37,9 @@ STEEPEST = 0.5
 HIGH_MM = 44.0
 """From the nasal floor to the cribriform plate; adults have 40 to 48 mm."""
 
+SETTLES = 0.5
+"""Of the first turn: a second look that turns the floor by more has found another."""
+
 BORDER_MM = 3.0
 """An edge so near to the end of what was scanned may have been cut."""
 
@@ -71,13 +74,30 @@ def find_nose_frame(
         return None
     left = midplane.normal
     back = np.array([0.0, 1.0, 0.0]) - left[1] * left
-    back /= np.linalg.norm(back)
+    first = _frame_along(back, airways, distance, midplane)
+    if first is None or not first.has_floor:
+        return first
+    # of a tilted outline another part is the hard palate's: look along its own floor
+    second = _frame_along(first.axes[1], airways, distance, midplane)
+    if second is None or not second.has_floor:
+        return first
+    turned = abs(float(second.axes[1] @ first.axes[2]))
+    settles = turned < SETTLES * abs(float(first.axes[1] @ np.cross(left, back)))
+    return second if settles else first
+
+
+def _frame_along(
+    back: NDArray[np.float64], airways: Airways, distance: Volume, midplane: Midplane
+) -> NoseFrame | None:
+    """Find the frame from a direction ``(3,)`` towards the back that is near it."""
+    left, middle_mm = midplane.normal, midplane.offset_mm
+    back = back / np.linalg.norm(back)
     axes = np.stack([left, back, np.cross(left, back)])
     corners = _corners(distance) @ axes.T
     low, high = corners.min(axis=0), corners.max(axis=0)
     v = np.arange(low[1], high[1], STEP_MM)
     w = np.arange(low[2], high[2], STEP_MM)
-    outline = _outline(airways, distance, axes, midplane.offset_mm, (v, w))
+    outline = _outline(airways, distance, axes, middle_mm, (v, w))
     if np.count_nonzero(outline) * STEP_MM**2 < LEAST_MM2:
         return None
     columns = np.flatnonzero(outline.any(axis=1))
@@ -87,7 +107,7 @@ def find_nose_frame(
     lowest = w[outline[columns].argmax(axis=1)]
     slope, height = _line(v[columns], lowest)
     under = np.stack(
-        [np.full(len(columns), midplane.offset_mm), v[columns], lowest - BORDER_MM], 1
+        [np.full(len(columns), middle_mm), v[columns], lowest - BORDER_MM], 1
     )
     is_seen = _is_scanned(airways, under @ axes)
     has_floor = bool(np.mean(is_seen) > 0.7) and abs(slope) < STEEPEST
@@ -103,12 +123,11 @@ def find_nose_frame(
         return None
     rear = [v[np.flatnonzero(outline[:, row] & near[:, row])[-1]] for row in rows]
     choana = float(np.median(rear)) + STEP_MM / 2
-    origin = np.array([midplane.offset_mm, choana, height + slope * choana]) @ axes
+    origin = np.array([middle_mm, choana, height + slope * choana]) @ axes
     turn = np.arctan(slope)
     tilted = np.cos(turn) * axes[1] + np.sin(turn) * axes[2]
-    return NoseFrame(
-        np.stack([left, tilted, np.cross(left, tilted)]), origin, has_floor
-    )
+    turned = np.stack([axes[0], tilted, np.cross(axes[0], tilted)])
+    return NoseFrame(turned, origin, has_floor)
 
 
 def _corners(volume: Volume) -> NDArray[np.float64]:

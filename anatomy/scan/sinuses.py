@@ -18,6 +18,7 @@ from anatomy.scan.airways import CAVITY_MM3, Airways, part_middles
 from anatomy.scan.chambers import SINUS_ASIDE_MM, AirSpaces, side_of
 from anatomy.scan.midplane import Midplane
 from anatomy.scan.nose_frame import NoseFrame
+from anatomy.scan.scan import inside
 from anatomy.tissue import Label, Side
 from renderers.scene.volume import Volume
 
@@ -50,8 +51,8 @@ SINUS_NAMES = ("maxillary", "frontal", "ethmoid", "sphenoid")
 BY_PLACE = "named by place; not checked by a person"
 
 BY_ROOF = (
-    "named by place below the nose's roof, for its floor is not in the scan: less sure; "
-    "not checked by a person"
+    "named by place below the nose's roof, for its floor is not in the scan: less "
+    "sure; not checked by a person"
 )
 
 NO_FRAME = (
@@ -83,13 +84,15 @@ class Sinus:
 class NamedAir:
     """Hold a head's inner air under the phantom's label numbers.
 
-    labels: uint8 `Label`. sinuses: those with a name, then spaces without one, each
-    group largest first. confidence: how they came to their names.
+    labels: uint8 `Label`. sinuses: those with a name, right before left, then spaces
+    without one, largest first. confidence: how they came to their names. frame: None
+    where it was not found.
     """
 
     labels: Volume
     sinuses: tuple[Sinus, ...]
     confidence: str
+    frame: NoseFrame | None
 
 
 def name_sinuses(
@@ -98,15 +101,20 @@ def name_sinuses(
     distance: Volume,
     midplane: Midplane,
     frame: NoseFrame | None,
+    scanned: Volume,
 ) -> NamedAir:
     """Name the air of a head.
 
     distance: signed mm to the air surface, negative in air, on the airways' grid. Air
     apart from the passages that lies in no sinus's place stays `Label.UNNAMED_AIR`.
-    frame: None leaves all of it so.
+    frame: None leaves all of it so. scanned: the scan as it was taken; beyond it
+    nothing is air of the head.
     """
     inner = np.asarray(airways.labels.values) > 0
-    closed = np.asarray(airways.labels.values) > 1
+    voxels = np.nonzero(inner)
+    points = distance.origin_mm + np.stack(voxels[::-1], 1) * distance.spacing_mm
+    inner[voxels] = inside(scanned, points, -0.5)
+    closed = inner & (np.asarray(airways.labels.values) > 1)
     labels = np.where(inner, np.uint8(Label.NASAL_AIR), np.uint8(0))
     labels[inner & ~spaces.passages()] = Label.UNNAMED_AIR
     labels[closed] = Label.UNNAMED_AIR
@@ -122,12 +130,12 @@ def name_sinuses(
     confidence = NO_FRAME
     if frame is not None:
         confidence = BY_PLACE if frame.has_floor else BY_ROOF
-    return NamedAir(distance.with_values(labels, 0.0), (*order, *rest), confidence)
+    return NamedAir(
+        distance.with_values(labels, 0.0), (*order, *rest), confidence, frame
+    )
 
 
-def _window(
-    distance: Volume, frame: NoseFrame
-) -> tuple[slice, slice, slice]:
+def _window(distance: Volume, frame: NoseFrame) -> tuple[slice, slice, slice]:
     """Return the part of the grid about the nose."""
     ends = np.array(np.meshgrid(*AROUND_MM)).reshape(3, 8).T @ frame.axes
     ends = (ends + frame.origin_mm - distance.origin_mm) / distance.spacing_mm
@@ -178,8 +186,8 @@ def _name_pieces(
     far = np.abs(middles[:, 0]) > SINUS_ASIDE_MM
     is_stray = (names == "") & far & (middles[:, 2] > PHARYNX_MM)
     found[is_stray[numbers]] = Label.UNNAMED_AIR
-    inside = (names == "")[numbers] & ~closed[where] & (found == Label.UNNAMED_AIR)
-    found[inside & ~far[numbers]] = Label.NASAL_AIR
+    nameless = (names == "")[numbers] & ~closed[where] & (found == Label.UNNAMED_AIR)
+    found[nameless & ~far[numbers]] = Label.NASAL_AIR
     throat = (found == Label.NASAL_AIR) & (places[:, 1] > 0)
     found[throat & (places[:, 2] < PHARYNX_MM)] = Label.NASOPHARYNX_AIR
     labels[where] = found
@@ -188,9 +196,7 @@ def _name_pieces(
     sides[where] = np.where((names != "")[numbers], side[numbers], 0)
 
 
-def _pieces(
-    depth: NDArray[np.float32], inner: NDArray[np.bool_]
-) -> NDArray[np.int32]:
+def _pieces(depth: NDArray[np.float32], inner: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Number the basins of a signed distance, parted where air is narrow."""
     sitk = importlib.import_module("SimpleITK")
     image = sitk.GetImageFromArray(np.where(inner, depth, np.float32(1)))
@@ -261,7 +267,5 @@ def _unnamed(
         center = distance.origin_mm + middles[part][::-1] * spacing
         side = side_of(float(midplane.aside(center)))
         is_open = not closed[parts == part].all()
-        found.append(
-            Sinus("", side, center, float(sizes[part]) / 1000, is_open)
-        )
+        found.append(Sinus("", side, center, float(sizes[part]) / 1000, is_open))
     return found
