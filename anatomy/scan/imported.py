@@ -43,6 +43,8 @@ MARGIN_MM = 15.0
 
 NOSTRIL_RADIUS_MM = 5.0
 
+SINUS_RADIUS_MM = 5.0
+
 NOSTRIL_ASIDE_MM = 15.0
 """From the head's midplane; further out air meets the room at an ear or a cheek."""
 
@@ -171,6 +173,12 @@ def import_head(
     marks = _landmarks(nostrils, approach)
     for name, place in _face(rough, nostrils, approach, midplane).items():
         marks[name] = Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
+    for sinus in named.sinuses:
+        if sinus.name:
+            mark = Landmark(
+                f"{sinus.name} sinus", sinus.side, sinus.center_mm, SINUS_RADIUS_MM
+            )
+            marks[mark.key] = mark
     room = [note for note in rough.notes if note == NO_ROOM]
     notes = (*scan.notes, *room, *airways.notes, *([BARE] if bare.any() else []), found)
     return ImportedHead(
