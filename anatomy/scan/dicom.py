@@ -166,21 +166,13 @@ def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
 
 def read_series(
     series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
-) -> tuple[Volume, list[str]]:
+) -> tuple[Volume, Layout]:
     """Read a series as a volume in LPS and HU (MR: stored values), float32 or int16.
 
-    Gives it with notes on what was done to it. allow_gaps: bridge missing slices by
+    Gives it with how its slices lay. allow_gaps: bridge missing slices by
     interpolation instead of refusing the series. Raises ValueError naming the file
     that is damaged or does not fit.
     """
-    volume, layout = read_stack(series, allow_gaps=allow_gaps, progress=progress)
-    return volume, layout_notes(layout, volume)
-
-
-def read_stack(
-    series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
-) -> tuple[Volume, Layout]:
-    """Read a series as `read_series` does; gives how its slices lay."""
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES
     limit = memory_limit()
     if need > limit:

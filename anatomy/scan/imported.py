@@ -28,9 +28,9 @@ from anatomy.scan.bare_bone import bare_bone
 from anatomy.scan.chambers import SINUS_ASIDE_MM, AirSpaces, find_chambers
 from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.midplane import Midplane, find_midplane
+from anatomy.scan.named_air import NamedAir, name_sinuses
 from anatomy.scan.nose_frame import find_nose_frame
 from anatomy.scan.scan import Modality, Scan, isotropic, patient_box
-from anatomy.scan.sinuses import NamedAir, name_sinuses
 from anatomy.tissue import TISSUES, Side, encode_blood
 from disk import UserError
 from renderers.scene.volume import Volume

@@ -34,11 +34,11 @@ CHOANA_MM = (3.0, 14.0)
 STEEPEST = 0.5
 """Slope of a floor in the scan; a steeper one is none."""
 
-HIGH_MM = 44.0
-"""From the nasal floor to the cribriform plate; adults have 40 to 48 mm."""
-
 SETTLES = 0.5
 """Of the first turn: a second look that turns the floor by more has found another."""
+
+SEEN_SHARE = 0.7
+"""Of the floor that must have tissue below it, and not the end of the scan."""
 
 BORDER_MM = 3.0
 """An edge so near to the end of what was scanned may have been cut."""
@@ -48,14 +48,11 @@ BORDER_MM = 3.0
 class NoseFrame:
     """Hold a nose's axes: left, back and up, and its origin on the floor at the choana.
 
-    axes: ``(3, 3)``, one unit vector a row, LPS. origin_mm: ``(3,)`` LPS. has_floor:
-    the floor is in view; otherwise it is set `HIGH_MM` below the roof, and the scan's
-    own axes tell up from down.
+    axes: ``(3, 3)``, one unit vector a row, LPS. origin_mm: ``(3,)`` LPS.
     """
 
     axes: NDArray[np.float64]
     origin_mm: NDArray[np.float64]
-    has_floor: bool
 
     def places(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far points ``(..., 3)`` lie to the left, back and up, in mm."""
@@ -66,7 +63,7 @@ class NoseFrame:
 def find_nose_frame(
     airways: Airways, distance: Volume, midplane: Midplane
 ) -> NoseFrame | None:
-    """Find the frame; None where the halves are not alike or no septum is seen.
+    """Find the frame; None where the halves are not alike, or septum or floor not seen.
 
     distance: signed mm to the air surface, negative in air, on the airways' grid.
     """
@@ -75,11 +72,11 @@ def find_nose_frame(
     left = midplane.normal
     back = np.array([0.0, 1.0, 0.0]) - left[1] * left
     first = _frame_along(back, airways, distance, midplane)
-    if first is None or not first.has_floor:
-        return first
+    if first is None:
+        return None
     # of a tilted outline another part is the hard palate's: look along its own floor
     second = _frame_along(first.axes[1], airways, distance, midplane)
-    if second is None or not second.has_floor:
+    if second is None:
         return first
     turned = abs(float(second.axes[1] @ first.axes[2]))
     settles = turned < SETTLES * abs(float(first.axes[1] @ np.cross(left, back)))
@@ -110,14 +107,10 @@ def _frame_along(
         [np.full(len(columns), middle_mm), v[columns], lowest - BORDER_MM], 1
     )
     is_seen = _is_scanned(airways, under @ axes)
-    has_floor = bool(np.mean(is_seen) > 0.7) and abs(slope) < STEEPEST
-    if not has_floor:
-        highest = w[outline.shape[1] - 1 - outline[columns, ::-1].argmax(axis=1)]
-        slope, height = 0.0, float(np.median(highest)) - HIGH_MM
+    if np.mean(is_seen) < SEEN_SHARE or abs(slope) > STEEPEST:
+        return None
     above = w[None, :] - (height + slope * v[:, None])
     near = (above >= CHOANA_MM[0]) & (above <= CHOANA_MM[1])
-    if not has_floor:
-        near = above <= above[outline].min() + CHOANA_MM[1]
     rows = np.flatnonzero((outline & near).any(axis=0))
     if not len(rows):
         return None
@@ -127,7 +120,7 @@ def _frame_along(
     turn = np.arctan(slope)
     tilted = np.cos(turn) * axes[1] + np.sin(turn) * axes[2]
     turned = np.stack([axes[0], tilted, np.cross(axes[0], tilted)])
-    return NoseFrame(turned, origin, has_floor)
+    return NoseFrame(turned, origin)
 
 
 def _corners(volume: Volume) -> NDArray[np.float64]:
@@ -152,13 +145,13 @@ def _outline(
     before = np.maximum.accumulate(air, axis=0)
     behind = np.maximum.accumulate(air[::-1], axis=0)[::-1]
     central = np.abs(u - middle_mm) <= SEPTUM_MM
-    between: NDArray[np.bool_] = (~air & before & behind)[central].any(axis=0)
-    opened = ndimage.binary_opening(between, iterations=2)
+    between = np.any((~air & before & behind)[central], axis=0)
+    opened: NDArray[np.bool_] = ndimage.binary_opening(between, iterations=2)
     parts, count = ndimage.label(opened)
     if not count:
         return opened
     largest = np.bincount(parts.ravel())[1:].argmax() + 1
-    result: NDArray[np.bool_] = parts == largest
+    result: NDArray[np.bool_] = np.asarray(parts) == largest
     return result
 
 

@@ -19,7 +19,7 @@ from anatomy.scan.dicom import (
     choose_series,
     find_series,
     layout_notes,
-    read_stack,
+    read_series,
 )
 from anatomy.scan.dicom_folder import is_dicom
 from anatomy.scan.slice_stack import Layout
@@ -139,7 +139,7 @@ def read_scan(
     if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         chosen = choose_series(find_series(folder, progress), series)
-        volume, layout = read_stack(chosen, allow_gaps=allow_gaps, progress=progress)
+        volume, layout = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
         notes = layout_notes(layout, volume)
         stated = _named(chosen.modality)
     else:

@@ -173,14 +173,13 @@ def _view(scan: Scan, head: ImportedHead) -> list[QualityRecord]:
             "cannot be trained",
         )
     frame = head.named.frame
-    if frame is not None:
-        if not frame.has_floor:
-            cut(
-                "nasal floor",
-                "the nasal floor is not in view",
-                "sinuses are named from the roof down, and the lower passages are "
-                "missing",
-            )
+    if frame is None:
+        cut(
+            "nasal floor",
+            "the nasal floor below the septum is not in view, or was not found",
+            "no sinus is named, and the lower passages may be missing",
+        )
+    else:
         for name, place, limits in (
             ("skull base", ROOF_MM, "distances to it are unknown"),
             ("frontal sinuses", FRONT_MM, "frontal sinuses and recess are incomplete"),

@@ -56,7 +56,7 @@ def test_what_was_cut_is_told(phantom: Phantom) -> None:
     front = round((0.0 - float(ct.origin_mm[1])) / phantom.spacing_mm)
     top = round((40.0 - float(ct.origin_mm[2])) / phantom.spacing_mm)
     values = np.minimum(np.asarray(ct.values)[:top, front:], 600)
-    origin = ct.origin_mm + [0.0, front * phantom.spacing_mm, 0.0]
+    origin = ct.origin_mm + np.array([0.0, front * phantom.spacing_mm, 0.0])
     cut = Scan(
         Volume(values, ct.spacing_mm, origin, background=-1000.0), Modality.CT, ()
     )

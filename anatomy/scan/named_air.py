@@ -50,13 +50,8 @@ SINUS_NAMES = ("maxillary", "frontal", "ethmoid", "sphenoid")
 
 BY_PLACE = "named by place; not checked by a person"
 
-BY_ROOF = (
-    "named by place below the nose's roof, for its floor is not in the scan: less "
-    "sure; not checked by a person"
-)
-
 NO_FRAME = (
-    "the nose's floor, septum and choana were not found: no sinus is named, all stay "
+    "the nasal floor, septum and choana were not found: no sinus is named, all stay "
     "air without a name"
 )
 
@@ -127,9 +122,7 @@ def name_sinuses(
         named = _listed(labels, sides, closed, distance)
     rest = _unnamed(labels, closed, distance, midplane)
     order = sorted(named, key=lambda s: (SINUS_NAMES.index(s.name), int(s.side)))
-    confidence = NO_FRAME
-    if frame is not None:
-        confidence = BY_PLACE if frame.has_floor else BY_ROOF
+    confidence = NO_FRAME if frame is None else BY_PLACE
     return NamedAir(
         distance.with_values(labels, 0.0), (*order, *rest), confidence, frame
     )

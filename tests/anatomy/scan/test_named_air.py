@@ -11,8 +11,8 @@ from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.population import draw_parameters
 from anatomy.scan.imported import ImportedHead, import_head
+from anatomy.scan.named_air import BY_PLACE, NO_FRAME
 from anatomy.scan.scan import Modality, Scan
-from anatomy.scan.sinuses import BY_PLACE, NO_FRAME
 from anatomy.tissue import Label, Side
 from renderers.scene.volume import AIR_HU, Volume
 
@@ -73,7 +73,8 @@ FINE = {"maxillary": 0.9, "frontal": 0.8, "ethmoid": 0.8, "sphenoid": 0.9}
 """Measured on six heads: 0.97 to 0.99, 0.86 to 0.93, 0.90 to 0.96, 0.97 to 0.98."""
 
 COARSE = {"maxillary": 0.9, "frontal": 0.8, "ethmoid": 0.7, "sphenoid": 0.85}
-"""In voxels of 1 x 1 x 2 mm; measured: 0.95, 0.84 to 0.90, 0.79 to 0.84, 0.91 to 0.97."""
+"""In voxels of 1 x 1 x 2 mm; measured: 0.95, 0.84 to 0.90, 0.79 to 0.84 and
+0.91 to 0.97."""
 
 
 def thick(ct: Volume) -> Volume:
