@@ -28,10 +28,12 @@ from anatomy.files.volumes import load_volume, save_volume, write_file
 from anatomy.hazard_volumes import FARTHEST_MM as HAZARD_MM
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.phantom.head_skin import head_skin
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom
 from anatomy.phantom.synthetic_mr import magnetic_resonance
+from anatomy.queries.drainage import trapped_sinuses
 from anatomy.queries.landmarks import Landmark
+from anatomy.queries.lund_mackay import lund_mackay
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.histogram import find_peaks, transfer_of
@@ -163,12 +165,55 @@ class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
     free_mm: float
 
 
+class DiseaseRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Say what a phantom's volumes show of disease.
+
+    right, left: Lund-Mackay scores recounted from the labels, with the polyps' grade
+    asked for. trapped: sinuses whose air has no way to the nose.
+    """
+
+    right: Opacity
+    left: Opacity
+    trapped: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, phantom: Phantom) -> "DiseaseRecord":
+        """Recount a phantom; a diseased one is built once more without disease."""
+        found = lund_mackay(phantom)
+        right, left = (
+            msgspec.structs.replace(
+                found[side], polyps=phantom.parameters.opacity_of(side).polyps
+            )
+            for side in (Side.RIGHT, Side.LEFT)
+        )
+        return cls(right=right, left=left, trapped=trapped_sinuses(phantom))
+
+    def sentences(self) -> tuple[str, ...]:
+        """Tell the scores and what cannot drain, a line each."""
+        total = self.right.total + self.left.total
+        told = [
+            f"Lund-Mackay score {total} of 24: right {self.right.total}, left "
+            f"{self.left.total}"
+        ]
+        for name, held in (("right", self.right), ("left", self.left)):
+            scores = {
+                field.replace("_", " "): getattr(held, field)
+                for field in held.__struct_fields__
+            }
+            if any(scores.values()):
+                listed = ", ".join(f"{field} {n}" for field, n in scores.items() if n)
+                told.append(f"{name}: {listed}")
+        told += [f"the air of the {name} sinus cannot drain" for name in self.trapped]
+        return tuple(told)
+
+
 class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Hold what ``case.json`` says.
 
     label_names: by the labels' values in decimal.
     parameters: of a phantom. sources, notes, airway_ml, cavities, openings, approach:
-    of a scan; the second source is the second volume. transfer: for mode `classic`.
+    of a scan; the second source is the second volume. disease: of a phantom, where it
+    was recounted. transfer: for mode `classic`.
     sha256: of each volume's values, by name. walls: None where nobody knows what lies
     behind the surface. hazard_source: how the hazards were found, "" without any.
     quality: of the scan.
@@ -189,6 +234,7 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     walls: WallsRecord | None = None
     hazard_source: str = ""
     quality: tuple[QualityRecord, ...] = ()
+    disease: DiseaseRecord | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,12 +262,16 @@ class Case:
 
 
 def write_case(
-    phantom: Phantom, folder: Path | str, *, resonance: bool = False
+    phantom: Phantom,
+    folder: Path | str,
+    *,
+    resonance: bool = False,
+    disease: DiseaseRecord | None = None,
 ) -> None:
     """Write a phantom as a case folder, each file atomically; resonance: T1, T2 too.
 
-    The skin of the whole head and places on the face come along, as an imported head
-    has them.
+    disease: what `DiseaseRecord.of` found, to be told in the record. The skin of the
+    whole head and places on the face come along, as an imported head has them.
     """
     face = head_skin(phantom.parameters)
     volumes = {
@@ -244,6 +294,7 @@ def write_case(
         parameters=phantom.parameters,
         sha256={},
         transfer=TransferRecord.of(transfer_of(find_peaks(phantom.ct))),
+        disease=disease,
     )
     nostril = phantom.landmarks["nostril, right"].position_mm
     marks = {

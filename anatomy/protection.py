@@ -65,8 +65,10 @@ def protecting_walls(
     used = np.flatnonzero(counts)
     used = used[used > 0]
     if len(used) >= _MOST_ROWS:
-        # the rarest walls no longer say what they protect
-        rare = used[np.argsort(counts[used], kind="stable")][: len(used) // 2]
+        # the rarest walls no longer say what they protect; each kind keeps one row more
+        kinds_used = len(np.unique((used - 1) // (len(names) + 1)))
+        rarest = used[np.argsort(counts[used], kind="stable")]
+        rare = rarest[: len(used) - (_MOST_ROWS - 1 - kinds_used)]
         merged = np.arange(len(counts))
         merged[rare] = 1 + (rare - 1) // (len(names) + 1) * (len(names) + 1)
         codes = merged[codes]

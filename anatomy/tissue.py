@@ -46,6 +46,8 @@ class Label(IntEnum):
     FAT = 40
     MUSCLE = 41
     SKIN = 42
+    PTERYGOPALATINE_FOSSA = 43
+    ORBITAL_FISSURE = 44
     GLOBE = 50
     LENS = 51
     OPTIC_NERVE = 52
@@ -57,6 +59,8 @@ class Label(IntEnum):
     ETHMOIDAL_ARTERY = 71
     SPHENOPALATINE_ARTERY = 72
     NASOLACRIMAL_DUCT = 73
+    VIDIAN_NERVE = 74
+    MAXILLARY_NERVE = 75
 
 
 class Side(IntEnum):
@@ -164,12 +168,16 @@ _LABELLED = {
     "skull base": (Label.CRIBRIFORM, Label.FOVEA),
     "sphenoid canal": (Label.SPHENOID_WALL,),
     "tooth": (Label.TEETH,),
-    "fat": (Label.FAT,),
+    "fat": (Label.FAT, Label.PTERYGOPALATINE_FOSSA, Label.ORBITAL_FISSURE),
     "muscle": (Label.MUSCLE, Label.EXTRAOCULAR_MUSCLE),
     "skin": (Label.SKIN,),
     "vitreous": (Label.GLOBE,),
     "lens": (Label.LENS,),
-    "optic nerve": (Label.OPTIC_NERVE,),
+    "optic nerve": (
+        Label.OPTIC_NERVE,
+        Label.VIDIAN_NERVE,
+        Label.MAXILLARY_NERVE,
+    ),
     "brain": (Label.BRAIN,),
     "dura": (Label.DURA,),
     "csf": (Label.CSF, Label.NASOLACRIMAL_DUCT),

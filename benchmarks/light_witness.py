@@ -84,6 +84,11 @@ class Agreement:
         )
 
     @property
+    def is_same_light(self) -> bool:
+        """Return whether noise explains the difference of the means."""
+        return abs(self.mean) < OFF_BY_SIGMAS * self.mean_error
+
+    @property
     def remains(self) -> float:
         """Return the root mean square difference that noise does not explain."""
         return math.sqrt(max(self.rms**2 - self.noise**2, 0.0))

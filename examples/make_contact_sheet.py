@@ -1,61 +1,227 @@
-"""Make ``docs/pictures/anatomy_seeds.png``: coronal CT slices of twelve patients.
+"""Make the sheets of the synthetic heads in ``docs/pictures``.
 
     python examples/make_contact_sheet.py
+    python examples/make_contact_sheet.py --beside patient/ --out out/sheets
 
-Each patient is drawn from a seed; three slices each, from the frontal recess over the
-ostiomeatal complex to the sphenoid sinuses. The patient's right is on the left, as in
-radiology; the window is the one used for sinuses, 2000 HU wide about 300.
+``anatomy_seeds.png``: four planes of twelve patients drawn from seeds, at bone window
+(width 2000 HU, level 350): coronal through the ostiomeatal complex and the sphenoid
+sinuses, axial through the ethmoid, sagittal beside the septum. The patient's right is
+on the left, as in radiology. ``anatomy_views.png``: what an endoscope sees in twelve
+heads, one for each of the variants and diseases named above it.
+
+``--beside``: a folder that ``paravol import`` made; its planes come first. Such a sheet
+must go elsewhere (``--out``): a patient's scan is not for the documents.
 """
 
+import argparse
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+import paravol
 from anatomy import Phantom, build_phantom, draw_parameters
+from anatomy.case import read_case
+from renderers.scene import Volume
 
+PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
 SEEDS = range(12)
-COLUMNS = 3
+COLUMNS = 2
 SPACING_MM = 0.5
-FIELD_MM = ((-52.0, 52.0), (2.0, 70.0), (-14.0, 80.0))
-SLICES_MM = (12.0, 28.0, 62.0)
-LOW_HU, HIGH_HU = -700.0, 1300.0
+FIELD_MM = ((-52.0, 52.0), (-20.0, 92.0), (-14.0, 80.0))
+CORONAL_MM = (27.0, 64.0)
+AXIAL_MM, SAGITTAL_MM = 38.0, 9.0
+NOSTRILS_MM = np.array((0.0, -11.5, -9.0))
+"""Between the nostrils of the average head, from its nasal spine; LPS."""
+LOW_HU, HIGH_HU = -650.0, 1350.0
+SIDE_PX = 224
+
+VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
+    ("average, nostril", {}, "nostril, right", "middle meatus, right", 4.0),
+    ("average, middle meatus", {}, "nasal valve, right", "middle meatus, right", 12.0),
+    (
+        "average, recess",
+        {},
+        "nostril, right",
+        "sphenoethmoidal recess, right",
+        48.0,
+    ),
+    ("average, choana", {}, "nostril, left", "choana, left", 40.0),
+    (
+        "concha bullosa",
+        {"variants": ("concha-bullosa:right",)},
+        "nasal valve, right",
+        "middle meatus, right",
+        10.0,
+    ),
+    (
+        "paradoxical turbinate",
+        {"variants": ("paradoxical-turbinate:left",)},
+        "nasal valve, left",
+        "middle meatus, left",
+        10.0,
+    ),
+    (
+        "septal spur",
+        {"variants": ("septal-spur:right",)},
+        "nasal valve, right",
+        "choana, right",
+        8.0,
+    ),
+    (
+        "septal deviation",
+        {"variants": ("septal-deviation",)},
+        "nasal valve, right",
+        "choana, right",
+        4.0,
+    ),
+    (
+        "polyps, grade 2",
+        {"disease": ("polyps:right=2",)},
+        "nasal valve, right",
+        "middle meatus, right",
+        8.0,
+    ),
+    (
+        "polyps, grade 3",
+        {"disease": ("polyps:left=3",)},
+        "nasal valve, left",
+        "middle meatus, left",
+        4.0,
+    ),
+    (
+        "antrostomy, fluid",
+        {"disease": ("antrostomy:right=120", "fluid:maxillary:right=0.3")},
+        "nasal valve, right",
+        "maxillary ostium, right",
+        16.0,
+    ),
+    (
+        "congested",
+        {"disease": ("congestion=1",)},
+        "nasal valve, left",
+        "middle meatus, left",
+        6.0,
+    ),
+)
+"""Caption, what `paravol.phantom` is asked for, where the scope comes from, where it
+looks, and how far it has come, mm."""
 
 
 def main() -> None:
-    """Build the heads, cut, label and save."""
-    cells = [labelled(seed) for seed in SEEDS]
-    rows = [np.hstack(cells[i : i + COLUMNS]) for i in range(0, len(cells), COLUMNS)]
-    target = Path(__file__).parents[1] / "docs" / "pictures" / "anatomy_seeds.png"
-    Image.fromarray(np.vstack(rows)).save(target, optimize=True)
+    """Build the heads, cut, draw and save."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--beside", type=Path, help="an imported patient's folder")
+    parser.add_argument("--out", type=Path, default=PICTURES)
+    chosen = parser.parse_args()
+    if chosen.beside is not None and chosen.out == PICTURES:
+        parser.error("--beside needs --out: a patient's scan is not for the documents")
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    cells = [] if chosen.beside is None else [real(chosen.beside)]
+    cells += [drawn(seed) for seed in SEEDS]
+    save(cells, COLUMNS, chosen.out / "anatomy_seeds.png")
+    save([view(*words) for words in VIEWS], 6, chosen.out / "anatomy_views.png")
+
+
+def save(cells: list[NDArray[np.uint8]], columns: int, target: Path) -> None:
+    """Lay pictures out in rows, as wide as the widest, and write them."""
+    wide = max(cell.shape[1] for cell in cells)
+    high = max(cell.shape[0] for cell in cells)
+    depth = cells[0].shape[2:]
+    sheet = np.zeros(
+        (-(-len(cells) // columns) * high, columns * wide, *depth), np.uint8
+    )
+    for i, cell in enumerate(cells):
+        top, left = i // columns * high, i % columns * wide
+        sheet[top : top + cell.shape[0], left : left + cell.shape[1]] = cell
+    Image.fromarray(sheet).save(target, optimize=True)
     print(target)
 
 
-def labelled(seed: int) -> NDArray[np.uint8]:
-    """Give one patient's slices side by side with the seed and the variants."""
+def drawn(seed: int) -> NDArray[np.uint8]:
+    """Give one patient's planes side by side with the seed and the variants."""
     parameters = draw_parameters(seed)
     phantom = build_phantom(parameters, SPACING_MM, field_mm=FIELD_MM)
-    cell = np.hstack([coronal(phantom, at) for at in SLICES_MM])
-    picture = Image.fromarray(np.pad(cell, ((22, 6), (3, 3))))
-    words = [v.replace(":left", " L").replace(":right", " R")
-             for v in parameters.variants if not v.startswith("agger")]  # fmt: skip
+    words = [v.replace(":left", " L").replace(":right", " R") for v in rare(phantom)]
     line = ", ".join([f"{seed}: keros {parameters.keros_mm:.1f}", *words])
+    return labelled(planes(phantom.ct, parameters.head_scale), line)
+
+
+def rare(phantom: Phantom) -> list[str]:
+    """Name the variants that most sides do not have."""
+    usual = ("agger", "retrobulbar", "suprabullar")
+    return [v for v in phantom.parameters.variants if not v.startswith(usual)]
+
+
+def real(folder: Path) -> NDArray[np.uint8]:
+    """Give an imported patient's planes, placed by where a scope enters."""
+    case = read_case(folder)
+    entries = [m.position_mm for m in case.landmarks.values() if "nostril" in m.name]
+    entries = entries or [case.landmarks["entrance"].position_mm]
+    shift_mm = np.mean(entries, axis=0) - NOSTRILS_MM
+    return labelled(planes(case.ct, 1.0, shift_mm), f"{folder.name}: a real scan")
+
+
+def planes(
+    ct: Volume, scale: float, shift_mm: NDArray[np.float64] | None = None
+) -> NDArray[np.uint8]:
+    """Cut the four planes of a head whose lengths are `scale` times the average's.
+
+    shift_mm: where its nasal spine lies, LPS; None at the origin.
+    """
+    low, step = np.asarray(ct.origin_mm), np.asarray(ct.spacing_mm)
+    if shift_mm is not None:
+        low = low - shift_mm
+
+    def plane(axis: int, at_mm: float) -> NDArray[np.int16]:
+        at = round((at_mm * scale - float(low[axis])) / float(step[axis]))
+        at = min(max(at, 0), ct.values.shape[2 - axis] - 1)
+        cut = np.take(ct.values, at, axis=2 - axis)
+        return cut if axis == 2 else cut[::-1]
+
+    wanted = [(1, y) for y in CORONAL_MM] + [(2, AXIAL_MM), (0, SAGITTAL_MM)]
+    return np.hstack([grey(plane(*place)) for place in wanted])
+
+
+def grey(hu: NDArray[np.int16]) -> NDArray[np.uint8]:
+    """Show CT numbers at bone window, fitted into a square."""
+    share = np.clip((hu.astype(float) - LOW_HU) / (HIGH_HU - LOW_HU), 0.0, 1.0)
+    picture = Image.fromarray((255 * share).astype(np.uint8))
+    picture.thumbnail((SIDE_PX, SIDE_PX), Image.Resampling.LANCZOS)
+    square = Image.new("L", (SIDE_PX + 2, SIDE_PX + 2))
+    square.paste(picture)
+    return np.asarray(square)
+
+
+def view(
+    caption: str,
+    asked: dict[str, tuple[str, ...]],
+    start: str,
+    goal: str,
+    forward_mm: float,
+) -> NDArray[np.uint8]:
+    """Draw what the scope sees in one head."""
+    patient = paravol.phantom(seed=1, spacing_mm=SPACING_MM, **asked)
+    pose = patient.pose(start, goal, forward_mm=forward_mm)
+    look = patient.look(pose, size=SIDE_PX)
+    return labelled(look.rgb, caption)
+
+
+def labelled(cell: NDArray[np.uint8], line: str) -> NDArray[np.uint8]:
+    """Write a line above a picture, broken where it is too long."""
+    pad = ((34, 6), (3, 3)) + ((0, 0),) * (cell.ndim - 2)
+    picture = Image.fromarray(np.pad(cell, pad))
     draw = ImageDraw.Draw(picture)
-    if draw.textlength(line) > picture.width - 12:
-        raise ValueError(f"the caption is wider than the slices: {line}")
-    draw.text((6, 5), line, fill=230)
+    rows = [""]
+    for word in line.split(" "):
+        longer = f"{rows[-1]} {word}".strip()
+        if draw.textlength(longer) > picture.width - 12:
+            rows.append(word)
+        else:
+            rows[-1] = longer
+    draw.text((6, 4), "\n".join(rows[:2]), fill=230 if cell.ndim == 2 else (230,) * 3)
     return np.asarray(picture)
-
-
-def coronal(phantom: Phantom, y_mm: float) -> NDArray[np.uint8]:
-    """Cut at an LPS depth, superior up, scaled to grey levels."""
-    volume = phantom.ct
-    at = y_mm * phantom.parameters.head_scale
-    index = round((at - float(volume.origin_mm[1])) / float(volume.spacing_mm[1]))
-    hu = volume.values[::-1, index, :].astype(float)
-    grey = np.clip((hu - LOW_HU) / (HIGH_HU - LOW_HU), 0, 1)
-    return (255 * grey).astype(np.uint8)
 
 
 if __name__ == "__main__":

@@ -54,6 +54,16 @@ class PhantomOptions:
     """Remove a variant, such as agger-nasi:right; may be repeated."""
     lund_mackay: tuple[str, ...] = ()
     """Add disease, such as maxillary:left=2,ostiomeatal:left=2 or polyps=3."""
+    disease: tuple[str, ...] = ()
+    """Add disease or traces of surgery: fluid:maxillary:left=0.4 (share of the sinus),
+    swelling:frontal=2 (mm), cyst:maxillary:right=8 (radius in mm),
+    antrostomy:right=90 (mm^2), polyps=2 (grade); may be repeated."""
+    congestion: float | None = None
+    """How swollen turbinates and mucosa are, from 0, decongested, to 1; drawn when left
+    out."""
+    posture: Literal["supine", "upright"] | None = None
+    """How the head lay in the scanner, which sets where fluid stands; supine when left
+    out."""
     spacing: float = 0.5
     """Voxel edge in millimetres."""
     noise: float = 12.0

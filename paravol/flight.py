@@ -65,6 +65,9 @@ from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 from scenarios.scenario import CameraHold
 from scenarios.tasks import TaskEvent
 
+TOOL_PAUSE_S = 0.1
+"""Before each tool that is made ready while the first frames are drawn."""
+
 
 @dataclass(frozen=True, slots=True)
 class FlightOrder:
@@ -289,6 +292,8 @@ class Flight:
         before = load_patient(scenario, self._progress)
         check_for_head(scenario, before)
         self.head = before
+        # divides the head's mucosa, which is kept: no device waits for it
+        divided = Preparation(lambda: coverage_watch(before))
         patient, operation = operate_on(before)
         self.hand.distance = patient.surface.distance
         order.input.operated(operation.patient)
@@ -296,13 +301,8 @@ class Flight:
             self.path = start_path(patient, scenario.start)
         observer.on_patient(patient)
 
-        def prepare() -> None:
-            rehearse(scenario, before, self._demand_open)
-            # divides the head's mucosa, which is kept: no device waits for it
-            coverage_watch(patient, operation)
-
         # much of it lets go of the interpreter, as much of what is beside it
-        prepared = Preparation(prepare)
+        rehearsed = Preparation(lambda: rehearse(scenario, before, self._demand_open))
         size = (self.size, self.size)
         view = build_view(
             scenario,
@@ -313,8 +313,9 @@ class Flight:
             threads=order.threads,
             progress=self._progress,
         )
+        divided.wait(self._demand_open)
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
-        prepared.wait(lambda: self._progress(STAGE, 0.0))
+        rehearsed.wait(lambda: self._progress(STAGE, 0.0))
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
@@ -447,6 +448,11 @@ class Flight:
             observer.on_frame(event)
 
         source.on_loss, source.on_return = on_loss, on_return
+        # what the first picture does not show
+        over = threading.Event()
+        tools = Preparation(
+            lambda: view.prepare_tools(partial(over.wait, TOOL_PAUSE_S))
+        )
         try:
             return fly(
                 source,
@@ -469,6 +475,9 @@ class Flight:
             if self.recording.folder is None:
                 raise
             raise DeviceLostError(error, self.recording.folder) from error
+        finally:
+            over.set()
+            tools.wait(lambda: None)
 
 
 class Recording:

@@ -16,6 +16,7 @@ from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
+from anatomy.phantom.findings import with_findings
 from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import Opacity
 from anatomy.phantom.variants import with_variants
@@ -327,6 +328,7 @@ def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
             progress,
             variants=head.variants,
             polyps=(head.polyps_right, head.polyps_left),
+            disease=head.disease,
         )
     return decongested(patient) if head.decongested else patient
 
@@ -375,17 +377,21 @@ def load_phantom(
     *,
     variants: tuple[str, ...] = (),
     polyps: tuple[int, int] = (0, 0),
+    disease: tuple[str, ...] = (),
 ) -> PatientScene:
     """Return a virtual patient, from the user's cache or built in about a minute.
 
     seed: decides the anatomy; 1 is the patient of the bundled flight. spacing_mm: of
     the voxels. progress: called with what is being done and the share, 0 to 1.
     variants: of its anatomy, as ``"onodi:left"`` or ``"concha-bullosa"``. polyps: their
-    grades 0 to 4, right and left. UserError for an unknown variant.
+    grades 0 to 4, right and left. disease: what else fills sinuses and what surgery
+    left, as ``"fluid:maxillary:left=0.4"``, see `anatomy.phantom.findings`. UserError
+    for an unknown variant or word.
     """
     right, left = polyps
     opacity = Opacity(polyps=right), Opacity(polyps=left)
     parameters = with_variants(PhantomParameters(seed=seed, opacity=opacity), variants)
+    parameters = with_findings(parameters, disease)
     phantom = sinus_phantom(
         parameters,
         spacing_mm=spacing_mm,

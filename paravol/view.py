@@ -116,13 +116,22 @@ class EndoscopeView:
             buffer = self.gbuffer(view)
             radiance = self.light(view, buffer)
             self.expose(view, buffer, radiance, gain=meter(radiance), number=0)
-        if self.has_instrument:
-            # a tool that is taken up in flight must not stop it for a tenth of a second
-            for tool in INSTRUMENTS.values():
-                for mesh, pose in tool.placed(np.eye(4), 1.0):
-                    mesh.listed(views[0].camera, pose)
-                    mesh.spine(pose)
         progress(stage, 1.0)
+
+    @staticmethod
+    def prepare_tools(is_over: Callable[[], bool]) -> None:
+        """Cut the tools that no view has shown; beside the flight's first frames.
+
+        One that is taken up in flight must not stop it for a tenth of a second.
+        is_over: asked before each tool. It may take its time, which is the frames':
+        much of this keeps the interpreter.
+        """
+        for tool in INSTRUMENTS.values():
+            if is_over():
+                return
+            for mesh, pose in tool.placed(np.eye(4), 1.0):
+                mesh.facets()
+                mesh.spine(pose)
 
     def prepare(self, camera: Camera) -> None:
         """Make the tables of a lens and a picture size; beside a frame in work.

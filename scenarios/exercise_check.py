@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from anatomy.abstract import SCENES
+from anatomy.phantom.findings import with_findings
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.variants import with_variants
 from anatomy.tissue import Label
@@ -130,16 +131,21 @@ def _start_problems(scenario: "Scenario") -> Iterator[Problem]:
     elif start.axis is not None and not np.linalg.norm(start.axis) > 0.0:
         yield Problem(("start", "axis"), "The axis of the start has no length.")
     head = scenario.head
-    has_parameters = head.variants or head.polyps_right or head.polyps_left
+    has_polyps = head.polyps_right or head.polyps_left
+    has_parameters = head.variants or has_polyps or head.disease
     if (head.case or head.scene) and has_parameters:
-        text = "Only a phantom can be given variants and polyps; leave them out."
+        text = "Only a phantom can be given variants and disease; leave them out."
         yield Problem(("head", "case" if head.case else "scene"), text)
     if head.scene:
         yield from _unknown(("head", "scene"), "scene", SCENES, head.scene)
-    try:
-        with_variants(PhantomParameters(), head.variants)
-    except UserError as error:
-        yield Problem(("head", "variants"), str(error)[:1].upper() + str(error)[1:])
+    for key, give, words in (
+        ("variants", with_variants, head.variants),
+        ("disease", with_findings, head.disease),
+    ):
+        try:
+            give(PhantomParameters(), words)
+        except UserError as error:
+            yield Problem(("head", key), str(error)[:1].upper() + str(error)[1:])
 
 
 def _catalogue_problems(scenario: "Scenario") -> Iterator[Problem]:

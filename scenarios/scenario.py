@@ -51,6 +51,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     decongested: its mucosa was shrunk before, see `surgery.decongestion`.
     variants: of a phantom's anatomy, names of `anatomy.phantom.variants`.
     polyps_right, polyps_left: grades 0 to 4 of a phantom's polyps.
+    disease: of a phantom, words of `anatomy.phantom.findings`.
     """
 
     seed: int = 1
@@ -61,6 +62,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     polyps_right: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
     polyps_left: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
     scene: str = ""
+    disease: tuple[str, ...] = ()
 
 
 ANGLES_DEG = (0.0, 30.0, 45.0, 70.0)

@@ -91,12 +91,18 @@ def _box(mask: NDArray[np.bool_], margin: int) -> tuple[slice, ...]:
 
 
 def _drop_loose(field: NDArray[np.float32], h: float) -> None:
-    """Make air of what hangs on nothing in a box: tips shrink away."""
+    """Make air of what hangs on nothing in a box: tips shrink away.
+
+    What reaches a face of the box may hang on what lies beyond.
+    """
     numbers, count = ndimage.label(field > 0, np.ones((3, 3, 3)))
     if count > 1:
-        sizes = np.bincount(numbers.ravel())
-        sizes[0] = 0
-        field[(numbers > 0) & (numbers != sizes.argmax())] = -0.1 * h
+        faces = np.ones_like(field, dtype=bool)
+        faces[1:-1, 1:-1, 1:-1] = False
+        loose = np.ones(count + 1, bool)
+        loose[numbers[faces]] = False
+        loose[[0, int(np.bincount(numbers[numbers > 0]).argmax())]] = False
+        field[loose[numbers]] = -0.1 * h
 
 
 def _weight(

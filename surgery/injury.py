@@ -18,6 +18,7 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from disk import UserError
 from renderers.scene import Volume
+from renderers.scene.thread_team import ThreadTeam
 from surgery import solids as solid
 from surgery.edit import Edit
 from surgery.kernels.sweep_hazard import (
@@ -50,6 +51,9 @@ HOLE_MM = 2.0
 
 THROUGH_MM = 6.0
 """So far back from where a tool entered the wall before it is looked for."""
+
+THREADS = 2
+"""That look through a head's hazards, which holds up the first picture."""
 
 _BACK_MM = 0.2
 _MOST_EVENTS = 32
@@ -154,18 +158,9 @@ class InjuryWatch:
                 f"walls of shape {wall.shape} do not fit a head of {pristine.shape}"
             )
         self._head = pristine.values, wall, thickness, _rows(pristine)
-        self._hazards = {
-            name: _Hazard(
-                volume.values,
-                _rows(volume),
-                (
-                    UNIT_MM,
-                    steepest(volume.values, volume.spacing_mm, UNIT_MM),
-                    UNIT_MM * int(volume.values.min()),
-                ),
-            )
-            for name, volume in hazards.volumes.items()
-        }
+        # looked through at the same time: millions of voxels each
+        found = ThreadTeam(THREADS).map(_hazard, list(hazards.volumes.values()))
+        self._hazards = dict(zip(hazards.volumes, found, strict=True))
         self._tools: dict[str, _Tool] = {}
         self._injuries: list[Injury] = []
         self._events = np.empty((_MOST_EVENTS, EVENT))
@@ -393,6 +388,13 @@ class InjuryWatch:
                 break
             place = place - _BACK_MM / size * slope
         return first
+
+
+def _hazard(volume: Volume) -> _Hazard:
+    """Return a structure by its distances, with nothing near it yet."""
+    slope = steepest(volume.values, volume.spacing_mm, UNIT_MM)
+    lowest_mm = UNIT_MM * int(volume.values.min())
+    return _Hazard(volume.values, _rows(volume), (UNIT_MM, slope, lowest_mm))
 
 
 def _rows(volume: Volume) -> NDArray[np.float64]:

@@ -9,19 +9,39 @@ import numpy as np
 from numba import njit
 
 from anatomy.kernels.paint_ground import paint_ground
-from anatomy.kernels.stack_program import noise_rows, run_program, side_points
-from anatomy.kernels.tables import POINT_ROWS, Bools, Floats, Grids, Tables
+from anatomy.kernels.stack_program import (
+    grain_at,
+    noise_rows,
+    run_program,
+    side_points,
+)
+from anatomy.kernels.tables import (
+    MEAN_DENSITY,
+    POINT_ROWS,
+    Bools,
+    Floats,
+    Grids,
+    Tables,
+)
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 FAR = np.float32(99)
 
-SOLID_ROWS, PHARYNX_ROW, OUTSIDE_ROW, SKIN_ROW = 6, 6, 7, 10
+SOLID_ROWS, PHARYNX_ROW, OUTSIDE_ROW, SKIN_ROW = 6, 6, 7, 11
 """Rows of marks with a meaning here: the first six are solids inside the cavity, the
 pharynx and the outside are air shared by both sides, skin is where the nose is dry."""
-PART_ROWS = 9
+PART_ROWS = 10
 """Rows that the parts mark; the later ones belong to the common fields."""
 NASAL = 1
 """The nasal cavities' number, less 10 times the side."""
+UNEVEN_DENSITY, LEAST_DENSITY, MOST_DENSITY = (
+    np.float32(0.33),
+    np.float32(0.05),
+    np.float32(1.9),
+)
+"""Standard deviation and bounds of thin bone's density about 1: the least is a gap."""
+SHELL_MM = np.float32(1.0)
+"""Deeper in the air no bone is seen."""
 SHARED_MM = np.float32(1.5)
 """Blending and unevenness part the nose's surface from the pharynx's by up to this."""
 
@@ -148,7 +168,7 @@ def evaluate_block(
             for i in range(n):
                 if stack[0, i] < F0:
                     o.plate[i] = np.uint8(q)
-        paint_ground(n, layer, t, seen, sharp, work, kept, o.ground)
+        paint_ground(p, n, layer, t, seen, sharp, work, kept, o.ground)
     for i in range(n):
         a = o.air[i]
         inside = a < band
@@ -165,6 +185,13 @@ def evaluate_block(
             pharynx = kept[PHARYNX_ROW, i] <= shared
             structure = PHARYNX_ROW if pharynx else OUTSIDE_ROW
         o.structure[i] = structure
+        o.density[i] = np.uint8(MEAN_DENSITY)
+        if inside and a > -SHELL_MM:
+            dense = F1 + UNEVEN_DENSITY * grain_at(
+                p[0, i], p[1, i], p[2, i], 0, t.grain, t.perm, t.grad
+            )
+            dense = min(max(dense, LEAST_DENSITY), MOST_DENSITY)
+            o.density[i] = np.uint8(np.float32(MEAN_DENSITY) * dense + HALF)
         if a < -band:
             # No surface near: nothing that follows is ever looked at.
             o.blood[i], o.skin[i], o.ground_hu[i], o.ground[i] = 0, 0, -1000, 0

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from anatomy.kernels.evaluate_blocks import FAR, PART_ROWS, evaluate_block
-from anatomy.kernels.paint_ground import CLEAR
+from anatomy.kernels.paint_ground import CLEAR, THICKEST
 from anatomy.kernels.stack_program import run_program, side_points
 from anatomy.kernels.tables import (
     POINT_ROWS,
@@ -91,7 +91,7 @@ def _in_reach(
             )
             least = stack[0, 0]
         level, half = t.solids[q, 4], t.solids[q, 1]
-        slack = t.solids[q, 5] * radius + half + (CLEAR + F1) / sharp
+        slack = t.solids[q, 5] * radius + THICKEST * half + (CLEAR + F1) / sharp
         seen[q] = least - level <= slack
         if half > F0 and row < PART_ROWS and row >= 0:
             continue
@@ -161,6 +161,7 @@ def _fill_brick(
                 g.ground_hu[z, y, x] = flat.ground_hu[i]
                 g.ground[z, y, x] = flat.ground[i]
                 g.plate[z, y, x] = flat.plate[i]
+                g.density[z, y, x] = flat.density[i]
                 i += 1
 
 

@@ -5,7 +5,18 @@ import math
 import numpy as np
 from numba import njit
 
-from anatomy.kernels.tables import Doubles, Floats, Grids, Painted, WallLayers
+from anatomy.kernels.tables import (
+    MEAN_DENSITY,
+    Doubles,
+    Floats,
+    Grids,
+    Painted,
+    WallLayers,
+)
+
+UNEVEN_MM = 0.6
+"""Up to this thickness a shell's density is as uneven as `Grids.density`; over a
+thicker one it averages out."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -47,6 +58,7 @@ def paint_layers(
 ) -> None:
     """Paint slices `first` to `last` of HU, labels and bone cover."""
     gap, part, structure, plate = g.gap, g.part, g.structure, g.plate
+    density = g.density
     ground_hu, ground, ground_kind = g.ground_hu, g.ground, layers.ground_kind
     part_layers, structure_layers = layers.parts, layers.structures
     plate_layers, tissue_hu = layers.plates, layers.tissue_hu
@@ -79,10 +91,14 @@ def paint_layers(
                     w[0], w[1], w[2], w[3] = 1.0, 0.0, 0.0, 0.0
                 else:
                     layer_weights(a, total, mucosa, bone, blur, w)
+                dense = 1.0
+                if w[2] > 0.0:
+                    dense = density[z, y, x] / MEAN_DENSITY
+                    dense = 1.0 + (dense - 1.0) * min(1.0, UNEVEN_MM / bone)
                 value = (
                     w[0] * tissue_hu[0]
                     + w[1] * tissue_hu[1]
-                    + w[2] * tissue_hu[2]
+                    + w[2] * (tissue_hu[1] + dense * (tissue_hu[2] - tissue_hu[1]))
                     + w[3] * ground_hu[z, y, x]
                 )
                 hu[z, y, x] = np.int16(math.floor(value + 0.5))

@@ -71,25 +71,29 @@ def _chain(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> Non
 def _cells(c: Floats, o: int, count: int, p: Floats, n: int, out: Floats) -> None:
     half, k, share = c[o], c[o + 1], c[o + 2]
     s = o + 3
+    tiny, blunt = np.float32(1e-6), np.float32(0.25)
     for i in range(n):
         x, y, z = p[0, i], p[1, i], p[2, i]
         owner, least = 0, np.float32(1e9)
         for j in range(count):
-            a, b, d = x - c[s + 3 * j], y - c[s + 3 * j + 1], z - c[s + 3 * j + 2]
-            q = a * a + b * b + d * d
-            if q < least:
-                owner, least = j, q
-        ox, oy, oz = c[s + 3 * owner], c[s + 3 * owner + 1], c[s + 3 * owner + 2]
+            b = s + 4 * j
+            dx, dy, dz = x - c[b], y - c[b + 1], z - c[b + 2]
+            f = np.sqrt(dx * dx + dy * dy + dz * dz) - c[b + 3]
+            if f < least:
+                owner, least = j, f
+        b = s + 4 * owner
+        ox, oy, oz = x - c[b], y - c[b + 1], z - c[b + 2]
+        away = F1 / max(least + c[b + 3], tiny)
         wall = np.float32(1e3)
         for j in range(count):
             if j != owner:
-                jx, jy, jz = c[s + 3 * j], c[s + 3 * j + 1], c[s + 3 * j + 2]
-                a, b, d = x - jx, y - jy, z - jz
-                q = a * a + b * b + d * d
-                a, b, d = jx - ox, jy - oy, jz - oz
-                gap = np.sqrt(a * a + b * b + d * d)
-                wall = _smooth_min(wall, HALF * (q - least) / gap, k, share)
-        out[i] = -_smooth_min(-out[i], wall - half, k, share)
+                b = s + 4 * j
+                dx, dy, dz = x - c[b], y - c[b + 1], z - c[b + 2]
+                far = np.sqrt(dx * dx + dy * dy + dz * dz)
+                along = (dx * ox + dy * oy + dz * oz) * away / max(far, tiny)
+                chord = np.sqrt(max(F1 + F1 - along - along, blunt))
+                wall = _smooth_min(wall, (far - c[b + 3] - least) / chord, k, share)
+        out[i] = half - wall
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -188,7 +192,8 @@ def run_program(
             r, q, weight = s[top], noise[selector], c[o]
             for i in range(n):
                 r[i] = weight * q[i]
-        elif op == 13:  # cells inside the region on the stack
+        elif op == 13:  # walls between cells
+            top += 1
             _cells(c, o, count, p, n, s[top])
         elif op == 14:  # mark
             r, q = s[top], m[selector]
@@ -244,6 +249,34 @@ def _gradient_noise(
         total += (
             dot * (u if a else F1 - u) * (v if b else F1 - v) * (w if d else F1 - w)
         )
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def grain_at(
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    row: int,
+    grain: Floats,
+    perm: Ints,
+    grad: Floats,
+) -> np.float32:
+    """Sum one row's octaves of the bone's grain at one place; mean 0, deviation 1.
+
+    grain: rows as those of `noise_rows`, without the fade.
+    """
+    total = F0
+    for k in range(grain.shape[0]):
+        o = grain[k]
+        if int(o[0]) == row:
+            total += o[1] * _gradient_noise(
+                o[2] * x + o[3] * y + o[4] * z + o[11],
+                o[5] * x + o[6] * y + o[7] * z + o[12],
+                o[8] * x + o[9] * y + o[10] * z + o[13],
+                perm,
+                grad,
+            )
     return total
 
 

@@ -23,9 +23,11 @@ class Tables(NamedTuple):
     common ``(2,)``: span of the field that only leaves marks.
     septum ``(5,)``: deviation, centre y, 1 / extent y, centre z, 1 / extent z.
     octaves ``(k, 16)``, limits ``(2,)``, perm ``(256,)``, grad ``(256, 3)``: noise.
+    grain ``(k, 16)``: octaves of the bone's density, row 0, and its trabeculae, row 1.
     tint ``(r, 4)``: mark row, centre mm, half width mm, blood fraction.
-    solids ``(q, 6)``: mark row or -1, half thickness mm (0: solid), HU, label, level
-    mm, Lipschitz constant; ground ``(q, 2)``: span of each solid's field.
+    solids ``(q, 7)``: mark row or -1, half thickness mm (0: solid), HU, label, level
+    mm, Lipschitz constant, standard deviation of the grain in HU; ground ``(q, 2)``:
+    span of each solid's field.
     plates ``(k, 2)``: span of the zone of each thin plate.
     """
 
@@ -39,6 +41,7 @@ class Tables(NamedTuple):
     limits: Floats
     perm: Ints
     grad: Floats
+    grain: Floats
     tint: Floats
     solids: Floats
     ground: Ints
@@ -53,7 +56,7 @@ class Grids(NamedTuple):
     structure: row of the solid's mark at this place, 255 for none; blood: blood
     fraction, square root scale; skin: skin weight; ground_hu and ground: HU and label
     of what lies behind mucosa and bone shell; plate: index of the thin plate that
-    walls are here, 255 for none.
+    walls are here, 255 for none; density: of the shell's bone, `MEAN_DENSITY` is 1.
     """
 
     air: Floats
@@ -65,6 +68,11 @@ class Grids(NamedTuple):
     ground_hu: Shorts
     ground: Bytes
     plate: Bytes
+    density: Bytes
+
+
+MEAN_DENSITY = 128
+"""The value of `Grids.density` for bone of the mean density."""
 
 
 class Sampling(NamedTuple):

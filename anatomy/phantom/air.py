@@ -76,6 +76,7 @@ def empty_grids(shape: tuple[int, ...]) -> Grids:
         ground_hu=np.empty(shape, dtype=np.int16),
         ground=np.empty(shape, dtype=np.uint8),
         plate=np.empty(shape, dtype=np.uint8),
+        density=np.empty(shape, dtype=np.uint8),
     )
 
 

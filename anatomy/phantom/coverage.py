@@ -37,6 +37,8 @@ _SHELL_FREE = (
     Label.MUCUS,
     Label.INSPISSATED_MUCUS,
     Label.POLYP,
+    # through its foramen the artery reaches the mucosa
+    Label.SPHENOPALATINE_ARTERY,
 )
 
 UNCINATE_MM = 0.3

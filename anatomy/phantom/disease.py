@@ -1,29 +1,56 @@
 """Disease: polyps, thickened mucosa, fluid, cysts, or nothing left but content."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from anatomy.phantom.shapes import Ellipsoid, Field, bare, smooth_max, smooth_min, z
-from anatomy.tissue import Label
+from anatomy.phantom.parameters import FLUID_SINUSES, Finding, FindingKind
+from anatomy.phantom.program import Row
+from anatomy.phantom.shapes import (
+    Ellipsoid,
+    Field,
+    Mark,
+    bare,
+    smooth_max,
+    smooth_min,
+    y,
+    z,
+)
+from anatomy.tissue import Label, Side
 
 SHELL_MM = 1.1
 """Mucosa and bone round a sinus that is painted as a solid."""
 
+THIN_SWELLING_MM = 1.8
+"""A lining swollen by more is painted as a solid: walls reach no deeper."""
+
 # of a partly opaque sinus: what fills it, with its share; thickening has the rest
 _FLUID_SHARE, _CYST_SHARE = 0.35, 0.25
-# floor of a sinus and height of its fluid level above it, mm
-_LEVELS = {"maxillary": (-4.0, 11.0), "sphenoid": (24.5, 7.0), "frontal": (57.0, 6.0)}
 _THICKENING_MM = {"anterior_ethmoid": 0.5, "posterior_ethmoid": 0.6}
+
+_ROOM_MM = {
+    "maxillary": ((11, 46), (-56, 0), (-14, 34)),
+    "sphenoid": ((0, 24), (-92, -48), (16, 52)),
+    "frontal": ((0, 36), (-22, 8), (46, 94)),
+}
+"""Where each sinus of one space lies, u, y, z."""
+
+_SAMPLE_MM = 1.25
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """Name what fills a field's inside in place of air."""
+    """Name what fills a field's inside in place of air.
+
+    has_shell: whether the sinus's own wall of bone is painted round it.
+    """
 
     field: Field
     tissue: str
     label: Label
+    has_shell: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,44 +65,104 @@ class Change:
     thickening_mm: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Disease:
+    """Say what is to become of one sinus. posture: see `PhantomParameters`."""
+
+    sinus: str
+    findings: tuple[Finding, ...]
+    posture: str
+    is_full: bool
+
+
+def drawn_findings(
+    sinus: str, side: Side, rng: np.random.Generator
+) -> tuple[Finding, ...]:
+    """Draw what makes a sinus partly opaque, a Lund-Mackay score of 1."""
+
+    def finding(kind: FindingKind, size: float) -> tuple[Finding, ...]:
+        name: Literal["left", "right"] = "left" if side == Side.LEFT else "right"
+        return (Finding(kind=kind, sinus=sinus, side=name, size=size),)
+
+    if sinus not in FLUID_SINUSES:
+        return finding("swelling", _THICKENING_MM[sinus])
+    kind = rng.random()
+    if kind < _FLUID_SHARE:
+        return finding("fluid", float(rng.uniform(0.2, 0.5)))
+    if kind < _FLUID_SHARE + _CYST_SHARE and sinus == "maxillary":
+        return finding("cyst", float(rng.uniform(6.0, 9.0)))
+    return finding("swelling", float(rng.uniform(1.0, 1.8)))
+
+
 def contents_of(
-    sinus: str, field: Field, is_duct: bool, score: int, rng: np.random.Generator
+    disease: Disease, field: Field, is_duct: bool, rng: np.random.Generator
 ) -> Change:
-    """Choose what a score makes of one part of a sinus.
+    """Choose what becomes of one part of a sinus.
 
     A duct of a partly opaque sinus stays open: swelling would close it.
     """
-    if score == 2:
-        dense = sinus in _LEVELS and rng.random() < 0.15
+    sinus = disease.sinus
+    if disease.is_full:
+        dense = sinus in FLUID_SINUSES and rng.random() < 0.15
         tissue, label = (
             ("inspissated mucus", Label.INSPISSATED_MUCUS)
             if dense
             else ("mucus", Label.MUCUS)
         )
-        if is_duct or sinus not in _LEVELS:
-            tissue, label = "mucosa", Label.MUCOSA
-        return Change(None, (Content(bare(field), tissue, label),))
-    if is_duct:
-        return Change(field)
-    if sinus not in _LEVELS:
-        swelling = _THICKENING_MM[sinus]
-        return Change(field + swelling, (), swelling)
-    kind = rng.random()
-    floor, level = _LEVELS[sinus]
-    if kind < _FLUID_SHARE:
-        surface = floor + level * rng.uniform(0.6, 1.1)
-        air = smooth_max(0.5, field, surface - z)
-        return Change(air, (Content(bare(field), "mucus", Label.MUCUS),))
-    if kind < _FLUID_SHARE + _CYST_SHARE and sinus == "maxillary":
-        size = rng.uniform(6.0, 9.0)
-        cyst = Ellipsoid(
-            (22.0 + rng.uniform(-2, 2), -27.0 + rng.uniform(-4, 4), floor + 2.0),
-            (size, size, 0.9 * size),
-        )
-        air = smooth_max(0.8, field, -cyst)
-        return Change(air, (Content(bare(field), "mucus", Label.MUCUS),))
-    swelling = float(rng.uniform(1.0, 1.8))
-    return Change(field + swelling, (), swelling)
+        if is_duct or sinus not in FLUID_SINUSES:
+            return Change(None, (Content(bare(field), "mucosa", Label.MUCOSA),))
+        return Change(None, (Content(bare(field), tissue, label, True),))
+    air, thickening = field, 0.0
+    contents: list[Content] = []
+    for finding in sorted(disease.findings, key=lambda f: f.kind != "swelling"):
+        size = finding.size
+        if finding.kind == "swelling":
+            air = air + size
+            if size <= THIN_SWELLING_MM:
+                thickening = size
+                continue
+            contents.append(Content(bare(field), "mucosa", Label.MUCOSA, True))
+            continue
+        room = _inside(bare(field), sinus)
+        if finding.kind == "fluid":
+            up = y if disease.posture == "supine" else z
+            surface = fluid_level_mm(room, disease.posture, size)
+            fluid = Mark(Row.FLUID, up - surface)
+            air = smooth_max(0.5, air, -fluid)
+            depth = smooth_max(0.3, bare(field), up - surface)
+        else:
+            cyst = _cyst(room, size, rng)
+            air = smooth_max(0.8, air, -cyst)
+            depth = smooth_max(0.3, bare(field), cyst)
+        contents.append(Content(depth, "mucus", Label.MUCUS, True))
+    return Change(air, tuple(contents), thickening)
+
+
+def _inside(field: Field, sinus: str) -> NDArray[np.float64]:
+    """Sample a sinus: the points ``(3, n)`` of a lattice that lie in it."""
+    axes = [np.arange(low, high, _SAMPLE_MM) for low, high in _ROOM_MM[sinus]]
+    points = np.stack(np.meshgrid(*axes, indexing="ij")).reshape(3, -1)
+    found: NDArray[np.float64] = points[:, field.evaluate(points) < 0]
+    return found
+
+
+def fluid_level_mm(room: NDArray[np.float64], posture: str, share: float) -> float:
+    """Find the height against gravity below which a share of a sinus lies, mm.
+
+    room: ``(3, n)`` points u, y, z of the sinus. It is y of a supine head, whose face
+    looks up, and z of an upright one.
+    """
+    return float(np.quantile(room[1 if posture == "supine" else 2], share))
+
+
+def _cyst(
+    room: NDArray[np.float64], radius_mm: float, rng: np.random.Generator
+) -> Field:
+    """Build a retention cyst: a dome on the floor of a sinus."""
+    low = room[:, room[2] <= np.quantile(room[2], 0.06)]
+    a, b, _ = low[:, rng.integers(low.shape[1])]
+    center = float(a), float(b), float(room[2].min()) + 0.2 * radius_mm
+    return Ellipsoid(center, (radius_mm, radius_mm, 0.9 * radius_mm))
 
 
 # centre (u, y, z) and radii, in the order in which a polyposis grows; each row with
@@ -87,10 +174,11 @@ _GROWTH = (
     (2, (8.8, -32.5, 18.4), (2.3, 4.0, 2.4)),
     (3, (6.0, -21.0, 15.0), (2.4, 4.2, 4.6)),
     (3, (6.2, -30.0, 13.0), (2.4, 5.2, 5.4)),
-    (3, (6.0, -38.0, 10.0), (2.2, 4.6, 4.4)),
-    (4, (5.4, -15.0, 9.5), (2.8, 6.0, 7.5)),
-    (4, (5.4, -25.0, 6.0), (3.4, 7.0, 5.0)),
-    (4, (5.4, -36.0, 6.5), (3.6, 7.0, 5.5)),
+    (3, (6.0, -38.0, 9.4), (2.2, 4.6, 5.0)),
+    (4, (5.6, -14.0, 8.5), (4.2, 7.5, 8.5)),
+    (4, (6.4, -26.0, 7.5), (5.6, 9.5, 8.5)),
+    (4, (6.4, -39.0, 8.0), (5.6, 9.5, 8.5)),
+    (4, (10.6, -26.0, 4.6), (3.2, 14.0, 4.0)),
     (4, (4.0, -28.0, 21.0), (2.4, 8.0, 6.0)),
 )
 

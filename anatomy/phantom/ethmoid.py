@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
+    Affine,
     Cells,
     Chain,
     Field,
@@ -13,6 +15,8 @@ from anatomy.phantom.shapes import (
     Table,
     U,
     Unevenness,
+    Y,
+    Z,
     depth_table,
     height_table,
     smooth_max,
@@ -22,13 +26,33 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.vessels import ethmoidal_arteries
+from anatomy.phantom.warp import Signed, Warp
 from anatomy.tissue import Side
 
 BULLA: Point = (9.8, -28.2, 30.0)
+BULLA_REACH_MM = 2.2
+"""The bulla is the largest cell of the anterior group."""
+RETROBULBAR: Point = (8.8, -37.8, 30.5)
 POSTERIOR_ROOT: Point = (9.0, -41.0, 33.5)
+REACHES_MM = -1.3, 1.1
+"""Range of the other cells' reaches: what makes them uneven in size."""
+CORNER_MM = 1.6
+"""Width over which the walls of a cell blend into each other."""
+CLEAR_MM = 5.5
+"""No cell is drawn nearer to the place of a named one that the side lacks."""
+SPARE_MM = 0.04
+"""What a wall between cells is thicker on either side than its layers: unevenness and
+the rims of ostia take from it."""
+BEND_MM = 0.9
+"""How far walls between cells are bent out of their course."""
 FOVEA_BONE_MM = 0.5
-SEED_DEPTH_MM = 1.3
+SEED_DEPTH_MM = 1.5
 """Least depth of a cell's seed in the block."""
+TUBE_MM = 1.2
+"""Radius of the ways between cells, before their walls round it off."""
+DETOUR = 20.0
+"""Length that a way between cells may gain for each length it comes nearer to a wall
+than `SEED_DEPTH_MM`."""
 MEDIAL_MM = 5.5
 """Lateral distance that a wider or narrower ethmoid keeps."""
 
@@ -49,6 +73,19 @@ def ethmoid_roof(parameters: PhantomParameters) -> Field:
     return depth_table([15, 40, 56], [52.5 + rise, 49.1 + 0.8 * rise, 47.0])
 
 
+def by_side(right: float, left: float) -> Field:
+    """Return one number on the right and one on the left, joined at the midline."""
+    if right == left:
+        return Affine(right)
+    step = smooth_min(0.0, smooth_max(0.0, Signed(), -1.0), 1.0)
+    return (right + left) / 2 + step * Affine((right - left) / 2)
+
+
+def keros_depth(parameters: PhantomParameters) -> Field:
+    """Return the depth of the olfactory fossa of either side, by the signed u."""
+    return by_side(parameters.keros(Side.RIGHT), parameters.keros(Side.LEFT))
+
+
 def fovea(parameters: PhantomParameters) -> Field:
     """Return the roof's height; it falls towards the olfactory fossa."""
     return ethmoid_roof(parameters) + Table(
@@ -58,20 +95,31 @@ def fovea(parameters: PhantomParameters) -> Field:
 
 def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     """Return the lateral position of the middle of the orbit's medial wall."""
+    rng = np.random.default_rng([parameters.seed, int(side), 0x6C70])
     scale = parameters.scale("ethmoid", side)
-    width = np.array([12.7, 14.4, 15.5, 16.4, 16.7]) - MEDIAL_MM
-    table = depth_table(
-        [10, 20, 35, 50, 56], [float(v) for v in MEDIAL_MM + scale * width], 2.0
-    )
-    # The plate bulges a little towards the orbit at half height.
-    return table + height_table([24, 36, 50], [-0.5, 0.4, -0.6], 4.0)
+    depths = [10, 16, 22, 28, 34, 40, 46, 52, 57]
+    width = np.array([11.6, 13.1, 14.5, 15.6, 16.4, 16.9, 17.1, 16.9, 16.3])
+    width = MEDIAL_MM + scale * (width - MEDIAL_MM)
+    # Cells bulge into the orbit, one more than the next.
+    width += rng.uniform(-0.45, 0.45, len(depths))
+    table = depth_table(depths, [float(v) for v in width], 2.5)
+    # The plate bulges towards the orbit at half height; above, the labyrinth tapers.
+    return table + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
 
 
-def basal_lamella() -> Field:
-    """Return the depth y of the basal lamella over the height."""
-    return height_table(
-        [18, 22, 27, 33, 39, 45, 52], [-50, -47.8, -45.2, -40.6, -32.6, -34.4, -35.6]
+def basal_lamella(parameters: PhantomParameters, side: Side) -> Field:
+    """Return the depth y of the basal lamella: over the height, and bulging sideways.
+
+    Cells in front and behind indent it; how far is drawn for each side.
+    """
+    rng = np.random.default_rng([parameters.seed, int(side), 0x626C])
+    medial, lateral = rng.uniform(0.4, 1.3, 2)
+    shift = float(np.clip(rng.normal(0.1, 0.2), -0.5, 0.6))
+    course = height_table(
+        [18, 22, 27, 33, 39, 45, 52], [-50, -48.1, -45.6, -40.9, -32.6, -34.6, -36.0]
     )
+    knots = (shift + float(medial), shift, shift - float(lateral), shift + 0.6)
+    return course + Table(U, (5.0, 8.0, 11.5, 15.0), knots, 1.5)
 
 
 def medial_wall() -> Field:
@@ -93,8 +141,8 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
         smooth_max(1.6, medial - u, u - lateral),
         smooth_max(1.6, bottom - z, z - roof),
     )
-    front = height_table([30, 38, 44, 52], [-20, -19.5, -17.5, -15.5])
-    block = smooth_max(1.6, block, smooth_max(1.2, y - front, -52.6 - y))
+    front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
+    block = smooth_max(2.2, block, smooth_max(1.2, y - front, -52.5 - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
     gap = height_table([27, 31], [3.4, 1.2], 2.0)
     block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)
@@ -105,77 +153,141 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     return block
 
 
+def suprabullar(parameters: PhantomParameters) -> Point:
+    """Return the middle of the cell between the bulla and the skull base."""
+    return 9.2, -26.3, 43.6 + 0.8 * parameters.roof_mm
+
+
 def ethmoid(parameters: PhantomParameters, side: Side) -> Ethmoid:
-    """Build the ethmoid cells: Voronoi cells before and behind the basal lamella.
+    """Build the ethmoid cells before and behind the basal lamella.
 
     Each group drains along the minimum spanning tree of its seeds, which leads to the
-    bulla in front and to the cell at the superior meatus behind.
+    bulla in front and to the cell at the superior meatus behind. What divides the
+    cells is bent at random, differently on either side.
     """
     rng = np.random.default_rng([parameters.seed, int(side)])
     block = ethmoid_block(parameters, side)
-    lamella = basal_lamella()
-    half = parameters.cell_bone_mm / 2 + parameters.mucosa_mm
+    lamella = basal_lamella(parameters, side)
+    half = parameters.cell_bone_mm / 2 + parameters.mucosa_mm + SPARE_MM
     wide = (parameters.scale("ethmoid", side) - 1.0) * 8.0
-    groups = []
-    for fore, count, root, low, high in (
-        (
-            True,
-            parameters.anterior_cells,
-            BULLA,
-            (6.5, -30, 27),
-            (12.5 + wide, -19, 49),
-        ),
-        (
-            False,
-            parameters.posterior_cells,
-            POSTERIOR_ROOT,
-            (7, -50, 29),
-            (14 + wide, -33, 46),
-        ),
+    fore = smooth_max(0.8, block, (lamella + half - y) * 0.8)
+    rear = smooth_max(0.8, block, (y - lamella + half) * 0.8)
+    named, lacking = [(BULLA, BULLA_REACH_MM)], []
+    for variant, place in (
+        ("suprabullar-cell", suprabullar(parameters)),
+        ("retrobulbar-recess", RETROBULBAR),
     ):
-        cut = (lamella + half - y) if fore else (y - lamella + half)
-        region = smooth_max(0.8, block, cut * 0.8)
-        seeds = _draw_seeds(rng, region, count, root, np.array(low), np.array(high))
-        cells: Field = Cells(region, seeds, half, 1.0)
-        tubes: list[Field] = [
-            Chain((seeds[i], seeds[j]), (1.1, 1.1)) for i, j in _spanning_tree(seeds)
-        ]
-        tree = smooth_max(0.3, smooth_min(0.0, *tubes), region)
-        groups.append((smooth_min(0.5, cells, tree) + Unevenness(0, 0.25), seeds))
-    (fore_cells, fore_seeds), (rear_cells, rear_seeds) = groups
-    return Ethmoid(fore_cells, rear_cells, fore_seeds, rear_seeds)
+        if parameters.has(variant, side):
+            named.append((place, 0.0))
+        else:
+            lacking.append(place)
+    low, high = np.array((6.5, -31, 27)), np.array((12.5 + wide, -18, 49))
+    seeds = _draw_seeds(
+        rng, _Drawing(fore, parameters.anterior_cells, named, lacking, low, high)
+    )
+    anterior = _group(rng, fore, seeds, half)
+    low, high = np.array((7, -50, 29)), np.array((14 + wide, -33, 46))
+    root = [(POSTERIOR_ROOT, 0.4)]
+    rear_seeds = _draw_seeds(
+        rng, _Drawing(rear, parameters.posterior_cells, root, [], low, high)
+    )
+    posterior = _group(rng, rear, rear_seeds, half)
+    return Ethmoid(
+        anterior,
+        posterior,
+        tuple(place for place, _ in seeds),
+        tuple(place for place, _ in rear_seeds),
+    )
 
 
-def _draw_seeds(
-    rng: np.random.Generator,
-    region: Field,
-    count: int,
-    root: Point,
-    low: np.ndarray,
-    high: np.ndarray,
-) -> tuple[Point, ...]:
-    """Draw cell seeds 40 times and keep the draw with the widest spacing.
+Seed = tuple[Point, float]
+"""The middle of a cell, and its reach."""
+
+
+def _group(
+    rng: np.random.Generator, region: Field, seeds: list[Seed], half_mm: float
+) -> Field:
+    """Divide a region into cells that are joined along their spanning tree."""
+    places = tuple(place for place, _ in seeds)
+
+    def bend(axis: int, first: float, last: float) -> Field:
+        knots = np.arange(first, last + 1, 6.0)
+        values = rng.uniform(-BEND_MM, BEND_MM, len(knots))
+        return Table(axis, tuple(knots.tolist()), tuple(values.tolist()), 2.0)
+
+    shifts = (
+        bend(Z, 22, 52) + bend(Y, -52, -16),
+        bend(Z, 22, 52) + bend(U, 2, 20),
+        bend(Y, -52, -16),
+    )
+    # The seeds are moved with the bent space: a cell's middle stays where it was drawn.
+    points = np.array(places).T
+    moved = points + [shift.evaluate(points) for shift in shifts]
+    bent = tuple((float(a), float(b), float(c)) for a, b, c in moved.T)
+    reaches = tuple(reach for _, reach in seeds)
+    cells: Field = Warp(*shifts, Cells(bent, reaches, half_mm, CORNER_MM))
+    tubes: list[Field] = [
+        Chain((places[i], places[j]), (TUBE_MM, TUBE_MM))
+        for i, j in _spanning_tree(places, region)
+    ]
+    joined = smooth_min(0.3, cells, *tubes)
+    return smooth_max(1.2, region, joined) + Unevenness(0, 0.25)
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawing:
+    """Hold what cells are drawn from.
+
+    count: of all cells, the named ones among them. lacking: places that stay empty.
+    low, high: ``(3,)`` corners of the box of the places.
+    """
+
+    region: Field
+    count: int
+    named: list[Seed]
+    lacking: list[Point]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def _draw_seeds(rng: np.random.Generator, of: _Drawing) -> list[Seed]:
+    """Draw cells 40 times and keep the draw with the widest spacing.
 
     Seeds lie well inside the region: the tubes that join them must not leave it.
     """
-    drawn = rng.uniform(low, high, (60 * count, 3))
-    drawn = drawn[region.evaluate(drawn.T) < -SEED_DEPTH_MM]
-    best, kept = -1.0, np.empty((0, 3))
+    drawn = rng.uniform(of.low, of.high, (60 * of.count, 3))
+    drawn = drawn[of.region.evaluate(drawn.T) < -SEED_DEPTH_MM]
+    for place in of.lacking:
+        drawn = drawn[np.linalg.norm(drawn - place, axis=1) > CLEAR_MM]
+    fixed = np.array([place for place, _ in of.named])
+    least, kept = -np.inf, (fixed, np.zeros(len(fixed)))
+    rest = of.count - len(fixed)
     for _ in range(40):
-        seeds = drawn[rng.choice(len(drawn), count, replace=False)]
-        seeds[0] = root
+        places = np.concatenate(
+            [fixed, drawn[rng.choice(len(drawn), rest, replace=False)]]
+        )
+        reaches = np.concatenate(
+            [[reach for _, reach in of.named], rng.uniform(*REACHES_MM, rest)]
+        )
         # Cells are narrow from side to side, so a lateral step counts for more.
-        d = np.linalg.norm((seeds[:, None] - seeds[None]) * (1.4, 1, 1), axis=2)
-        least = float((d + 1e3 * np.eye(count)).min())
-        if least > best:
-            best, kept = least, seeds
-    return tuple((float(s[0]), float(s[1]), float(s[2])) for s in kept)
+        d = np.linalg.norm((places[:, None] - places[None]) * (1.4, 1, 1), axis=2)
+        d = d - np.abs(reaches[:, None] - reaches[None]) + 1e3 * np.eye(of.count)
+        if d.min() > least:
+            least, kept = float(d.min()), (places, reaches)
+    return [
+        ((float(a), float(b), float(c)), float(reach))
+        for (a, b, c), reach in zip(*kept, strict=True)
+    ]
 
 
-def _spanning_tree(seeds: tuple[Point, ...]) -> list[tuple[int, int]]:
-    """Find the minimum spanning tree from seed 0 (Prim)."""
+def _spanning_tree(seeds: tuple[Point, ...], region: Field) -> list[tuple[int, int]]:
+    """Find the minimum spanning tree from seed 0 (Prim); ways stay in the region."""
     points = np.array(seeds)
     distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+    along = np.linspace(0, 1, 9)[:, None, None, None]
+    ways = points[:, None] * (1 - along) + points[None] * along
+    depth = -region.evaluate(ways.reshape(-1, 3).T).reshape(ways.shape[:3]).min(axis=0)
+    distance += DETOUR * np.maximum(SEED_DEPTH_MM - depth, 0)
     joined, edges = [0], []
     while len(joined) < len(seeds):
         rest = [j for j in range(len(seeds)) if j not in joined]
@@ -188,6 +300,11 @@ def _spanning_tree(seeds: tuple[Point, ...]) -> list[tuple[int, int]]:
 def bulla_outlet() -> Field:
     """Build the bulla's outlet to the middle meatus."""
     return Chain((BULLA, (8.3, -31.0, 23.5)), (1.2, 1.2))
+
+
+def retrobulbar_outlet() -> Field:
+    """Build the superior semilunar hiatus, between retrobulbar recess and meatus."""
+    return Chain((RETROBULBAR, (9.2, -38.8, 23.0)), (1.2, 1.3))
 
 
 def posterior_outlet() -> Field:

@@ -13,14 +13,17 @@ DEFAULT_FIELD_MM: Box = ((-41.0, 41.0), (-23.0, 80.0), (-12.0, 78.0))
 """LPS x, y, z ranges that hold the nose and all sinuses, 6.2 million voxels at 0.5."""
 
 
-def field_for(head_scale: float, frontal_scale: float) -> Box:
-    """Choose the field of view for a head's size; frontal sinuses may be tall."""
+def field_for(head_scale: float, frontal_scale: float, rear_mm: float = 0.0) -> Box:
+    """Choose the field of view for a head's size; frontal sinuses may be tall.
+
+    rear_mm: how far behind the anterior nasal spine the sphenoid sinuses end.
+    """
     top = max(78.0, 57.5 + 21.0 * frontal_scale**0.6)
     x, y, (bottom, _) = DEFAULT_FIELD_MM
     k = max(head_scale, 1.0)
     return (
         (k * x[0], k * x[1]),
-        (k * y[0], k * y[1]),
+        (k * y[0], k * max(y[1], rear_mm + 2.0)),
         (k * bottom, k * top),
     )
 

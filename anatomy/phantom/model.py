@@ -61,7 +61,7 @@ def build_model(parameters: PhantomParameters) -> Model:
     ground = [
         (0, 0) if isinstance(solid.field, Row) else next(spans) for solid in painted
     ]
-    octaves, limits, permutation, gradients = noise_tables(
+    octaves, limits, permutation, gradients, grain = noise_tables(
         parameters.seed, parameters.unevenness
     )
     bend = 1 + 0.1 * abs(parameters.septal_deviation_mm)
@@ -86,6 +86,7 @@ def build_model(parameters: PhantomParameters) -> Model:
         limits=limits,
         perm=permutation,
         grad=gradients,
+        grain=grain,
         tint=_tint_table(),
         solids=np.array(
             [
@@ -96,6 +97,7 @@ def build_model(parameters: PhantomParameters) -> Model:
                     s.label,
                     s.level_mm,
                     s.steepness * bend,
+                    s.grain_hu,
                 ]
                 for s in painted
             ],
@@ -131,6 +133,7 @@ def _tint_table() -> NDArray[np.float32]:
         (Row.POLYP, 0.4, 0.9, "polyp"),
         (Row.SINUS, 1.3, 1.4, "sinus lining"),
         (Row.REAR, 0.0, 3.0, "nasopharynx"),
+        (Row.FLUID, 0.4, 0.4, "mucus"),
     ]
     return np.array(
         [[row, at, half, TISSUES[name].blood_fraction] for row, at, half, name in rows],

@@ -35,6 +35,11 @@ SPUR_MM = 2.6
 """How far a septal spur stands out."""
 
 
+CONGESTED_MM = 0.35
+"""How far the mucosa of walls and septum swells at full congestion; the turbinates do
+by up to 1.8 mm."""
+
+
 def septum_face(parameters: PhantomParameters, side: Side) -> Field:
     """Return the lateral position of the septum's mucosa, with any spur."""
     face: Field = height_table(
@@ -61,7 +66,7 @@ def cavity(parameters: PhantomParameters, side: Side) -> Field:
     floor = depth_table([-12, -4, 2, 10, 55], [-0.8, -1.0, -0.8, 0.2, 1.0]) + Table(
         U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
     )
-    cribriform = ethmoid_roof(parameters) - parameters.keros_mm
+    cribriform = ethmoid_roof(parameters) - parameters.keros(side)
     dorsum = depth_table([-18, -8, 2, 10, 18], [9, 18, 31, 40, 60], 1.5)
     roof = smooth_min(2.0, cribriform, dorsum)
     rear = sphenoid_face()
@@ -134,7 +139,7 @@ def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
     air = smooth_max(0.8, air, -solids.middle)
     air = smooth_max(0.5, air, -solids.superior)
     air = smooth_max(0.8, air, -solids.uncinate)
-    if parameters.uncinectomy:
+    if parameters.is_operated(side):
         opened = Chain(
             ((8.2, -17, 25), (9.2, -21, 24), (9.8, -26, 23.6), (8.6, -31, 22)),
             (1.5, 2.2, 2.5, 2.0),
@@ -147,5 +152,7 @@ def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
     grown = polyps(parameters.opacity_of(side).polyps)
     if grown is not None:
         air = smooth_max(1.0, air, -Mark(Row.POLYP, grown))
+    if parameters.congestion > 0.0:
+        air = air + CONGESTED_MM * parameters.congestion
     air = air + Unevenness(0, 1.0)
     return smooth_min(2.0, air, Mark(Row.OUTSIDE, head_outside()))

@@ -51,25 +51,80 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
         return sum(getattr(self, name) for name in (*SINUSES, "ostiomeatal"))
 
 
-AGGER = ("agger-nasi:left", "agger-nasi:right")
+FLUID_SINUSES = ("maxillary", "sphenoid", "frontal")
+"""Sinuses of one space: fluid has a level in them, and a cyst room."""
+
+_FINDING_SIZES = {
+    "swelling": (0.2, 8.0, "mm of swollen lining"),
+    "fluid": (0.05, 0.9, "share of the sinus's volume"),
+    "cyst": (2.0, 14.0, "radius in mm"),
+}
+
+
+FindingKind = Literal["swelling", "fluid", "cyst"]
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True):
+    """Name one thing that disease has put into one sinus.
+
+    size: thickness of the swollen lining in mm, share of the sinus's volume under the
+    fluid, or radius of the retention cyst in mm.
+    """
+
+    kind: FindingKind
+    sinus: str
+    side: Literal["left", "right"]
+    size: float
+
+    def __post_init__(self) -> None:
+        allowed = SINUSES if self.kind == "swelling" else FLUID_SINUSES
+        if self.sinus not in allowed:
+            raise UserError(
+                f"{self.kind} is found in {', '.join(allowed)}, not in {self.sinus!r}"
+            )
+        low, high, what = _FINDING_SIZES[self.kind]
+        if "ethmoid" in self.sinus:
+            high = 1.2
+        if not low <= self.size <= high:
+            raise UserError(
+                f"the size of {self.kind} in the {self.sinus} sinus, its {what}, must "
+                f"lie in [{low}, {high}], got {self.size}"
+            )
+
+
+USUAL = tuple(
+    f"{name}:{side}"
+    for name in ("agger-nasi", "retrobulbar-recess", "suprabullar-cell")
+    for side in ("left", "right")
+)
+"""Cells that most sides have."""
+
 SINUS_NAMES = Literal["maxillary", "frontal", "sphenoid", "ethmoid"]
 
 
+_WIDEST_RATIO = {"keros": 12.0}
+
+
 class LeftRatios(msgspec.Struct, frozen=True, kw_only=True):
-    """Tell how much larger the left sinuses are than the right ones."""
+    """Tell how much larger the left sinuses are than the right ones.
+
+    keros: how much deeper the left olfactory fossa is.
+    """
 
     maxillary: float = 1.0
     frontal: float = 1.0
     sphenoid: float = 1.0
     ethmoid: float = 1.0
+    keros: float = 1.0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             value = getattr(self, name)
-            if not 0.0 <= value <= 3.0:
+            if not 0.0 <= value <= _WIDEST_RATIO.get(name, 3.0):
+                what = "olfactory fossa" if name == "keros" else f"{name} sinus"
                 raise UserError(
-                    f"the left ratio of the {name} sinus must lie in [0, 3], got "
-                    f"{value}"
+                    f"the left ratio of the {what} must lie in "
+                    f"[0, {_WIDEST_RATIO.get(name, 3.0):g}], got {value}"
                 )
 
 
@@ -85,16 +140,21 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     head_scale: size of the whole head; sex and stature move it.
     septal_deviation_mm: largest sideways bend of the septum, positive to the right.
     roof_mm: height of the ethmoid's roof above the average.
-    keros_mm: depth of the olfactory fossa below the ethmoid roof.
+    keros_mm: depth of the right olfactory fossa below the ethmoid roof.
     congestion: 0 decongested to 1 swollen turbinates.
     maxillary_scale, frontal_scale, sphenoid_scale: size factors; frontal 0 is aplasia.
     ethmoid_scale: width factor of the ethmoid block.
-    left: ratios of the left sinuses' factors to the right ones'.
+    left: ratios of the left sinuses' factors, and of the left fossa's depth, to the
+    right ones'.
     anterior_cells, posterior_cells: ethmoid cells of each side.
     cell_bone_mm: bone of the walls between ethmoid cells.
     mucosa_mm: thickness of healthy sinus mucosa.
     unevenness: factor on the natural waviness of the walls; 0 gives planes.
-    uncinectomy: whether the uncinate process has been removed.
+    uncinectomy: whether the uncinate processes have been removed.
+    antrostomy_mm2: area of the opening that surgery has left between middle meatus and
+    maxillary sinus, right and left; 0 for none. It takes the uncinate process along.
+    findings: what disease did to single sinuses, in place of what their score draws.
+    posture: how the head lay when it was scanned, which sets where fluid gathers.
     variants: names such as ``"onodi:left"``, see `anatomy.phantom.variants`.
     opacity: what disease fills, see `Opacity`.
     edge_blur_mm: standard deviation of the scanner's point spread function.
@@ -119,8 +179,11 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     mucosa_mm: float = 0.4
     unevenness: float = 1.0
     uncinectomy: bool = False
-    variants: tuple[str, ...] = AGGER
+    antrostomy_mm2: tuple[float, float] = (0.0, 0.0)
+    variants: tuple[str, ...] = USUAL
     opacity: tuple[Opacity, Opacity] = (Opacity(), Opacity())
+    findings: tuple[Finding, ...] = ()
+    posture: Literal["supine", "upright"] = "supine"
     edge_blur_mm: float = 0.35
     ct_noise_hu: float = 0.0
 
@@ -136,6 +199,16 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
                 f"phantom parameter frontal_scale must be 0 (aplasia) or in "
                 f"[0.5, 1.35], got {self.frontal_scale}"
             )
+        low, high = ANTROSTOMY_MM2
+        for area in self.antrostomy_mm2:
+            if area != 0.0 and not low <= area <= high:
+                raise UserError(
+                    f"the area of an antrostomy must be 0 or lie in [{low}, {high}] "
+                    f"mm^2, got {area}"
+                )
+        sites = [(f.kind, f.sinus, f.side) for f in self.findings]
+        if len(set(sites)) < len(sites):
+            raise UserError("a finding can be named once for each sinus and side")
         known = [f"{n}:{s}" for n in SIDED_VARIANTS for s in ("left", "right")]
         for variant in self.variants:
             if variant not in known:
@@ -147,6 +220,15 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
             raise UserError(
                 f"variants must be sorted and named once, got {self.variants}"
             )
+
+        for side in (Side.RIGHT, Side.LEFT):
+            for group in EXCLUSIVE:
+                held = [name for name in group if self.has(name, side)]
+                if len(held) > 1:
+                    raise UserError(
+                        f"{' and '.join(held)} exclude each other; both are given for "
+                        f"the {side.name.lower()} side"
+                    )
 
     def digest(self) -> str:
         """Hash all parameters to 64 hexadecimal digits."""
@@ -166,10 +248,36 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
             return 0.0
         return min(max(value, low), high)
 
+    def is_operated(self, side: Side) -> bool:
+        """Return whether surgery has taken the uncinate process of one side."""
+        return self.uncinectomy or self.antrostomy_of(side) > 0.0
+
+    def antrostomy_of(self, side: Side) -> float:
+        """Return the area of one side's antrostomy, mm^2."""
+        return self.antrostomy_mm2[0 if side == Side.RIGHT else 1]
+
+    def findings_in(self, sinus: str, side: Side) -> tuple[Finding, ...]:
+        """Return what disease did to one sinus."""
+        where = sinus, side.name.lower()
+        return tuple(f for f in self.findings if (f.sinus, f.side) == where)
+
+    def keros(self, side: Side) -> float:
+        """Return the depth of one side's olfactory fossa, mm, within [1, 12]."""
+        depth = self.keros_mm * (self.left.keros if side == Side.LEFT else 1.0)
+        return min(max(depth, 1.0), 12.0)
+
     def opacity_of(self, side: Side) -> Opacity:
         """Return the disease of one side."""
         return self.opacity[0 if side == Side.RIGHT else 1]
 
+
+SPHENOID_KINDS = ("conchal-sphenoid", "presellar-sphenoid", "postsellar-sphenoid")
+"""Variants of the sphenoid's pneumatization that exclude each other; without one it is
+sellar."""
+
+ANTROSTOMY_MM2 = 20.0, 140.0
+"""Areas that an antrostomy can have: that of a natural ostium and more, up to the space
+between the orbit's floor and the inferior turbinate."""
 
 SIDED_VARIANTS = (
     "agger-nasi",
@@ -181,8 +289,19 @@ SIDED_VARIANTS = (
     "onodi",
     "paradoxical-turbinate",
     "septal-spur",
+    *SPHENOID_KINDS,
+    "dehiscent-lamina",
+    "lateral-recess",
+    "accessory-ostium",
+    "frontal-septal-cell",
+    "retrobulbar-recess",
+    "supraorbital-cell",
+    "suprabullar-cell",
 )
 """Variants of anatomy that a side has or has not."""
+
+EXCLUSIVE = (SPHENOID_KINDS, ("conchal-sphenoid", "lateral-recess"))
+"""Groups of variants of which a side has one at most; a conchal sinus has no recess."""
 
 _RANGES = (
     ("seed", 0, 2**63 - 1),
@@ -192,7 +311,7 @@ _RANGES = (
     ("congestion", 0.0, 1.0),
     ("maxillary_scale", 0.6, 1.1),
     ("frontal_scale", 0.0, 1.35),
-    ("sphenoid_scale", 0.7, 1.1),
+    ("sphenoid_scale", 0.7, 1.15),
     ("roof_mm", -3.5, 3.5),
     ("ethmoid_scale", 0.7, 1.3),
     ("anterior_cells", 5, 9),

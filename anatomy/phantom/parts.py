@@ -4,15 +4,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from anatomy.phantom import sinuses
-from anatomy.phantom.disease import Content, contents_of
-from anatomy.phantom.ethmoid import bulla_outlet, ethmoid, posterior_outlet
+from anatomy.phantom import frontal_cells, maxillary, sinuses
+from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
+from anatomy.phantom.ethmoid import (
+    bulla_outlet,
+    ethmoid,
+    posterior_outlet,
+    retrobulbar_outlet,
+)
 from anatomy.phantom.nose import nasal_air
+from anatomy.phantom.orbit import FLOOR_BONE_MM, orbit_walls
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
-from anatomy.phantom.shapes import Field, Mark
+from anatomy.phantom.shapes import Field, Mark, smooth_max
 from anatomy.phantom.sinuses import frontal, frontal_recess
-from anatomy.phantom.sphenoid import onodi, onodi_outlet, sphenoid, sphenoid_ostium
+from anatomy.phantom.sphenoid import (
+    canal_walls,
+    onodi,
+    onodi_outlet,
+    sphenoid_body,
+    sphenoid_ostium,
+    wall_over,
+)
+from anatomy.phantom.vessels import CANAL_WALL_MM, maxillary_nerve, optic_nerve
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side
 
@@ -100,15 +114,20 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     nasal, fore, rear = Label.NASAL_AIR, "anterior_ethmoid", "posterior_ethmoid"
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
     cavity = nasal_air(parameters, side)
-    maxillary = sinuses.lining(sinuses.maxillary(parameters, side))
-    hollow = sinuses.lining(sphenoid(parameters, side))
+    antrum = sinuses.lining(maxillary.maxillary(parameters, side))
+    nerve = CANAL_WALL_MM + t - maxillary_nerve()
+    antrum = _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve)
+    hollow = sinuses.lining(sphenoid_body(parameters, side))
+    hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
+    canal = wall_over(parameters, side, "dehiscent-optic")
+    back = _kept_off(back, canal - optic_nerve())
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
     infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
     return [
         body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
-        body("maxillary sinus", 2, maxillary, air, large, 1.9, UNEVEN_MM, "maxillary"),
+        body("maxillary sinus", 2, antrum, air, large, 1.9, UNEVEN_MM, "maxillary"),
         body(
             "sphenoid sinus",
             4,
@@ -124,11 +143,22 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
         duct("infundibulum", infundibulum, nasal, uncinate, complex_),
         duct("maxillary ostium", ostium, nasal, small, complex_),
         duct("hiatus", sinuses.hiatus(), nasal, uncinate, complex_),
-        duct("frontal recess", frontal_recess(), anterior, Wall(t, 0.3), fore),
+        duct(
+            "frontal recess",
+            frontal_recess(parameters, side),
+            anterior,
+            Wall(t, 0.3),
+            fore,
+        ),
         duct("sphenoid ostium", sphenoid_ostium(), nasal, face),
         duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
         duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
     ]
+
+
+def _kept_off(lined: Mark, *walls: Field) -> Mark:
+    """Bound a part by the walls of what it must not enter, whatever its unevenness."""
+    return Mark(lined.row, smooth_max(0.8, lined.inner, *walls))
 
 
 def _variant_parts(
@@ -150,18 +180,39 @@ def _variant_parts(
 
     for name, number, build, outlet, label, sinus in (
         ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
-        ("haller", 8, sinuses.haller, sinuses.haller_outlet, anterior, fore),
+        ("haller", 8, maxillary.haller, maxillary.haller_outlet, anterior, fore),
         ("concha-bullosa", 9, sinuses.concha, sinuses.concha_outlet, variant, ""),
     ):
         if parameters.has(name, side):
             words = name.replace("-", " ")
             parts.append(cell(words, number, build(), sinus))
             parts.append(duct(f"{words} outlet", outlet(), label, septa, sinus))
+    lobes = frontal(parameters, side)
+    # These two share numbers with cells that lie too far away to have a common wall.
+    if parameters.has("supraorbital-cell", side):
+        way = frontal_cells.supraorbital_outlet(parameters)
+        field = frontal_cells.supraorbital(parameters)
+        parts.append(cell("supraorbital cell", 7, field, fore))
+        parts.append(duct("supraorbital outlet", way, anterior, septa, fore))
+    if parameters.has("frontal-septal-cell", side) and lobes is not None:
+        way = sinuses.septal_cell_outlet()
+        parts.append(cell("frontal septal cell", 8, sinuses.septal_cell(), fore))
+        parts.append(duct("septal cell outlet", way, anterior, septa, fore))
+    if parameters.has("accessory-ostium", side):
+        second, wall = sinuses.accessory_ostium(parameters, side), Wall(0.5, 0.0)
+        nasal = Label.NASAL_AIR
+        parts.append(duct("accessory ostium", second, nasal, wall, "ostiomeatal"))
+    if parameters.has("retrobulbar-recess", side):
+        way = retrobulbar_outlet()
+        parts.append(duct("retrobulbar outlet", way, anterior, septa, fore))
     if parameters.has("onodi", side):
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))
         parts.append(duct("onodi outlet", onodi_outlet(), posterior, septa, rear))
-    lobes = frontal(parameters, side)
+    area = parameters.antrostomy_of(side)
+    if area > 0.0:
+        window = maxillary.antrostomy(area)
+        parts.append(duct("antrostomy", window, Label.NASAL_AIR, Wall(0.5, 0.25)))
     if lobes is not None:
         parts.append(
             body(
@@ -188,10 +239,15 @@ def side_parts(
     contents: list[Content] = []
     for part in healthy_parts(parameters, side):
         score = getattr(opacity, part.sinus) if part.sinus else 0
-        if score == 0:
+        asked = parameters.findings_in(part.sinus, side)
+        is_duct = part.cavity == DUCT
+        if score == 1 and not asked and not is_duct:
+            asked = drawn_findings(part.sinus, side, rng)
+        if score != 2 and (is_duct or not asked):
             parts.append(part)
             continue
-        change = contents_of(part.sinus, part.field, part.cavity == DUCT, score, rng)
+        disease = Disease(part.sinus, asked, parameters.posture, score == 2)
+        change = contents_of(disease, part.field, is_duct, rng)
         contents += change.contents
         if change.air is not None:
             wall = replace(

@@ -14,6 +14,7 @@ from anatomy.phantom.ct_noise import ct_noise
 from anatomy.phantom.lattice import Box, Lattice, field_for
 from anatomy.phantom.model import build_model
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.sphenoid import rear_mm
 from anatomy.phantom.walls import wall_layers
 from anatomy.queries.hazard_sampling import sample_hazards
 from anatomy.queries.landmarks import Landmark, landmarks
@@ -128,7 +129,8 @@ def build_phantom(
 def whole_field(parameters: PhantomParameters) -> Box:
     """Choose LPS ranges of x, y, z that hold the nose and all sinuses."""
     tallest = max(parameters.scale("frontal", side) for side in (Side.LEFT, Side.RIGHT))
-    return field_for(parameters.head_scale, tallest)
+    rear = min(rear_mm(parameters, side) for side in (Side.LEFT, Side.RIGHT))
+    return field_for(parameters.head_scale, tallest, -rear)
 
 
 def distance_at(

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from anatomy.phantom.ethmoid import (
     FOVEA_BONE_MM,
     basal_lamella,
+    by_side,
     ethmoid_block,
     ethmoid_roof,
     fovea,
+    keros_depth,
     lamina_papyracea,
     medial_wall,
 )
@@ -20,6 +22,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
+    Chain,
     Field,
     Recall,
     Table,
@@ -52,6 +55,16 @@ FRONT_MM, REAR_MM = -13.0, -53.5
 """Depths y between which ethmoid and olfactory cleft bear the skull base."""
 
 
+LAMINA_GAP, LAMINA_GAP_END = (13.5, -27.0, 38.5), (18.5, -27.0, 38.5)
+LAMINA_GAP_MM = 3.2
+"""Axis and radius of a dehiscence, before the basal lamella (Moulin 1994)."""
+
+
+LAMINA_SHARE = 0.85
+"""Thickness of the lamina papyracea beside that of walls between cells. Figures for it
+are 0.2 to 0.4 mm; this share brings its CT numbers near those of a real scan."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plate:
     """Name a plate of bone. zone: negative where the walls of air are this plate."""
@@ -64,20 +77,35 @@ class Plate:
 
 def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
     """List the plates; where zones overlap, the later one counts."""
-    lamina, lamella = [], []
+    lamina, lamella, gaps = [], [], []
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         wall = lamina_papyracea(parameters, side)
         block = ethmoid_block(parameters, side)
-        sheet = smooth_max(0.0, abs(u - wall) - 1.0, block - 1.5)
+        sheet = smooth_max(0.0, abs(u - wall) - 2.0, block - 2.0)
         lamina.append(one_side(sheet, sign))
-        parting = smooth_max(0.0, abs(y - basal_lamella()) - 0.9, block - 0.2)
+        if parameters.has("dehiscent-lamina", side):
+            hole = Chain((LAMINA_GAP, LAMINA_GAP_END), (LAMINA_GAP_MM, LAMINA_GAP_MM))
+            gaps.append(one_side(smooth_max(0.0, sheet, hole), sign))
+        parting = smooth_max(
+            0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2
+        )
         lamella.append(one_side(parting, sign))
     thin = parameters.cell_bone_mm
+    dehiscent = Plate(
+        "dehiscent lamina",
+        0.0,
+        Label.LAMINA_PAPYRACEA,
+        smooth_min(0.0, *gaps or (1e3,)),
+    )
     return (
         Plate("basal lamella", thin, Label.BASAL_LAMELLA, smooth_min(0.0, *lamella)),
         Plate(
-            "lamina papyracea", thin, Label.LAMINA_PAPYRACEA, smooth_min(0.0, *lamina)
+            "lamina papyracea",
+            LAMINA_SHARE * thin,
+            Label.LAMINA_PAPYRACEA,
+            smooth_min(0.0, *lamina),
         ),
+        *([dehiscent] if gaps else []),
         Plate("fovea ethmoidalis", FOVEA_MM, Label.FOVEA, fovea_zone(parameters)),
         Plate(
             "cribriform plate",
@@ -110,8 +138,9 @@ def behind_roof(parameters: PhantomParameters) -> Field:
 
 def fovea_zone(parameters: PhantomParameters) -> Field:
     """Build where walls are the fovea ethmoidalis."""
-    below = below_base(parameters) - UNDER_MM
-    return smooth_max(0.0, roofed(parameters) - 1.0, below)
+    # The corners of cells are rounded: their roof begins lower.
+    below = below_base(parameters) - (UNDER_MM + 0.4)
+    return smooth_max(0.0, roofed(parameters) - 1.5, below)
 
 
 def _cribriform_zone(parameters: PhantomParameters) -> Field:
@@ -124,17 +153,21 @@ def _cribriform_zone(parameters: PhantomParameters) -> Field:
 
 
 def _lateral_zone(parameters: PhantomParameters) -> Field:
-    aside = smooth_max(0.0, FOSSA_MM - 0.3 - u, u - medial_wall() - 0.2)
+    aside = smooth_max(0.0, FOSSA_MM - 0.3 - u, u - medial_wall() - 0.5)
     return smooth_max(0.0, roofed(parameters), aside, _under_fossa(parameters))
 
 
 def _under_fossa(parameters: PhantomParameters) -> Field:
     """Be negative above the reach of the plate under the olfactory fossa."""
-    return ethmoid_roof(parameters) - (parameters.keros_mm + UNDER_MM) - z
+    return ethmoid_roof(parameters) - (keros_depth(parameters) + UNDER_MM) - z
 
 
 FOSSA_MM = 3.6
 """Half width of both olfactory fossae together, at the lateral lamellae."""
+
+
+SELLA_MM = 7.0
+"""Depth of the sella turcica below the planum."""
 
 
 def skull_base(parameters: PhantomParameters) -> Field:
@@ -144,16 +177,30 @@ def skull_base(parameters: PhantomParameters) -> Field:
     )
     fossa = Table(U, (FOSSA_MM - 0.3, FOSSA_MM + 0.7), (1.0, 0.0), 0.3)
     reach = depth_table([6, 12, 34, 42], [0.0, 1.0, 1.0, 0.0], 3.0)
-    sella = Table(U, (0, 5, 8), (1.0, 1.0, 0.0), 2.0) * depth_table(
-        [63, 68, 77, 81], [0.0, 1.0, 1.0, -0.3], 2.0
+    sella = Table(U, (0, 4.5, 9), (1.0, 1.0, 0.0), 2.5) * depth_table(
+        [64.5, 68.5, 76.5, 80], [0.0, 1.0, 1.0, -0.1], 2.0
     )
+    rise = rise + _supraorbital_lift(parameters)
     # Over the sphenoid the planum lies lower than the fovea's line would lead.
     return (
         fovea(parameters)
         + rise
-        - fossa * reach * Affine(parameters.keros_mm - 0.9)
-        - sella * Affine(4.2)
+        - fossa * reach * (keros_depth(parameters) - 0.9)
+        - sella * Affine(SELLA_MM)
     )
+
+
+def _supraorbital_lift(parameters: PhantomParameters) -> Field:
+    """Return how far supraorbital cells lift the floor of the skull over them."""
+    hill = Table(U, (11, 18, 26), (0.0, 1.0, 0.0), 2.0) * depth_table(
+        [10, 18, 29], [0.0, 1.0, 0.0], 3.0
+    )
+    low = min(parameters.roof_mm, 0.0)
+    right, left = (
+        2.4 - 0.7 * low if parameters.has("supraorbital-cell", side) else 0.0
+        for side in (Side.RIGHT, Side.LEFT)
+    )
+    return hill * by_side(right, left) if right or left else Affine(0.0)
 
 
 def below_base(parameters: PhantomParameters) -> Field:

@@ -1,11 +1,14 @@
 """Virtual patients drawn from published distributions."""
 
+import msgspec
 import numpy as np
 
 from anatomy.phantom.parameters import LeftRatios, PhantomParameters
+from anatomy.phantom.sphenoid import pneumatization
 from anatomy.phantom.variants import SIDE_CORRELATION, draw_variants
+from anatomy.tissue import Side
 
-# Volume of a sinus in mL: mean and standard deviation (maxillary, frontal, sphenoid of
+# Volume of a sinus in mL: mean and standard deviation (maxillary and frontal of
 # 201 adults, PMID 28341352; ethmoid doi 10.1080/000164800750001080), and the model's
 # factors with the volumes they give (measured at 1 mm, four seeds).
 _SINUSES = {
@@ -19,19 +22,34 @@ _SINUSES = {
         (0.5, 0.7, 0.85, 1.0, 1.15, 1.35),
         (0.73, 1.43, 2.09, 2.88, 3.79, 5.19),
     ),
-    "sphenoid": ((4.0, 1.9), (0.7, 0.85, 1.0, 1.1), (1.68, 2.98, 4.55, 5.78)),
     "ethmoid": (
         (5.6, 2.0),
         (0.7, 0.85, 1.0, 1.15, 1.3),
-        (3.79, 4.64, 5.53, 6.44, 7.32),
+        (4.11, 5.0, 5.92, 6.85, 7.83),
     ),
 }
+_SPHENOID_FACTORS = (0.7, 0.85, 1.0, 1.15)
+_SPHENOIDS = {
+    "conchal": ((0.35, 0.1), (0.2, 0.3, 0.4, 0.5)),
+    "presellar": ((2.0, 0.5), (1.45, 2.02, 2.6, 3.05)),
+    "sellar": ((3.8, 1.3), (2.2, 3.23, 4.34, 5.45)),
+    "postsellar": ((5.1, 1.5), (3.24, 4.22, 5.24, 6.18)),
+}
+"""A sphenoid sinus's volume by its kind, mean and standard deviation in mL, and the
+volumes of the factors. All kinds together have the mean and spread published for all
+(4.00 ± 1.99 mL, PMID 28341352); their split is a choice. Septa
+off the midline add spread.
+"""
+
 _FRONTAL_APLASIA = 0.04
 """Share of heads without frontal sinuses; published figures are 3-5 %."""
 
 _KEROS = (5.4, 1.7)
 """Mean and standard deviation of the olfactory fossa's depth, mm (1200 CTs, PMID
 30662198; Keskek 2021, 770 sides)."""
+
+_KEROS_CORRELATION = 0.85
+"""Of the two fossae's depths: they differ by 0.7 mm in the mean, which is a choice."""
 
 
 def draw_parameters(seed: int) -> PhantomParameters:
@@ -43,9 +61,12 @@ def draw_parameters(seed: int) -> PhantomParameters:
     scales: dict[str, float] = {}
     ratios: dict[str, float] = {}
     weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
-    for sinus, ((mean, spread), factors, volumes) in _SINUSES.items():
+    hidden: dict[str, list[float]] = {}
+    for sinus in ("maxillary", "frontal", "sphenoid", "ethmoid"):
         shared, right, left = rng.standard_normal(3)
-        ml = [mean + spread * (weight * shared + rest * own) for own in (right, left)]
+        hidden[sinus] = [float(weight * shared + rest * own) for own in (right, left)]
+    for sinus, ((mean, spread), factors, volumes) in _SINUSES.items():
+        ml = [mean + spread * size for size in hidden[sinus]]
         factor = np.interp(ml, volumes, factors)
         scales[sinus] = float(factor[0].round(4))
         ratios[sinus] = float((factor[1] / factor[0]).round(4))
@@ -54,7 +75,7 @@ def draw_parameters(seed: int) -> PhantomParameters:
     # Two of three septa deviate; the others are straight within a millimetre.
     deviated = rng.random() < 0.68
     bend = rng.uniform(1.5, 5.0) if deviated else rng.uniform(0.0, 1.0)
-    return PhantomParameters(
+    drawn = PhantomParameters(
         seed=seed,
         head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
         septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
@@ -63,7 +84,6 @@ def draw_parameters(seed: int) -> PhantomParameters:
         congestion=float(np.round(0.25 * rng.random(), 3)),
         maxillary_scale=scales["maxillary"],
         frontal_scale=scales["frontal"],
-        sphenoid_scale=scales["sphenoid"],
         ethmoid_scale=scales["ethmoid"],
         left=LeftRatios(**ratios),
         anterior_cells=int(np.clip(np.round(rng.normal(7, 1.1)), 5, 9)),
@@ -71,3 +91,32 @@ def draw_parameters(seed: int) -> PhantomParameters:
         mucosa_mm=float(np.clip(rng.normal(0.38, 0.06), 0.25, 0.5).round(3)),
         variants=draw_variants(rng),
     )
+    ratio = _fossa_ratio(seed, drawn.keros_mm)
+    left = msgspec.structs.replace(drawn.left, keros=ratio)
+    drawn = msgspec.structs.replace(drawn, left=left)
+    return _with_sphenoids(drawn, hidden["sphenoid"])
+
+
+def _with_sphenoids(drawn: PhantomParameters, sizes: list[float]) -> PhantomParameters:
+    """Size the sphenoid sinuses by their kinds; sizes: normal, of right and left."""
+    factors = []
+    for side, size in zip((Side.RIGHT, Side.LEFT), sizes, strict=True):
+        (mean, spread), volumes = _SPHENOIDS[pneumatization(drawn, side)]
+        factors.append(np.interp(mean + spread * size, volumes, _SPHENOID_FACTORS))
+    right, left = factors
+    ratios = msgspec.structs.replace(
+        drawn.left, sphenoid=float((left / right).round(4))
+    )
+    return msgspec.structs.replace(
+        drawn, sphenoid_scale=float(right.round(4)), left=ratios
+    )
+
+
+def _fossa_ratio(seed: int, right_mm: float) -> float:
+    """Draw how much deeper the left olfactory fossa is than the right one."""
+    mean, spread = _KEROS
+    own = np.random.default_rng([seed, 0x6B65]).normal(
+        0.0, spread * np.sqrt(1 - _KEROS_CORRELATION**2)
+    )
+    left_mm = np.clip(mean + _KEROS_CORRELATION * (right_mm - mean) + own, 1.5, 11.5)
+    return float((left_mm / right_mm).round(4))

@@ -50,12 +50,13 @@ class Row(IntEnum):
     PHARYNX = 6
     OUTSIDE = 7
     SINUS = 8
-    SEPTUM = 9
-    SKIN = 10
-    REAR = 11
-    FACE = 12
-    BASE = 13
-    FIRST_GROUND = 14
+    FLUID = 9
+    SEPTUM = 10
+    SKIN = 11
+    REAR = 12
+    FACE = 13
+    BASE = 14
+    FIRST_GROUND = 15
 
 
 STACK_CHANGE = {
@@ -72,7 +73,7 @@ STACK_CHANGE = {
     Op.ABSOLUTE: 0,
     Op.NEGATE: 0,
     Op.NOISE: 1,
-    Op.CELLS: 0,
+    Op.CELLS: 1,
     Op.MARK: 0,
     Op.WARP: 0,
     Op.UNWARP: -3,

@@ -12,7 +12,7 @@ trace; blends by exponentials never can.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -309,40 +309,42 @@ def smooth_max(width: float, *fields: Field | float) -> Field:
 
 @dataclass(frozen=True, slots=True)
 class Cells(Field):
-    """Divide a region into Voronoi cells with walls between them.
+    """Divide space into cells of uneven size with walls of even thickness.
 
-    Inside a cell, the value is the smooth maximum of the region and of ``half wall -
-    distance to the nearest bisector``; the distances to the owner's bisectors are
-    blended over `width` mm, which rounds the corners where three walls meet.
+    A point belongs to the seed to whose sphere, of the seed's reach, it is nearest: the
+    walls are hyperboloids about the smaller cell of two. The value is ``half wall -
+    distance to the nearest wall's middle``, exact to first order at the wall; the
+    distances to the owner's walls are blended over `width` mm, which rounds the cell.
     """
 
-    region: Field
     seeds: tuple[Point, ...]
+    reaches: tuple[float, ...]
     half_wall: float
     width: float
 
     def evaluate(self, points: Array) -> Array:
-        seeds = np.array(self.seeds)
-        offset = points[None] - seeds[:, :, None]
-        square = np.sum(offset**2, axis=1)
-        owner = np.argmin(square, axis=0)
-        column = np.arange(points.shape[1])
+        offset = points[None] - np.array(self.seeds)[:, :, None]
+        far = np.sqrt(np.sum(offset**2, axis=1))
+        gap = far - np.array(self.reaches)[:, None]
+        owner, column = np.argmin(gap, axis=0), np.arange(points.shape[1])
+        away = offset / np.maximum(far, 1e-6)[:, None]
         wall = np.full_like(points[0], 1e3)
-        for j in range(len(seeds)):
-            gap = np.linalg.norm(seeds[j] - seeds[owner], axis=1)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                d = (square[j] - square[owner, column]) / (2 * gap)
+        for j in range(len(self.seeds)):
+            along = np.sum(away[j] * away[owner, :, column].T, axis=0)
+            chord = np.sqrt(np.maximum(2 - 2 * along, 0.25))
+            d = (gap[j] - gap[owner, column]) / chord
             d = np.where(owner == j, np.inf, d)
             e = np.maximum(self.width - np.abs(wall - d), 0)
             wall = np.minimum(wall, d) - e * e * (0.25 / self.width)
-        region, inner = self.region.evaluate(points), self.half_wall - wall
-        e = np.maximum(self.width - np.abs(region - inner), 0)
-        value: Array = np.maximum(region, inner) + e * e * (0.25 / self.width)
+        value: Array = self.half_wall - wall
         return value
 
     def encode(self, encoder: Encoder) -> None:
-        self.region.encode(encoder)
-        flat = [c for seed in self.seeds for c in seed]
+        flat = [
+            value
+            for seed, reach in zip(self.seeds, self.reaches, strict=True)
+            for value in (*seed, reach)
+        ]
         encoder.emit(
             Op.CELLS,
             [self.half_wall, self.width, 0.25 / self.width, *flat],
@@ -402,9 +404,11 @@ class Recall(Field):
 
 
 def bare(field: Field) -> Field:
-    """Strip a part's outer mark and unevenness: its plain shape."""
+    """Strip a part's mark and unevenness, also under what bounds it."""
     if isinstance(field, Mark):
         return bare(field.inner)
     if isinstance(field, Combine) and isinstance(field.right, Unevenness):
         return field.left
+    if isinstance(field, Combine) and field.op == Op.SMOOTH_MAX:
+        return replace(field, left=bare(field.left))
     return field

@@ -1,8 +1,7 @@
-"""Maxillary and frontal sinus of one side, and what drains into the middle meatus."""
+"""Frontal sinus of one side, and what drains into the middle meatus."""
 
 import numpy as np
 
-from anatomy.phantom.ethmoid import ethmoid_block
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
@@ -15,7 +14,6 @@ from anatomy.phantom.shapes import (
     smooth_max,
     smooth_min,
     u,
-    y,
     z,
 )
 from anatomy.tissue import Side
@@ -24,57 +22,7 @@ SINUS_UNEVENNESS = 0.4
 """Share of the nose's unevenness on sinus walls: they are thin, and both their faces
 move, so more of it would open holes towards the nose."""
 
-MOLAR_ROOTS: tuple[Point, ...] = (
-    (18.5, -21.5, -5.2),
-    (20.5, -26.5, -4.6),
-    (23.0, -32.0, -4.4),
-)
-"""Apices of the teeth that lift the floor of the maxillary sinus."""
-
-
-def maxillary(parameters: PhantomParameters, side: Side) -> Field:
-    """Build the maxillary sinus: six smoothly joined walls, scaled about its medial.
-
-    Its front, rear and lower lateral walls turn with u, its roof is the orbit's floor
-    with the ridge of the infraorbital canal, and its floor is uneven over the molars.
-    """
-    scale = parameters.scale("maxillary", side)
-    medial, mid_y, mid_z = 14.6, -28.0, 25.0
-
-    def scaled(axis: Field, center: float) -> Field:
-        return (axis - center) * (1 / scale) + center
-
-    su, sy, sz = scaled(u, medial), scaled(y, mid_y), scaled(z, mid_z)
-    dome = (su - 15.0) * (su - 15.0) * 0.02
-    body = smooth_max(5.0, medial - su, su - (medial + 23.5))
-    height = smooth_max(4.0, -4.0 - sz, (sz - 26.8 + dome) * 0.85)
-    body = smooth_max(4.5, body, height)
-    front = (sy + 11.0 + (su - 20.0) * 0.62) * 0.85
-    rear = -44.5 + (su - 20.0) * 0.30 - sy
-    body = smooth_max(5.0, body, smooth_max(6.0, front, rear))
-    taper = ((su - 20.0) * 0.62 + (4.0 - sz) * 0.55 - 9.5) * 0.9
-    body = smooth_max(4.0, body, taper) * scale
-    canal = Chain(((27, -12, 22.0), (26, -34, 25.6)), (1.3, 1.4))
-    body = smooth_max(1.5, body, -canal)
-    for apex in MOLAR_ROOTS:
-        root = Ellipsoid(apex, (2.2, 2.0, 3.0))
-        body = smooth_max(1.5, body, 0.6 - root)
-    # The ethmoid comes first where both want to be.
-    wall = 2 * parameters.mucosa_mm + 0.7
-    body = smooth_max(0.8, body, wall - ethmoid_block(parameters, side))
-    if parameters.has("haller", side):
-        body = smooth_max(0.8, body, wall - haller())
-    return body
-
-
-def haller() -> Field:
-    """Build the infraorbital cell under the orbit's floor."""
-    return Ellipsoid((15.4, -20.8, 26.4), (3.0, 3.4, 2.3))
-
-
-def haller_outlet() -> Field:
-    """Build the infraorbital cell's outlet to the infundibulum."""
-    return Chain(((14.0, -20.8, 26.8), (11.4, -21.6, 28.2)), (0.9, 0.9))
+SEPTAL_CELL: Point = (2.3, -5.8, 58.6)
 
 
 def infundibulum() -> Chain:
@@ -107,8 +55,10 @@ def hiatus() -> Field:
 
 
 def agger_nasi() -> Field:
-    """Build the agger nasi cell."""
-    return Ellipsoid((8.4, -8.2, 38.5), (2.9, 4.0, 4.8))
+    """Build the agger nasi cell: a larger chamber and a smaller one behind it."""
+    front = Ellipsoid((8.5, -7.6, 38.4), (2.8, 3.6, 4.9))
+    rear = Ellipsoid((8.0, -10.6, 36.8), (2.1, 2.6, 3.4))
+    return smooth_min(1.2, front, rear)
 
 
 def agger_outlet() -> Field:
@@ -126,7 +76,20 @@ def concha_outlet() -> Field:
     return Chain(((6.6, -26.0, 26.8), (9.0, -26.8, 27.0)), (0.8, 0.8))
 
 
-def lining(body: Field) -> Field:
+def accessory_ostium(parameters: PhantomParameters, side: Side) -> Chain:
+    """Build the second ostium, through the membrane of the rear fontanelle."""
+    _, y_mm, z_mm = accessory_place(parameters, side)
+    ends = (11.5, y_mm + 0.3, z_mm - 0.3), (17.0, y_mm - 0.5, z_mm)
+    return Chain(ends, (1.5, 1.5))
+
+
+def accessory_place(parameters: PhantomParameters, side: Side) -> Point:
+    """Return the middle of the accessory ostium; it keeps to the sinus's wall."""
+    scale = parameters.scale("maxillary", side)
+    return 13.6, -28.0 - 8.0 * scale, 25.0 - 5.0 * scale
+
+
+def lining(body: Field) -> Mark:
     """Mark a sinus and make its walls slightly uneven."""
     return Mark(Row.SINUS, body + Unevenness(0, SINUS_UNEVENNESS))
 
@@ -167,14 +130,33 @@ def frontal(parameters: PhantomParameters, side: Side) -> Field | None:
     sign = 1.0 if side == Side.RIGHT else -1.0
     lean = sign * intersinus_lean(parameters) / 24.0
     septum = 0.9 + (z - base) * lean - u
+    if parameters.has("frontal-septal-cell", side):
+        wall = 2 * parameters.mucosa_mm + 0.3
+        lobes = smooth_max(1.0, lobes, wall - septal_cell())
     return smooth_max(1.0, lobes, septum)
 
 
-def frontal_recess() -> Field:
-    """Build the frontal recess with the ostium at its waist."""
+def septal_cell() -> Field:
+    """Build the cell in the septum between the frontal sinuses, at its foot."""
+    return Ellipsoid(SEPTAL_CELL, (1.7, 3.4, 5.0))
+
+
+def septal_cell_outlet() -> Field:
+    """Build the frontal septal cell's way to the medial side of the recess."""
+    return Chain(
+        ((2.8, -6.8, 55.8), (4.8, -10.0, 52.0), (7.7, -13.2, 48.2)), (1.0,) * 3
+    )
+
+
+def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:
+    """Build the frontal recess with the ostium at its waist.
+
+    A frontal septal cell pushes it sideways.
+    """
+    pushed = 0.7 if parameters.has("frontal-septal-cell", side) else 0.0
     return Chain(
         (
-            (8.2, -8.5, 59),
+            (8.2 + pushed, -8.5, 59),
             (8.0, -11.5, 54.5),
             (7.8, -13.0, 48.5),
             (8.2, -15.5, 42.5),

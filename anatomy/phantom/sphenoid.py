@@ -1,61 +1,173 @@
-"""The sphenoid sinus of one side, moulded by the optic nerve and the carotid."""
+"""The sphenoid sinus of one side, moulded by the nerves and arteries about it."""
 
 import numpy as np
 
-from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
+from anatomy.phantom.plates import skull_base
 from anatomy.phantom.shapes import (
     Affine,
     Chain,
     Ellipsoid,
     Field,
+    Point,
+    Table,
+    U,
     depth_table,
     height_table,
     smooth_max,
+    smooth_min,
     u,
     y,
     z,
 )
-from anatomy.phantom.vessels import CANAL_WALL_MM, internal_carotid, optic_nerve
+from anatomy.phantom.vessels import (
+    CANAL_WALL_MM,
+    internal_carotid,
+    maxillary_nerve,
+    optic_nerve,
+    pterygoid_canal,
+)
 from anatomy.tissue import Side
 
+FACE_MM = -54.9
+"""Depth y of the sinus's front end."""
 
-def intersphenoid_shift(parameters: PhantomParameters) -> float:
-    """Draw how far the septum of the sphenoid leaves the midline behind, mm."""
+ROOF_BONE_MM = 0.6
+"""Least bone of planum and sella over the sinus."""
+
+ATTACHED_SHARE = 0.35
+"""Share of heads whose septum runs to the wall over a carotid; a choice within the
+published 30 to 40 %."""
+
+
+def pneumatization(parameters: PhantomParameters, side: Side) -> str:
+    """Name how far a side's sinus reaches back: conchal, presellar, sellar, postsellar.
+
+    Presellar ends before the sella's front wall, sellar before its rear wall.
+    """
+    for name in SPHENOID_KINDS:
+        if parameters.has(name, side):
+            return name.removesuffix("-sphenoid")
+    return "sellar"
+
+
+def rear_mm(parameters: PhantomParameters, side: Side) -> float:
+    """Return the depth y at which the sinus ends."""
+    w = parameters.scale("sphenoid", side)
+    depth = {
+        "conchal": 5.6 + 1.8 * w,
+        "presellar": 9.0 + 2.6 * w,
+        "sellar": 4.2 + 16.8 * w,
+        "postsellar": 21.0 + 7.0 * w,
+    }
+    return FACE_MM - depth[pneumatization(parameters, side)]
+
+
+def septum_end_mm(parameters: PhantomParameters) -> float:
+    """Draw how far the septum of the sphenoid leaves the midline behind, mm.
+
+    Positive is to the right. In `ATTACHED_SHARE` of heads it ends at a carotid.
+    """
     rng = np.random.default_rng([parameters.seed, 0x7370])
-    return float(np.clip(rng.normal(0.0, 1.6), -3.5, 3.5))
+    near = float(np.clip(rng.normal(0.0, 1.8), -4.0, 4.0))
+    if rng.random() < ATTACHED_SHARE:
+        return float(np.copysign(rng.uniform(7.5, 9.0), near))
+    return near
+
+
+def septum(parameters: PhantomParameters, side: Side) -> Field:
+    """Return the lateral position of the septum's face on one side over the depth.
+
+    At the ostia it is in the middle.
+    """
+    shift = septum_end_mm(parameters) * (1.0 if side == Side.RIGHT else -1.0)
+    return depth_table(
+        [56, 60, 66, 77],
+        [0.85, 0.85 + 0.1 * shift, 0.85 + 0.5 * shift, 0.85 + shift],
+        3.0,
+    )
+
+
+def sphenoid_middle(parameters: PhantomParameters, side: Side) -> tuple[Point, float]:
+    """Return a place (u, y, z) in the sinus's air and how far it is from walls.
+
+    It is clear of the septum wherever that ends.
+    """
+    kind, w = pneumatization(parameters, side), parameters.scale("sphenoid", side)
+    if kind == "conchal":
+        return (4.6, -58.2, 34.3), 2.0
+    depth = 0.45 * (rear_mm(parameters, side) - FACE_MM)
+    return (7.4, FACE_MM + max(depth, -11.0), 33.0), 3.0 * w
+
+
+def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
+    """Build the sinus without what presses into it: six blended walls and a recess.
+
+    The septum leaves the midline towards the rear, so the two sinuses differ.
+    """
+    w, kind = parameters.scale("sphenoid", side), pneumatization(parameters, side)
+    high = 0.68 if kind == "conchal" else w
+    face = (
+        sphenoid_face() - height_table([24, 30, 36], [3.6, 2.4, 1.7], 2.0)
+    ) * Affine(0.9)
+    level = depth_table([54, 66, 74, 82], [44.6, 44.6, 42.4, 37.0], 2.0)
+    roof = 34.5 + (level - 34.5) * high
+    floor: Field = depth_table([54, 66, 76, 84], [24.6, 23.6, 24.6, 27.0], 2.0)
+    floor = 34.5 + (floor - 34.5) * high
+    floor = floor + Table(U, (0, 7, 14), (-0.3, 0.0, 2.0), 3.0)
+    # Under a large sinus lies the roof of the nasopharynx, uneven by a millimetre.
+    vault = depth_table([54, 60, 66, 80], [24.6, 23.4, 22.0, 14.0], 2.0)
+    body = smooth_max(6.5, smooth_max(1.0, floor - z, vault - z), z - roof)
+    # Widest between optic nerve and carotid, where the recess between them is.
+    wide: Field = depth_table([55, 61, 67, 76, 84], [13.0, 15.4, 14.4, 13.8, 12.0], 2.0)
+    wide = wide + height_table([24, 30, 38, 44], [-1.2, 0.0, 0.6, -0.4], 3.0)
+    wide = wide * Affine(0.75 if kind == "conchal" else 0.7 + 0.3 * w)
+    rear = rear_mm(parameters, side) - y
+    body = smooth_max(6.5, body, smooth_max(6.0, u - wide, rear))
+    if parameters.has("lateral-recess", side):
+        body = smooth_min(2.0, body, _lateral_recess())
+    body = smooth_max(3.0, body, y * 0.9 - face)
+    return smooth_max(1.2, body, septum(parameters, side) - u)
+
+
+def _lateral_recess() -> Field:
+    """Build the air between pterygoid canal and foramen rotundum."""
+    return smooth_min(
+        2.0,
+        Ellipsoid((16.8, -60.0, 26.0), (5.8, 4.6, 4.6)),
+        Chain(((10.0, -61.0, 28.0), (16.0, -60.0, 26.0)), (3.0, 2.6)),
+    )
+
+
+def canal_walls(parameters: PhantomParameters, side: Side) -> tuple[Field, ...]:
+    """List what keeps the sinus off nerves, arteries, brain and an Onodi cell.
+
+    Each is negative where a sinus may be: beyond the structure's bone and mucosa.
+    """
+    lining = parameters.mucosa_mm
+    walls: list[Field] = [
+        wall_over(parameters, side, "dehiscent-optic") - optic_nerve(),
+        wall_over(parameters, side, "dehiscent-carotid") - internal_carotid(),
+        CANAL_WALL_MM + lining - pterygoid_canal(),
+        CANAL_WALL_MM + lining - maxillary_nerve(),
+        # The sella's side is steep: half the slope keeps this close to a distance.
+        (z - skull_base(parameters) + (ROOF_BONE_MM + lining)) * Affine(0.5),
+    ]
+    if parameters.has("onodi", side):
+        walls.append(2 * lining + 0.3 - onodi_cell())
+    return tuple(walls)
+
+
+def wall_over(parameters: PhantomParameters, side: Side, dehiscence: str) -> float:
+    """Return bone and mucosa over a canal, mm; no bone where it is dehiscent."""
+    bone = 0.0 if parameters.has(dehiscence, side) else CANAL_WALL_MM
+    return bone + parameters.mucosa_mm
 
 
 def sphenoid(parameters: PhantomParameters, side: Side) -> Field:
-    """Build the sphenoid sinus: six blended walls, less nerve, artery, Onodi cell.
-
-    Its roof is the planum in front and falls below the sella behind; its septum
-    leaves the midline towards the rear, so the two sinuses differ.
-    """
-    w = parameters.scale("sphenoid", side)
-    depth, wide, high = 20.3 * w, 14.8 * w**0.5, w
-    front = -54.9
-    wall = height_table([24, 30, 36], [3.6, 2.4, 1.7], 2.0)
-    face = (sphenoid_face() - wall) * Affine(0.9)
-    level = depth_table([54, 66, 74, 82], [44.6, 44.6, 42.4, 39.0], 2.0)
-    roof = 34.5 + (level - 34.5) * high
-    floor = 34.5 + (depth_table([54, 66, 80], [24.6, 23.8, 25.4], 2.0) - 34.5) * high
-    body = smooth_max(7.5, floor - z, z - roof)
-    lateral = smooth_max(7.5, u - wide, (front - depth) - y)
-    body = smooth_max(7.0, body, lateral)
-    body = smooth_max(3.0, body, y * 0.9 - face)
-    sign = 1.0 if side == Side.RIGHT else -1.0
-    shift = sign * intersphenoid_shift(parameters)
-    septum = depth_table([56, 66, 78], [0.85, 0.85 + 0.6 * shift, 0.85 + shift], 3.0)
-    body = smooth_max(1.2, body, septum - u)
-    for name, tube in (
-        ("dehiscent-optic", optic_nerve()),
-        ("dehiscent-carotid", internal_carotid()),
-    ):
-        bone = 0.0 if parameters.has(name, side) else CANAL_WALL_MM
-        body = smooth_max(0.8, body, bone + parameters.mucosa_mm - tube)
-    if parameters.has("onodi", side):
-        body = smooth_max(0.8, body, 2 * parameters.mucosa_mm + 0.3 - onodi_cell())
-    return body
+    """Build the sphenoid sinus: its walls, less what presses into it."""
+    body = sphenoid_body(parameters, side)
+    return smooth_max(0.8, body, *canal_walls(parameters, side))
 
 
 def onodi_cell() -> Field:
@@ -65,8 +177,7 @@ def onodi_cell() -> Field:
 
 def onodi(parameters: PhantomParameters, side: Side) -> Field:
     """Build the Onodi cell, indented by the optic nerve."""
-    bone = 0.0 if parameters.has("dehiscent-optic", side) else CANAL_WALL_MM
-    wall = bone + parameters.mucosa_mm
+    wall = wall_over(parameters, side, "dehiscent-optic")
     return smooth_max(0.8, onodi_cell(), wall - optic_nerve())
 
 

@@ -5,11 +5,26 @@ distance |x| from the septum's plane, unless the sides differ.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
-from anatomy.phantom import plates
+from anatomy.phantom import cheek, jaws, plates
 from anatomy.phantom.disease import SHELL_MM, Content
-from anatomy.phantom.ethmoid import ethmoid_block, ethmoid_roof, lamina_papyracea
+from anatomy.phantom.ethmoid import (
+    ethmoid_block,
+    ethmoid_roof,
+    keros_depth,
+    lamina_papyracea,
+)
 from anatomy.phantom.head import head_outside
+from anatomy.phantom.orbit import (
+    GLOBE,
+    GLOBE_RADIUS_MM,
+    inferior_fissure,
+    lateral_wall,
+    muscles,
+    orbit,
+    superior_fissure,
+)
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import below_base, skull_base
 from anatomy.phantom.program import Row
@@ -19,7 +34,6 @@ from anatomy.phantom.shapes import (
     Ellipsoid,
     Field,
     Mark,
-    Point,
     Recall,
     Table,
     U,
@@ -31,18 +45,35 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
-from anatomy.phantom.sinuses import MOLAR_ROOTS
 from anatomy.phantom.sphenoid import sphenoid
+from anatomy.phantom.sphenoid_bone import (
+    cavernous_sinus,
+    corpus,
+    dorsum,
+    pituitary,
+    pterygoid,
+    pterygopalatine_fossa,
+    temporal_lobe,
+    wings,
+)
 from anatomy.phantom.turbinates import middle_bow, middle_lean
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
+    foramen_rotundum,
+    infraorbital_canal,
     internal_carotid,
+    maxillary_nerve,
     nasolacrimal_duct,
     optic_nerve,
+    pterygoid_canal,
     sphenopalatine_artery,
 )
 from anatomy.phantom.warp import extruded, one_side
 from anatomy.tissue import TISSUES, Label, Side
+
+_GRAIN_HU = {"cancellous bone": 130.0, "bone": 45.0}
+"""Standard deviation of the trabeculae's CT numbers; tables of bone vary in thickness,
+too."""
 
 LABYRINTH_MM = 0.7
 """Round ethmoid cells and sphenoid sinus, where their walls are thick."""
@@ -69,6 +100,11 @@ class Solid:
         """Return the CT number."""
         return TISSUES[self.tissue].hu
 
+    @property
+    def grain_hu(self) -> float:
+        """Return the deviation of the CT number from place to place."""
+        return 0.0 if self.label == Label.TEETH else _GRAIN_HU.get(self.tissue, 0.0)
+
 
 def skin() -> Field:
     """Recall the distance from the face, which the common marks leave."""
@@ -90,12 +126,12 @@ def solids(
             roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
             thick = plates.FOVEA_MM
             filled.append(Solid(roof, "skull base", Label.FOVEA, level_mm=thick))
-            if content.label != Label.MUCOSA:
+            if content.has_shell:
                 filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
     return [
         *_head(parameters),
-        *_skull(),
+        *_skull(parameters),
         *_orbits(parameters),
         *_vessels(parameters),
         *_midface(parameters),
@@ -106,6 +142,7 @@ def solids(
 
 def _head(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
+    askew = partial(cheek.askew, parameters=parameters)
     base = below_base(parameters)
     # The vault's bone is thick over the orbits and thin over the ethmoid.
     thick = Table(U, (4, 12, 22), (0.35, 0.5, 2.0), 2.0)
@@ -119,62 +156,48 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         smooth_max(1.5, abs(y + 17.0) - 10.0, 44.0 - z),
     )
     crista = smooth_max(1.5, crista, z - depth_table([8, 16, 28], [60, 58, 48], 3.0))
-    body = smooth_max(
-        6.0,
-        smooth_max(6.0, abs(z - 32.0) - 15.0, u - 20.0),
-        smooth_max(4.0, y + 57.0, -95.0 - y),
-    )
-    body = smooth_max(2.0, body, -base)
+    body, process = corpus(parameters), pterygoid()
     clivus = Chain(((0, -84, 34), (0, -86, 8), (0, -90, -15)), (9.0, 7.0, 6.0))
-    pituitary = Ellipsoid((0, -72.5, 44.5), (5.5, 5.0, 2.6))
     # Over ethmoid and olfactory cleft the roof is the walls' own plate.
     vault = smooth_max(0.8, vault, -plates.roofed(parameters))
     # The temporal lobe fills the middle fossa beside the sphenoid.
-    lobe = Ellipsoid((41, -86, 42), (20, 25, 21))
+    lobe = temporal_lobe()
     vault = smooth_min(5.0, vault, lobe - 2.2)
     inner = smooth_min(5.0, inner, lobe)
     brain = smooth_min(5.0, brain, lobe + 1.6)
-    # Fat lies under the skin and between the muscles of the infratemporal fossa.
-    fossa = smooth_max(4.0, smooth_max(4.0, 17.0 - u, y + 44.0), z - 26.0)
-    fossa = smooth_max(4.0, fossa, smooth_max(4.0, -88.0 - y, -32.0 - z))
-    loose = smooth_min(4.0, smooth_max(4.0, face - 7.0, -45.0 - y), fossa)
-    pterygoid = Chain(((14.5, -55, 22), (15, -57, 5), (15.5, -58, -6)), (1.6, 1.3, 1.1))
-    lateral_plate = Chain(((15.5, -56, 20), (19, -63, 4)), (1.4, 0.9))
-    flesh = smooth_min(
-        1.0,
-        Chain(((47, -38, 20), (45, -42, -28)), (4.5, 6.0)),
-        Chain(((47, -34, 60), (49, -42, 40), (47, -46, 22)), (4.5, 7.0, 4.0)),
-        Chain(((18, -60, 14), (42, -70, 20)), (6.0, 6.0)),
-        Chain(((17, -64, 6), (37, -70, -28)), (4.5, 6.0)),
-        Chain(((6, -81, 12), (8, -80, -28)), (6.0, 7.0)),
-        Chain(((13, -68, 8), (14, -68, -28)), (4.5, 4.0)),
-        Ellipsoid((0, -36, -22), (24, 32, 15)),
-        Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
-    )
+    # Between the tables of the vault's bone, where it is thick, lies marrow.
+    diploe = smooth_max(1.0, vault + 2.2, 2.2 - inner)
     lip = Ellipsoid((0, 2, -18), (26, 8, 9))
     arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
         # The ledge that the uncinate process stands on is thicker than its walls.
         Solid(Row.UNCINATE, "uncinate", Label.UNCINATE),
-        Solid(loose, "fat", Label.FAT, steepness=2.2),
-        Solid(flesh, "muscle", Label.MUSCLE),
+        Solid(cheek.fat(face), "fat", Label.FAT, steepness=2.2),
+        Solid(cheek.facial_sheet(face), "muscle", Label.MUSCLE, steepness=2.2),
+        Solid(askew(cheek.parotid()), "skin", Label.SKIN),
+        Solid(askew(cheek.muscles()), "muscle", Label.MUSCLE),
         Solid(lip, "muscle", Label.MUSCLE),
         Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
         *_ethmoid(parameters),
         Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
+        Solid(diploe, "cancellous bone", Label.THICK_BONE, steepness=3.0),
         Solid(inner, "csf", Label.CSF, steepness=3.0),
         Solid(brain, "brain", Label.BRAIN, steepness=3.0),
         Solid(falx, "dura", Label.DURA, 0.6, 0.0, 3.0),
         Solid(inner, "dura", Label.DURA, 0.25, -0.25, 3.0),
         Solid(body, "cancellous bone", Label.THICK_BONE, steepness=2.2),
         Solid(body, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
-        Solid(pituitary, "brain", Label.BRAIN),
         Solid(clivus, "cancellous bone", Label.THICK_BONE),
+        Solid(wings(), "cancellous bone", Label.THICK_BONE),
+        Solid(wings(), "bone", Label.THICK_BONE, 0.4, -0.4),
+        Solid(process, "cancellous bone", Label.THICK_BONE),
+        Solid(process, "bone", Label.THICK_BONE, 0.4, -0.3),
+        Solid(cavernous_sinus(), "dura", Label.DURA),
+        Solid(dorsum(), "cancellous bone", Label.THICK_BONE),
+        Solid(pituitary(), "brain", Label.BRAIN),
         Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
-        Solid(pterygoid, "bone", Label.THICK_BONE),
-        Solid(lateral_plate, "bone", Label.THICK_BONE),
-        Solid(arch, "bone", Label.THICK_BONE),
+        Solid(askew(arch), "bone", Label.THICK_BONE),
     ]
 
 
@@ -208,55 +231,36 @@ def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
 
 
 def _vessels(parameters: PhantomParameters) -> list[Solid]:
+    fossa, canal, nerve = pterygopalatine_fossa(), pterygoid_canal(), maxillary_nerve()
     found = [
         Solid(internal_carotid(), "blood", Label.INTERNAL_CAROTID),
+        Solid(superior_fissure(), "fat", Label.ORBITAL_FISSURE),
+        Solid(inferior_fissure(), "fat", Label.ORBITAL_FISSURE),
+        Solid(canal, "bone", Label.SPHENOID_WALL, level_mm=0.5),
+        Solid(foramen_rotundum(), "bone", Label.THICK_BONE, level_mm=0.5),
+        Solid(infraorbital_canal(), "bone", Label.THICK_BONE, level_mm=0.4),
+        Solid(fossa, "fat", Label.PTERYGOPALATINE_FOSSA),
+        Solid(canal, "optic nerve", Label.VIDIAN_NERVE),
+        Solid(nerve, "optic nerve", Label.MAXILLARY_NERVE),
         Solid(sphenopalatine_artery(), "blood", Label.SPHENOPALATINE_ARTERY),
         Solid(nasolacrimal_duct(), "bone", Label.THICK_BONE, 0.0, 0.5),
         Solid(nasolacrimal_duct(), "mucosa", Label.NASOLACRIMAL_DUCT),
     ]
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         artery = one_side(ethmoidal_arteries(parameters, side), sign)
-        if parameters.has("hanging-artery", side):
-            found.append(Solid(artery, "bone", Label.ETHMOID_SEPTUM, 0.0, 0.3))
+        hangs = parameters.has("hanging-artery", side)
+        canal_bone = Label.ETHMOID_SEPTUM if hangs else Label.FOVEA
+        found.append(Solid(artery, "bone", canal_bone, level_mm=0.3))
         found.append(Solid(artery, "blood", Label.ETHMOIDAL_ARTERY))
     return found
 
 
 def _midface(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
-    arch = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
-    maxilla = smooth_max(3.0, smooth_max(3.0, u - 27.0, z - 0.5), -49.0 - y)
-    maxilla = smooth_max(3.0, maxilla, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))
-    maxilla = smooth_max(1.0, maxilla, 3.0 - face)
-    palate = smooth_max(1.5, maxilla, arch - z)
-    alveolus = smooth_max(3.0, maxilla, smooth_min(3.0, 17.0 - u, -11.0 - y))
-    alveolus = smooth_max(4.0, alveolus, smooth_max(4.0, -43.0 - y, 4.0 - z - 29.0))
-    crowns = [
-        Chain(((0.94 * a + 0.5, b - 1.2, -19), (0.94 * a + 0.5, b - 1.5, -24)), (r, r))
-        for a, b, r in (
-            (4, -5, 3.4),
-            (9.5, -7, 3.0),
-            (15, -12, 3.4),
-            (19, -19, 4.2),
-            (22, -28, 4.6),
-            (23.5, -37, 4.4),
-        )
-    ]
-    roots = [
-        Chain(((a, b, c), (0.94 * a + 0.5, b - 1.2, -19)), (1.1, 2.2))
-        for a, b, c in (
-            (4, -5, -8),
-            (9.5, -7, -6),
-            (15, -12, -7),
-            *((x, d, e) for x, d, e in MOLAR_ROOTS),
-            (22.5, -24, -6.5),
-        )
-    ]
-    teeth = smooth_min(0.0, *crowns, *roots)
-    zygoma = Chain(
-        ((28, -8, 14), (37, -15, 18), (42, -24, 26), (42, -22, 42)),
-        (3.0, 5.0, 4.0, 2.6),
-    )
+    palate, alveolus = jaws.palate(face), jaws.alveolus(face)
+    teeth = jaws.upper_teeth(parameters)
+    zygoma = cheek.askew(cheek.zygoma(), parameters)
+    suture = cheek.askew(cheek.zygomatic_suture(), parameters)
     process = Chain(
         ((11.5, -5, 6), (11.0, -5, 20), (9.5, -4.0, 32), (6.5, -2.5, 46)),
         (1.4, 1.6, 2.0, 3.0),
@@ -271,7 +275,7 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
     roof = ethmoid_roof(parameters)
     # The septum ends under the cribriform plate.
-    top = z - roof + parameters.keros_mm
+    top = z - roof + keros_depth(parameters)
     crest = -1.5 - z
     slab = smooth_max(0.5, u - 2.2, crest, smooth_max(1.0, top + 0.3, -57.0 - y))
     plate = smooth_max(0.0, u, crest, smooth_max(1.0, top - 0.3, -56.0 - y))
@@ -283,13 +287,16 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     alar = extruded(((2.2, 10.0), (7.0, 8.0), (10.0, 1.0)))
     alar = smooth_max(0.5, alar, 7.0 - y)
     return [
-        Solid(palate, "bone", Label.THICK_BONE, steepness=2.2),
+        Solid(palate, "cancellous bone", Label.THICK_BONE, steepness=2.2),
+        Solid(palate, "bone", Label.THICK_BONE, 0.6, -0.6, 2.2),
         Solid(alveolus, "cancellous bone", Label.THICK_BONE, steepness=2.2),
         Solid(alveolus, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
         Solid(teeth, "bone", Label.TEETH, 0.0, 0.0),
         Solid(teeth, "tooth", Label.TEETH, 0.0, -0.6),
+        Solid(teeth, "cartilage", Label.TEETH, 0.0, -3.6),
         Solid(zygoma, "cancellous bone", Label.THICK_BONE),
         Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
+        Solid(suture, "cartilage", Label.THICK_BONE),
         Solid(lacrimal, "mucosa", Label.MUCOSA),
         Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
         Solid(process, "bone", Label.THICK_BONE),
@@ -320,7 +327,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     ]
     for field, sign in zip(lean, (1.0, -1.0), strict=True):
         # It ends where it hangs from the skull base, beside the olfactory fossa.
-        height = smooth_max(1.0, 22.0 - z, z - roof + parameters.keros_mm)
+        height = smooth_max(1.0, 22.0 - z, z - roof + keros_depth(parameters))
         plate = smooth_max(0.0, abs(bowed - field), height)
         plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
         found.append(
@@ -354,37 +361,7 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
     ]
 
 
-def mandible() -> Field:
-    """Build the lower jaw of one side: ramus, body and alveolar arch."""
-    ramus = Chain(((47, -60, 24), (44, -64, -10), (42, -56, -30)), (3.6, 4.5, 5.0))
-    body = Chain(
-        ((42, -56, -30), (38, -40, -42), (25, -15, -50), (9, -7, -54), (0, -6, -55)),
-        (5.0, 5.2, 5.2, 5.4, 5.8),
-    )
-    arch = Chain(
-        ((42, -54, -27), (26, -32, -36), (20, -20, -38), (10, -9, -39), (0, -6, -39)),
-        (3.8, 4.6, 4.4, 3.8, 3.6),
-    )
-    return smooth_min(5.0, ramus, body, arch)
-
-
-def lower_teeth() -> Field:
-    """Build the crowns and roots of the lower teeth, below the upper ones."""
-    teeth = [
-        Chain(((a, b, -26.5), (a, b, -38)), (r, 0.4 * r))
-        for a, b, r in (
-            (3.2, -7, 2.8),
-            (9.0, -9, 2.8),
-            (14.5, -13.5, 3.2),
-            (18.5, -20, 3.8),
-            (21.5, -28, 4.2),
-            (23.5, -37, 4.2),
-        )
-    ]
-    return smooth_max(0.5, smooth_min(0.0, *teeth), z + 24.4)
-
-
-def _skull() -> list[Solid]:
+def _skull(parameters: PhantomParameters) -> list[Solid]:
     """List the solids of jaw, rear skull base and spine.
 
     They close the head of a wide field of view; none reaches into the nose's own.
@@ -397,6 +374,7 @@ def _skull() -> list[Solid]:
     spine = Chain(((0, -96, -14), (0, -92, -60), (0, -96, -125)), (9.0, 9.5, 10.0))
     arches = Chain(((0, -118, -18), (0, -122, -60), (0, -126, -125)), (8.0, 8.0, 9.0))
     column = smooth_min(3.0, spine, arches)
+    jaw = cheek.askew(jaws.mandible(), parameters)
     zygomatic = Chain(((56, -56, 25), (61, -72, 25), (60, -88, 24)), (2.2, 2.4, 4.0))
     return [
         Solid(column, "cancellous bone", Label.THICK_BONE),
@@ -405,48 +383,15 @@ def _skull() -> list[Solid]:
         Solid(petrous, "bone", Label.THICK_BONE),
         Solid(hind - 1.6, "csf", Label.CSF),
         Solid(hind, "brain", Label.BRAIN),
-        Solid(mandible(), "cancellous bone", Label.THICK_BONE),
-        Solid(mandible(), "bone", Label.THICK_BONE, 0.7, -0.7),
-        Solid(lower_teeth(), "tooth", Label.TEETH),
+        Solid(jaw, "cancellous bone", Label.THICK_BONE),
+        Solid(jaw, "bone", Label.THICK_BONE, 0.7, -0.7),
+        Solid(jaws.lower_teeth(), "tooth", Label.TEETH),
         Solid(zygomatic, "bone", Label.THICK_BONE),
     ]
 
 
-GLOBE: Point = (31.0, -10.0, 38.0)
-GLOBE_RADIUS_MM = 12.0
-APEX: Point = (16.5, -51.0, 42.0)
-
-
-def cone() -> Field:
-    """Build the space inside the periorbita, without its medial wall."""
-    return Chain(((31, -11, 38), (27, -24, 38.6), APEX), (17.6, 14.5, 2.5))
-
-
-def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
-    """Build the orbit of one side; the lamina papyracea bounds it medially.
-
-    skin: the distance from the face, which bounds it in front.
-    """
-    wall = lamina_papyracea(parameters, side) + parameters.cell_bone_mm / 2
-    return smooth_max(1.0, cone(), smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
-
-
-def muscles() -> Field:
-    """Build the four straight muscles and the superior oblique."""
-    x, front, top = GLOBE
-    bellies = [
-        Chain(((19.6, -12, 38), (18.6, -28, 39), (16.5, -47, 41.5)), (1.0, 2.0, 1.0)),
-        Chain(((x - 1, -12, 25.7), (26, -28, 28.5), (17.5, -47, 40)), (1.0, 2.1, 1.0)),
-        Chain(((x - 1, -12, 50.6), (26, -28, 48.6), (17.5, -47, 43.5)), (1.0, 2.0, 1)),
-        Chain(((43.2, -14, 38), (36, -30, 39), (18, -47, 41.5)), (1.0, 2.0, 1.0)),
-        Chain(((22, -6, 49), (19.5, -26, 47), (17, -47, 43.5)), (0.9, 1.4, 0.8)),
-    ]
-    gland = Ellipsoid((x + 9, front + 3, top + 10), (4.0, 6.0, 2.5))
-    return smooth_min(0.0, *bellies, gland)
-
-
 def _orbits(parameters: PhantomParameters) -> list[Solid]:
-    found = []
+    found = [Solid(lateral_wall(), "bone", Label.THICK_BONE, steepness=2.4)]
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         inside = one_side(orbit(parameters, side, skin()), sign)
         # Beside the ethmoid the cells' own shell is the wall: no other bone there.

@@ -56,7 +56,7 @@ def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
         Mark(Row.INFERIOR, _inferior(parameters)),
         Mark(Row.MIDDLE, _middle(parameters, side)),
         Mark(Row.SUPERIOR, _superior()),
-        Mark(Row.UNCINATE, _uncinate(parameters)),
+        Mark(Row.UNCINATE, _uncinate(parameters.is_operated(side))),
     )
 
 
@@ -94,7 +94,7 @@ def _middle(parameters: PhantomParameters, side: Side) -> Field:
     g = parameters.congestion
     # The middle turbinate has a bulbous head, a curled lower edge, and a lamella that
     # leans and is bowed along y.
-    bowed = u - middle_bow() + (1.0 if parameters.uncinectomy else 0.0)
+    bowed = u - middle_bow() + (1.0 if parameters.is_operated(side) else 0.0)
     depths = [14.5, 16.5, 20, 28, 42, 51, 53]
     centers = (5.9, 6.0, 6.3, 6.6, 6.7, 6.7, 6.8)
     curl = 0.9 if parameters.has("paradoxical-turbinate", side) else 0.0
@@ -140,7 +140,7 @@ def _superior() -> Field:
     return smooth_min(1.0, flange_tube, plate)
 
 
-def _uncinate(parameters: PhantomParameters) -> Field:
+def _uncinate(is_removed: bool) -> Field:
     # The uncinate process is a curved sheet with a free rear edge in front of the
     # hiatus, on a smooth ledge of the lateral wall.
     free_edge = height_table(
@@ -158,6 +158,6 @@ def _uncinate(parameters: PhantomParameters) -> Field:
         smooth_max(2.0, abs(u - 12.7) - 2.5, abs(y + 20) - 9.5),
         smooth_max(2.0, 16.0 - z, z - depth_table([12, 22, 30], [40, 25, 20], 2.0)),
     )
-    if parameters.uncinectomy:
+    if is_removed:
         return smooth_max(1.5, ledge, y + 19.5)
     return smooth_min(1.5, uncinate, ledge)

@@ -7,7 +7,14 @@ from statistics import NormalDist
 import msgspec
 import numpy as np
 
-from anatomy.phantom.parameters import SIDED_VARIANTS, LeftRatios, PhantomParameters
+from anatomy.phantom.parameters import (
+    EXCLUSIVE,
+    SIDED_VARIANTS,
+    SPHENOID_KINDS,
+    LeftRatios,
+    PhantomParameters,
+)
+from anatomy.tissue import Side
 from disk import UserError
 
 PREVALENCE = {
@@ -20,12 +27,32 @@ PREVALENCE = {
     "onodi": 0.14,
     "paradoxical-turbinate": 0.105,
     "septal-spur": 0.25,
+    "dehiscent-lamina": 0.02,
+    "lateral-recess": 0.29,
+    "conchal-sphenoid": 0.032,
+    "presellar-sphenoid": 0.062,
+    "postsellar-sphenoid": 0.382,
+    "accessory-ostium": 0.22,
+    "frontal-septal-cell": 0.18,
+    "retrobulbar-recess": 0.94,
+    "supraorbital-cell": 0.07,
+    "suprabullar-cell": 0.66,
 }
-"""Share of sides with each variant. Published figures scatter with the definition:
+"""Share of sides with each variant; drawn in this order, so a name is added at the end.
+
+Published figures scatter with the definition:
 agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
 8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
 turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
-optic together (Andrianakis 2021). The middle of a range is taken where there is one."""
+optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people),
+2 % (doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of 366 sides (1997); pterygoid
+process pneumatized in 29 % (Hewaidi and Omami 2008, 300 people) or 42 %; sphenoid
+conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). Accessory
+maxillary ostium 22 % (Orhan Soylemez and Atalay, 552 sinuses), 10.5 to 35.5 %
+elsewhere; retrobulbar recess 93.8 % (Bolger and Mawn 2001, dissection); suprabullar,
+supraorbital and frontal septal cell 59.7, 6.9 and 14.3 % (Pham 2021, 1006 CTs), 59.7,
+7.3 and 29.3 % (Trent 2020;30:33, 150 adults), suprabullar 80.1 % (Aksakal 2026, 428
+sides). The middle of a range is taken where there is one."""
 
 SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""
@@ -43,7 +70,7 @@ NAMES = (
     "frontal-aplasia",
     *KEROS_MM,
 )
-"""All names that `with_variants` knows; those of Keros have no side."""
+"""All names that `with_variants` knows."""
 
 
 def with_variants(
@@ -51,8 +78,8 @@ def with_variants(
 ) -> PhantomParameters:
     """Add variants by name, such as ``"onodi:left"``, ``"haller"`` or ``"keros-3"``.
 
-    Without a side both sides get it; a deviated septum then bends to the right. Raise
-    ValueError for an unknown name or side.
+    Without a side both sides get it; a deviated septum then bends to the right. What a
+    name excludes on its side gives way. Raise ValueError for an unknown name or side.
     """
     for name in names:
         parameters = _with_variant(parameters, name)
@@ -74,7 +101,9 @@ def without_variants(
 
 
 def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
-    """Name what a patient has, as `with_variants` takes it; of Keros, always one.
+    """Name what a patient has, as `with_variants` takes it.
+
+    Of Keros there is always one name, or one for each side where they differ.
 
     Depths and sizes have a name from what `with_variants` sets on; those of Keros hold
     to the nearest millimetre: 1 to 3, 4 to 7, 8 and more (Keros, Z. Laryngol. Rhinol.
@@ -92,8 +121,13 @@ def variant_names(parameters: PhantomParameters) -> tuple[str, ...]:
                 found.append(f"{sinus}-aplasia:{side}")
             elif scale < least + 1e-9:
                 found.append(f"hypoplastic-{sinus}:{side}")
-    kind = 1 + sum(parameters.keros_mm >= limit for limit in KEROS_LIMITS_MM)
-    return (*found, f"keros-{kind}")
+    right, left = (
+        f"keros-{1 + sum(parameters.keros(s) >= limit for limit in KEROS_LIMITS_MM)}"
+        for s in (Side.RIGHT, Side.LEFT)
+    )
+    if right == left:
+        return (*found, right)
+    return (*found, f"{right}:right", f"{left}:left")
 
 
 def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
@@ -106,8 +140,6 @@ def _parsed(name: str) -> tuple[str, tuple[str, ...]]:
         )
     if colon and side not in ("left", "right"):
         raise UserError(f"the side of {name!r} must be left or right, got {side!r}")
-    if colon and word in KEROS_MM:
-        raise UserError(f"{word} holds for both sides; leave out {side!r}")
     return word, (side,) if colon else ("left", "right")
 
 
@@ -115,10 +147,18 @@ def _with_variant(parameters: PhantomParameters, name: str) -> PhantomParameters
     word, sides = _parsed(name)
     change = msgspec.structs.replace
     if word in SIDED_VARIANTS:
-        added = {*parameters.variants, *(f"{word}:{side}" for side in sides)}
-        return change(parameters, variants=tuple(sorted(added)))
+        rivals = {name for group in EXCLUSIVE if word in group for name in group}
+        given = {f"{word}:{side}" for side in sides}
+        gone = {f"{name}:{side}" for name in rivals for side in sides}
+        kept = (set(parameters.variants) - gone) | given
+        return change(parameters, variants=tuple(sorted(kept)))
     if word in KEROS_MM:
-        return change(parameters, keros_mm=KEROS_MM[word])
+        right, left = (
+            KEROS_MM[word] if s.name.lower() in sides else parameters.keros(s)
+            for s in (Side.RIGHT, Side.LEFT)
+        )
+        ratios = change(parameters.left, keros=left / right)
+        return change(parameters, keros_mm=right, left=ratios)
     if word == "septal-deviation":
         sign = -1.0 if sides == ("left",) else 1.0
         return change(parameters, septal_deviation_mm=sign * DEVIATION_MM)
@@ -148,13 +188,45 @@ def _scaled(
 
 
 def draw_variants(rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw the sided variants with their prevalences; sides are correlated."""
-    found = []
-    for name, share in sorted(PREVALENCE.items()):
-        shared, right, left = rng.standard_normal(3)
-        limit = NormalDist().inv_cdf(share)
-        weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
-        for side, own in (("left", left), ("right", right)):
-            if weight * shared + rest * own < limit:
-                found.append(f"{name}:{side}")
+    """Draw the sided variants with their prevalences; sides are correlated.
+
+    A sphenoid's kinds are slices of one hidden variable. A conchal one has no recess.
+    """
+    found: set[str] = set()
+    for name, share in PREVALENCE.items():
+        if name in SPHENOID_KINDS:
+            continue
+        for side, hidden in _both_sides(rng):
+            if hidden < share:
+                found.add(f"{name}:{side}")
+    for side, hidden in _both_sides(rng):
+        for name in SPHENOID_KINDS:
+            low, high = kind_slice(name)
+            if low <= hidden < high:
+                found.add(f"{name}:{side}")
+        if f"conchal-sphenoid:{side}" in found:
+            found.discard(f"lateral-recess:{side}")
     return tuple(sorted(found))
+
+
+def kind_slice(name: str) -> tuple[float, float]:
+    """Return the shares of sides between which a kind of sphenoid lies, small to large.
+
+    Sellar sinuses, which have no name, lie between the last two.
+    """
+    conchal, presellar, postsellar = (PREVALENCE[kind] for kind in SPHENOID_KINDS)
+    return {
+        "conchal-sphenoid": (0.0, conchal),
+        "presellar-sphenoid": (conchal, conchal + presellar),
+        "postsellar-sphenoid": (1.0 - postsellar, 1.0),
+    }[name]
+
+
+def _both_sides(rng: np.random.Generator) -> list[tuple[str, float]]:
+    """Draw uniform numbers for left and right out of correlated normal ones."""
+    shared, right, left = rng.standard_normal(3)
+    weight, rest = np.sqrt(SIDE_CORRELATION), np.sqrt(1 - SIDE_CORRELATION)
+    return [
+        (side, NormalDist().cdf(weight * shared + rest * own))
+        for side, own in (("left", left), ("right", right))
+    ]

@@ -74,6 +74,8 @@ def _kinds(
                 if q < len(model.plates):
                     plate = model.plates[q]
                     label, thick, name = plate.label, plate.thickness_mm, plate.name
+                    if thick == 0.0:
+                        label, name = Label(0), ""
                 elif ground == _CONCHA and thick == 0.0:
                     label, thick = Label.TURBINATE_BONE, TURBINATE_BONE_MM
                 elif ground == _SEPTUM:

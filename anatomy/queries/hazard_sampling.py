@@ -1,6 +1,5 @@
 """Sample the distances to a phantom's hazards on its grid."""
 
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -8,6 +7,7 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.shapes import Chain, Field
 from anatomy.queries.hazards import EXACT, hazard_fields, hazard_values
 from anatomy.redistance import signed_distance
 from anatomy.tissue import Side
@@ -37,19 +37,28 @@ def sample_hazards(
     air = -np.asarray(distance.values)
     volumes = {}
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for name in hazard_fields(parameters, Side.RIGHT):
+        for name, field in hazard_fields(parameters, Side.RIGHT).items():
             values = np.full(distance.shape, np.float32(1e3))
+            boxes = [
+                (side, _near(axes, side, field, parameters.head_scale))
+                for side in _SIDES
+            ]
 
             def fill(
-                z: int, name: str = name, values: NDArray[np.float32] = values
+                z: int,
+                name: str = name,
+                values: NDArray[np.float32] = values,
+                boxes: list[tuple[Side, tuple[slice, ...]]] = boxes,
             ) -> None:
-                for side, columns in _halves(axes[0]):
-                    size = 3, len(axes[1]), len(axes[0][columns])
+                for side, (columns, rows, layers) in boxes:
+                    if not layers.start <= z < layers.stop:
+                        continue
+                    size = 3, len(axes[1][rows]), len(axes[0][columns])
                     ras = np.empty(size, np.float32)
                     ras[0], ras[2] = -axes[0][columns], axes[2][z]
-                    ras[1] = -axes[1][:, None]
+                    ras[1] = -axes[1][rows][:, None]
                     found = hazard_values(parameters, side, name, ras.reshape(3, -1).T)
-                    plane = values[z][:, columns]
+                    plane = values[z, rows, columns]
                     np.minimum(plane, found.reshape(plane.shape), out=plane)
 
             list(pool.map(fill, range(len(axes[2]))))
@@ -64,13 +73,28 @@ def sample_hazards(
     return HazardVolumes(volumes)
 
 
-def _halves(x: NDArray[np.float64]) -> Iterator[tuple[Side, slice]]:
-    """Yield either side and the columns, of LPS x, that its structures are near."""
-    # LPS x points to the patient's left.
-    left = int(np.searchsorted(x, -BENT_MM))
-    right = int(np.searchsorted(x, BENT_MM, side="right"))
-    for side, columns in zip(
-        _SIDES, (slice(0, right), slice(left, len(x))), strict=True
-    ):
-        if columns.stop > columns.start:
-            yield side, columns
+def _near(
+    axes: list[NDArray[np.float64]], side: Side, field: Field, head_scale: float
+) -> tuple[slice, ...]:
+    """Return the columns, rows and layers that a side's structure is near.
+
+    axes: LPS x, y, z of the voxels. A tube has no distance to tell beyond
+    `FARTHEST_MM`, the bent septum moves it by less than `BENT_MM`.
+    """
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    if isinstance(field, Chain):
+        points = np.array(field.points) * head_scale
+        room = FARTHEST_MM + head_scale * max(field.radii) + np.array([BENT_MM, 0, 0])
+        low, high = points.min(axis=0) - room, points.max(axis=0) + room
+    # LPS y points backwards, x to the patient's left.
+    low[1], high[1] = -high[1], -low[1]
+    low[0] = max(low[0], -BENT_MM)
+    if side == Side.RIGHT:
+        low[0], high[0] = -high[0], -low[0]
+    return tuple(
+        slice(
+            int(np.searchsorted(axis, least)),
+            int(np.searchsorted(axis, most, side="right")),
+        )
+        for axis, least, most in zip(axes, low, high, strict=True)
+    )

@@ -12,16 +12,18 @@ from anatomy.phantom.air import distance_at_points
 from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.nose import septum_face
+from anatomy.phantom.orbit import orbit
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
-from anatomy.phantom.surroundings import orbit
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     internal_carotid,
+    maxillary_nerve,
     nasolacrimal_duct,
     optic_nerve,
+    pterygoid_canal,
     sphenopalatine_artery,
 )
 from anatomy.tissue import Side
@@ -37,6 +39,8 @@ EXACT = frozenset(
         "ethmoidal arteries",
         "nasolacrimal duct",
         "sphenopalatine artery",
+        "vidian nerve",
+        "maxillary nerve",
     )
 )
 """Tubes are exact distances; other values are divided by their gradient's norm."""
@@ -55,6 +59,8 @@ def hazard_fields(parameters: PhantomParameters, side: Side) -> dict[str, Field]
         "ethmoidal arteries": ethmoidal_arteries(parameters, side),
         "nasolacrimal duct": nasolacrimal_duct(),
         "sphenopalatine artery": sphenopalatine_artery(),
+        "vidian nerve": pterygoid_canal(),
+        "maxillary nerve": maxillary_nerve(),
         "septum": abs(u) - septum_face(parameters, side),
     }
 

@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
+from anatomy.phantom.ethmoid import RETROBULBAR, lamina_papyracea, suprabullar
+from anatomy.phantom.frontal_cells import SUPRAORBITAL
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import LAMINA_GAP, LAMINA_GAP_MM
+from anatomy.phantom.sinuses import SEPTAL_CELL, accessory_place
+from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
 from anatomy.tissue import Side
 
 
@@ -26,6 +31,8 @@ class Landmark:
             return self.name
         return f"{self.name}, {self.side.name.lower()}"
 
+
+_ARTERIES = ("anterior ethmoidal artery", "posterior ethmoidal artery")
 
 # u, y, z, radius
 _PAIRED = {
@@ -53,16 +60,44 @@ _PAIRED = {
     "eustachian orifice": (12.2, -62, 6.3, 2.2),
     "Rosenmueller fossa": (14.5, -72.2, 8.5, 2.0),
     "sphenoid sinus": (9.2, -66.5, 34.5, 9.0),
+    "sphenoid lateral recess": (17, -60.3, 25.6, 2.0),
     "optic canal": (17, -47, 42, 2.2),
-    "carotid bulge": (17.5, -76, 36, 2.5),
-    "anterior ethmoidal artery": (9, -24, 51.3, 0.5),
+    "carotid bulge": (12.5, -69.0, 36.0, 2.5),
+    "opticocarotid recess": (12.6, -62.5, 40.0, 1.2),
+    "vidian canal": (14.8, -52.4, 23.2, 1.0),
+    "foramen rotundum": (18.8, -54.0, 28.6, 1.3),
+    "infraorbital canal": (26.5, -23.0, 23.8, 0.9),
+    "superior orbital fissure": (17.2, -53.5, 39.2, 2.0),
+    "pterygopalatine fossa": (16.4, -49.2, 24.5, 2.0),
+    "sphenopalatine foramen": (13.2, -50.3, 24, 2.5),
+    "lamina dehiscence": (LAMINA_GAP[0], LAMINA_GAP[1], LAMINA_GAP[2], LAMINA_GAP_MM),
+    "anterior ethmoidal artery": (9, -24, 51.4, 0.5),
+    "posterior ethmoidal artery": (15.5, -38.6, 49.0, 0.5),
     "lacrimal duct opening": (12.5, -12, 7, 1.4),
     "ethmoid roof": (9, -22, 51.5, 1.0),
+    "olfactory fossa": (2.4, -26, 51.1, 1.4),
+    "retrobulbar recess": (*RETROBULBAR, 2.0),
+    "suprabullar cell": (9.2, -26.3, 43.6, 2.2),
+    "supraorbital cell": (*SUPRAORBITAL, 1.4),
+    "frontal septal cell": (*SEPTAL_CELL, 1.6),
+    "accessory maxillary ostium": (13.6, -35.8, 20.2, 1.5),
 }
+VARIANT_PLACES = {
+    "agger-nasi": "agger nasi",
+    "retrobulbar-recess": "retrobulbar recess",
+    "suprabullar-cell": "suprabullar cell",
+    "supraorbital-cell": "supraorbital cell",
+    "frontal-septal-cell": "frontal septal cell",
+    "accessory-ostium": "accessory maxillary ostium",
+    "lateral-recess": "sphenoid lateral recess",
+}
+"""Landmarks that only a side with the variant has."""
+
 _MIDLINE = {
     "anterior nasal spine": (0, 0, 0, 1.0),
     "nasofrontal beak": (0, -3, 51, 2.0),
     "nasopharynx": (0, -66, 8, 6.0),
+    "sella turcica": (0, -72.5, 42.0, 3.5),
 }
 
 
@@ -76,17 +111,29 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
     def sized(name: str, side: Side) -> tuple[float, float, float, float]:
         """Move the middles of the sinuses with their sizes."""
         values = _PAIRED[name]
-        if name in ("ethmoid roof", "anterior ethmoidal artery"):
+        if name in ("ethmoid roof", *_ARTERIES):
             drop = 3.0 if parameters.has("hanging-artery", side) else 0.0
             sunk = drop if name == "anterior ethmoidal artery" else 0.0
             a, b, c, radius = values
             return a, b, c + parameters.roof_mm - sunk, radius
+        if name == "olfactory fossa":
+            a, b, c, radius = values
+            return a, b, c + 0.88 * parameters.roof_mm - parameters.keros(side), radius
+        if name == "suprabullar cell":
+            return *suprabullar(parameters), values[3]
+        if name == "accessory maxillary ostium":
+            return *accessory_place(parameters, side), values[3]
         if name == "frontal sinus":
             q = max(parameters.scale("frontal", side), 0.5)
             return 2.6 + 7.2 * q, -5.2, 56.0 + 9.0 * q**0.6, 6.0 * q**0.5
         if name == "sphenoid sinus":
-            w = parameters.scale("sphenoid", side)
-            return 8.4, -55.2 - 10.0 * w, 34.5, 6.5 * w
+            (a, b, c), radius = sphenoid_middle(parameters, side)
+            return a, b, c, radius
+        if name == "lamina dehiscence":
+            a, b, c, radius = values
+            where = np.array([[a], [b], [c]])
+            wall = lamina_papyracea(parameters, side).evaluate(where)
+            return float(wall[0]), b, c, radius
         if name == "maxillary sinus":
             k = parameters.scale("maxillary", side)
             return 14.6 + 11.4 * k, -28.0, 25.0 - 13.0 * k, 10.0 * k
@@ -109,15 +156,22 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
 def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
     """Name the paired landmarks that one side of a head does not have.
 
-    An agger nasi cell is a variant; an aplastic frontal sinus has no ostium either; an
-    uncinectomy takes the uncinate process and, with it, the hiatus behind its edge.
+    Some cells, recesses and gaps are variants (`VARIANT_PLACES`), as is a second
+    maxillary ostium; an aplastic frontal sinus has neither ostium nor septal cell;
+    surgery takes the uncinate process and, with it, the hiatus behind its edge. A
+    carotid presses into sinuses that reach the sella only.
     """
     absent: set[str] = set()
-    if not parameters.has("agger-nasi", side):
-        absent.add("agger nasi")
+    for variant, name in VARIANT_PLACES.items():
+        if not parameters.has(variant, side):
+            absent.add(name)
+    if not parameters.has("dehiscent-lamina", side):
+        absent.add("lamina dehiscence")
+    if pneumatization(parameters, side) in ("conchal", "presellar"):
+        absent |= {"carotid bulge", "opticocarotid recess"}
     if parameters.scale("frontal", side) == 0:
-        absent |= {"frontal sinus", "frontal ostium"}
-    if parameters.uncinectomy:
+        absent |= {"frontal sinus", "frontal ostium", "frontal septal cell"}
+    if parameters.is_operated(side):
         absent |= {"uncinate process", "hiatus semilunaris"}
     return frozenset(absent)
 

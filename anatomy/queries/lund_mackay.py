@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.phantom.findings import is_healthy
 from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.sinuses import infundibulum
@@ -24,8 +25,10 @@ _AIR = {
 
 
 def healthy(parameters: PhantomParameters) -> PhantomParameters:
-    """Return the same head without disease."""
-    return msgspec.structs.replace(parameters, opacity=(Opacity(), Opacity()))
+    """Return the same head without disease; what surgery did to it stays."""
+    return msgspec.structs.replace(
+        parameters, opacity=(Opacity(), Opacity()), findings=()
+    )
 
 
 def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opacity]:
@@ -35,9 +38,13 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
     score compares its air with the twin's; an absent sinus counts 0. The ostiomeatal
     complex is blocked if no voxel along the infundibulum holds air.
     """
-    whole = twin or build_phantom(
-        healthy(phantom.parameters), phantom.spacing_mm, field_mm=_field(phantom)
-    )
+    whole = twin
+    if whole is None and is_healthy(phantom.parameters):
+        whole = phantom
+    if whole is None:
+        whole = build_phantom(
+            healthy(phantom.parameters), phantom.spacing_mm, field_mm=_field(phantom)
+        )
     if whole.labels.shape != phantom.labels.shape:
         raise UserError(
             f"the healthy twin must share the grid {phantom.labels.shape}, got "

@@ -37,6 +37,13 @@ HAZARDS = {
     ),
     "nasolacrimal duct": ("nasolacrimal duct", "lacrimal duct", "nld"),
     "sphenopalatine artery": ("sphenopalatine artery", "spa"),
+    "vidian nerve": ("vidian nerve", "vidian canal", "pterygoid canal"),
+    "maxillary nerve": (
+        "maxillary nerve",
+        "infraorbital nerve",
+        "infraorbital canal",
+        "foramen rotundum",
+    ),
     "septum": ("septum", "nasal septum", "ns"),
 }
 """Names of labels by the hazard that they are; sides are taken off beforehand."""

@@ -141,7 +141,7 @@ def _head(scenario: Scenario) -> str:
     head = scenario.head
     if head.case or head.scene:
         return head.case or f"scene {head.scene}, seed {head.seed}"
-    parts = [f"phantom of seed {head.seed}", *head.variants]
+    parts = [f"phantom of seed {head.seed}", *head.variants, *head.disease]
     for side, grade in (("right", head.polyps_right), ("left", head.polyps_left)):
         if grade:
             parts.append(f"polyps of grade {grade}, {side}")

@@ -55,10 +55,10 @@ def anterior_share(phantom: Phantom, side: Side) -> float:
 def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str]:
     """List sinuses that do not drain through their ostium alone.
 
-    A ball is put into each ostium; what then still joins the nose, or was no air at
-    the sinus's middle, is named. plug_mm: radii of the balls, `PLUG_MM` if None. A
-    missing frontal sinus is passed over. Raise ValueError for a volume that does not
-    hold the sinuses.
+    A ball is put into each ostium, an accessory one too; what then still joins the
+    nose, or was no air at the sinus's middle, is named. plug_mm: radii of the balls,
+    `PLUG_MM` if None. A missing frontal sinus is passed over. Raise ValueError for a
+    volume that does not hold the sinuses.
     """
     air = phantom.distance.values < 0
     axes = (
@@ -72,10 +72,14 @@ def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str
         if sinus == "frontal" and phantom.parameters.scale("frontal", side) == 0:
             continue
         name = side.name.lower()
-        center = marks[f"{sinus} ostium, {name}"].position_mm
-        square = (x - center[0]) ** 2 + (y - center[1]) ** 2 + (z - center[2]) ** 2
         radius = reach * phantom.parameters.head_scale
-        pieces, _ = ndimage.label(air & (square > radius**2))
+        rest = air
+        for ostium in (f"{sinus} ostium, {name}", f"accessory {sinus} ostium, {name}"):
+            if ostium in marks:
+                a, b, c = marks[ostium].position_mm
+                square = (x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2
+                rest = rest & (square > radius**2)
+        pieces, _ = ndimage.label(rest)
         inside = pieces[_voxel(phantom, marks[f"{sinus} sinus, {name}"])]
         nose = pieces[_voxel(phantom, marks["nasopharynx"])]
         if inside == 0 or nose == 0 or inside == nose:
@@ -101,7 +105,7 @@ def spine_distances_mm(parameters: PhantomParameters) -> dict[str, float]:
     """
     z = np.linspace(24, 46, 400)
     plate = np.stack([np.full_like(z, 9.0), np.zeros_like(z), z])
-    plate[1] = basal_lamella().evaluate(plate)
+    plate[1] = basal_lamella(parameters, Side.RIGHT).evaluate(plate)
     length = np.linalg.norm(plate, axis=0)
     nearest = int(np.argmin(length))
     line = plate[:, nearest, None] / length[nearest] * np.linspace(40, 90, 2000)

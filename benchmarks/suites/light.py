@@ -7,10 +7,12 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.light_witness import BOUNCES, Agreement, DiffuseRoom, Estimate
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
-from benchmarks.plan import Measured, Plan, Task
+from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
+from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.schema import Setting
-from benchmarks.timing import measure
+from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
 from renderers.scene import AirSurface, GBuffer, image_error
 from renderers.shading import ScopeShader, Tier
@@ -19,6 +21,10 @@ from renderers.shading.path_tracer import PathLight, PathTracer
 PATHS = "paths from wall to wall"
 NOTHING = "no bounce light"
 QUICK = "virtual lights"
+WITNESSED = "path-traced light"
+WITNESS = "Mitsuba's path-traced light"
+WITNESS_PATHS = 64
+"""Of a pixel in each of its independent passes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +45,11 @@ class LightPlan(Plan, suite="light"):
         self._batches = 4 if quick else 16
         views = acceptance_views(self._size)
         self._views = views[1:3] if quick else views
+        self._peer = mitsuba_process()
+
+    def close(self) -> None:
+        """End the peer."""
+        self._peer.close()
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
@@ -76,7 +87,69 @@ class LightPlan(Plan, suite="light"):
             )
             for name, run in runs.items()
         ]
+        case = "nose/turbinate/bounce"
+        settings = {"size": self._size, "threads": 1, "bounces": BOUNCES}
+        found += [
+            self.task(case, WITNESSED, self._own_paths, settings, cost_s=60.0),
+            self.task(
+                case,
+                WITNESS,
+                self._their_paths,
+                settings | {"paths": WITNESS_PATHS},
+                baseline=WITNESSED,
+                cost_s=90.0,
+            ),
+        ]
         return found
+
+    @cached_property
+    def _room(self) -> DiffuseRoom:
+        return DiffuseRoom.at("turbinate", self._size)
+
+    @cached_property
+    def _own(self) -> tuple[Estimate, Timing]:
+        return self._room.bounced(self._batches)
+
+    def _own_paths(self) -> Measured:
+        own, timing = self._own
+        return Measured(timing, counters={"noise a pixel": own.noise})
+
+    def _their_paths(self) -> Measured:
+        """Measure Mitsuba to our noise; UnavailableError where its light differs.
+
+        Time goes with one over the square of the noise, which independent passes
+        tell.
+        """
+        own, _ = self._own
+        room = self._room
+        jobs = LightJobs(self._peer, room.surface.distance, room.albedo)
+        job = jobs.job(
+            room.camera,
+            room.light,
+            paths=WITNESS_PATHS,
+            passes=self._batches,
+            bounces=BOUNCES,
+            refined=2,
+        )
+        passes, cpu_s = jobs.passes(job)
+        theirs = Estimate.of_passes(passes)
+        found = Agreement.of(own, theirs, room.edges)
+        if not found.is_same_light:
+            raise UnavailableError(
+                f"its light is {100 * found.mean:+.2f} % beside ours, "
+                f"{100 * found.mean_error:.2f} % of error: not the same picture, so "
+                "its time does not count"
+            )
+        scale = (theirs.noise / own.noise) ** 2
+        return Measured(
+            Timing(cpu_s * scale, cpu_s * scale, cpu_s * scale, 1),
+            counters={
+                "noise a pixel as measured": theirs.noise,
+                "cpu_s as measured": cpu_s,
+                "mean difference": found.mean,
+                "its error": found.mean_error,
+            },
+        )
 
     @cached_property
     def _lit(self) -> list[Lit]:

@@ -88,6 +88,7 @@ class HeadScene:
                 progress,
                 variants=head.variants,
                 polyps=(head.polyps_right, head.polyps_left),
+                disease=head.disease,
             )
         if isinstance(head, CaseHead | PhantomHead) and head.decongested:
             patient = decongested(patient)

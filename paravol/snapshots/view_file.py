@@ -45,7 +45,8 @@ class _Strict(Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=Tru
 class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
     """Look at a virtual patient, built when it is needed.
 
-    variants, polyps_right, polyps_left, decongested: see `scenarios.scenario.Head`.
+    variants, polyps_right, polyps_left, decongested, disease: see
+    `scenarios.scenario.Head`.
     """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 1
@@ -54,6 +55,7 @@ class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
     polyps_right: Annotated[int, Meta(ge=0, le=4)] = 0
     polyps_left: Annotated[int, Meta(ge=0, le=4)] = 0
     decongested: bool = False
+    disease: tuple[str, ...] = ()
 
 
 class SceneHead(_Strict, frozen=True, tag="scene", tag_field="kind"):

@@ -192,6 +192,7 @@ def view_of(
         flown.polyps_right,
         flown.polyps_left,
         flown.decongested,
+        flown.disease,
     )
     if flown.case:
         head = CaseHead(str(Path(flown.case).resolve()), flown.decongested)

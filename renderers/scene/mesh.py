@@ -109,7 +109,7 @@ class Mesh:
         # Imported here: pictures without instruments need not load the compiler.
         from renderers.scene.mesh_drawing import list_facets_in_view
 
-        facets = self._cut_facets()
+        facets = self.facets()
         return list_facets_in_view(facets, int(self.material), camera, world_from_mesh)
 
     def spine(self, world_from_mesh: NDArray[np.float64]) -> Spine:
@@ -120,13 +120,14 @@ class Mesh:
         if not self._spine and self.capsules is not None:
             self._spine.append(Spine.of(self.capsules))
         elif not self._spine:
-            pieces = self._cut_facets().pieces.astype(np.float64).reshape(-1, 3, 3)
+            pieces = self.facets().pieces.astype(np.float64).reshape(-1, 3, 3)
             sides = pieces[:, 1:] - pieces[:, :1]
             area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
             self._spine.append(Spine.through(pieces.mean(axis=1), area))
         return self._spine[0].placed(world_from_mesh)
 
-    def _cut_facets(self) -> Facets:
+    def facets(self) -> Facets:
+        """Return the triangles as the kernels want them; the first call cuts them."""
         if not self._facets:
             self._facets.append(Facets.of(self.vertices[self.faces]))
         return self._facets[0]

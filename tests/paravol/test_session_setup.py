@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from disk import UserError
-from paravol.patient import PatientScene
-from paravol.session_setup import build_session
+from paravol.patient import PatientScene, load_patient
+from paravol.session_setup import build_session, coverage_watch, operate_on
 from scenarios import load_scenario
 from scenarios.tasks.task import Survey
 from tests.scenes import make_scene
@@ -72,3 +72,13 @@ def test_a_survey_of_a_site_that_is_none_is_told() -> None:
         asked = msgspec.structs.replace(scenario, tasks=(survey,))
         with pytest.raises(UserError, match=said):
             build_session(asked, patient, np.eye(4), (8, 8))
+
+
+def test_mucosa_divided_before_the_operation_is_that_of_the_flight(
+    coarse_scenario: Path,
+) -> None:
+    scenario, _ = load_scenario(str(coarse_scenario))
+    before = load_patient(scenario, lambda stage, share: None)
+    divided = coverage_watch(before).mucosa
+    # the same object: the flight does not divide it again
+    assert coverage_watch(*operate_on(before)).mucosa is divided

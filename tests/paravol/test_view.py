@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from devices import load_probe_path
 from paravol.patient import load_patient
 from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import Distortion, Material
+from renderers.scene.facets import Facets
+from renderers.scene.mesh import Mesh
+from renderers.scene.spine import Spine
 from scenarios import View, load_scenario, tip_frame
 from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments import INSTRUMENTS, placed_tool
 
 SIZE = (40, 40)
 PLACES_S = (1.0, 2.0, 2.001)
@@ -169,3 +174,31 @@ def test_another_lens_is_another_view() -> None:
         camera.moved(camera.frame + np.array([[1e-12], [0], [0], [0]])),
     ]
     assert len({camera.key, *(other.key for other in others)}) == 5
+
+
+def test_a_tool_made_ready_is_not_cut_again_when_it_is_taken_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    EndoscopeView.prepare_tools(lambda: False)
+
+    def cut(corners: NDArray[np.float64]) -> Facets:
+        raise AssertionError("cut in flight")
+
+    monkeypatch.setattr(Facets, "of", cut)
+    monkeypatch.setattr(Spine, "through", cut)
+    for name in INSTRUMENTS:
+        for mesh, pose in placed_tool(name, np.eye(4), 0.5):
+            assert len(mesh.facets().corners)
+            mesh.spine(pose)
+
+
+def test_whoever_ends_the_flight_waits_for_no_further_tool(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[Mesh] = []
+    monkeypatch.setattr(Mesh, "facets", lambda mesh: made.append(mesh))
+    monkeypatch.setattr(Mesh, "spine", lambda mesh, pose: None)
+    answers = iter((False, True))
+    EndoscopeView.prepare_tools(lambda: next(answers))
+    first = next(iter(INSTRUMENTS))
+    assert made == [mesh for mesh, _ in placed_tool(first, np.eye(4), 1.0)]

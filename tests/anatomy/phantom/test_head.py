@@ -16,11 +16,11 @@ from anatomy.phantom.head import (
     head_outside,
     outside,
 )
+from anatomy.phantom.jaws import mandible
 from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Box
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.shapes import Field
-from anatomy.phantom.surroundings import mandible
 from anatomy.tissue import Label
 
 STEP_MM = 3.0

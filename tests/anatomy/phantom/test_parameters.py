@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anatomy.phantom.parameters import Opacity, PhantomParameters
+from anatomy.phantom.parameters import LeftRatios, Opacity, PhantomParameters
+from anatomy.tissue import Side
 
 
 @given(st.integers(0, 2**40), st.floats(-6, 6), st.booleans())
@@ -38,6 +39,19 @@ def test_every_parameter_changes_the_digest() -> None:
 def test_a_value_out_of_range_is_named(name: str, value: Any) -> None:
     with pytest.raises(ValueError, match=f"{name} must lie in"):
         PhantomParameters(**{name: value})
+
+
+@pytest.mark.parametrize("ratios", [{"keros": 13.0}, {"keros": -1.0}])
+def test_a_ratio_of_the_olfactory_fossae_out_of_range_is_named(
+    ratios: dict[str, float],
+) -> None:
+    with pytest.raises(ValueError, match=r"left ratio of the olfactory fossa .* 12\]"):
+        LeftRatios(**ratios)
+
+
+def test_a_fossas_depth_stays_within_what_the_model_can_carry() -> None:
+    head = PhantomParameters(keros_mm=8.0, left=LeftRatios(keros=3.0))
+    assert (head.keros(Side.RIGHT), head.keros(Side.LEFT)) == (8.0, 12.0)
 
 
 def test_a_tiny_frontal_sinus_is_refused() -> None:

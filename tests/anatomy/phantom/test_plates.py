@@ -9,7 +9,13 @@ from scipy import ndimage
 from anatomy import sinus_phantom
 from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.phantom.plates import CRIBRIFORM_MM, FOVEA_MM, LATERAL_LAMELLA_MM, plates
+from anatomy.phantom.plates import (
+    CRIBRIFORM_MM,
+    FOVEA_MM,
+    LAMINA_SHARE,
+    LATERAL_LAMELLA_MM,
+    plates,
+)
 from anatomy.queries.probing import plate_at
 from anatomy.tissue import Label
 
@@ -122,7 +128,7 @@ def test_the_model_tells_each_plates_number() -> None:
     numbers = {p.name: p.thickness_mm for p in plates(STRAIGHT)}
     assert numbers == {
         "basal lamella": STRAIGHT.cell_bone_mm,
-        "lamina papyracea": STRAIGHT.cell_bone_mm,
+        "lamina papyracea": LAMINA_SHARE * STRAIGHT.cell_bone_mm,
         "fovea ethmoidalis": FOVEA_MM,
         "cribriform plate": CRIBRIFORM_MM,
         "lateral lamella": LATERAL_LAMELLA_MM,

@@ -20,6 +20,13 @@ def test_the_olfactory_fossa_has_its_published_depth() -> None:
     assert 0.03 < np.mean(depth >= 7.5) < 0.22
 
 
+def test_the_two_olfactory_fossae_are_alike_but_not_equal() -> None:
+    depth = np.array([[p.keros(s) for s in (Side.RIGHT, Side.LEFT)] for p in DRAWN])
+    assert np.abs(depth.mean(axis=0) - 5.4).max() < 0.3
+    assert np.abs(depth.std(axis=0) - 1.7).max() < 0.3
+    assert 0.75 < np.corrcoef(depth.T)[0, 1] < 0.92
+
+
 def test_two_of_three_septa_deviate_to_either_side() -> None:
     bend = np.array([p.septal_deviation_mm for p in DRAWN])
     assert 0.6 < np.mean(np.abs(bend) > 1.2) < 0.8

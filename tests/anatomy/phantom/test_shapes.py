@@ -42,8 +42,8 @@ FIELDS: dict[str, Field] = {
     "blend": smooth_min(2.0, u, y, z),
     "cut": smooth_max(1.0, abs(u) - 3.0, -y, z * u * 0.1),
     "cells": Cells(
-        Ellipsoid((0, 0, 0), (12, 12, 12)),
         ((-5, 0, 0), (5, 1, 0), (0, 6, 3), (0, -5, -4)),
+        (1.5, -0.5, 0.0, 0.8),
         0.5,
         0.8,
     ),
@@ -102,6 +102,32 @@ def test_a_sharp_table_interpolates_linearly(values: list[float]) -> None:
     assert table.evaluate(points) == pytest.approx(
         np.interp(points[2], knots, values), abs=1e-9
     )
+
+
+def test_cells_of_equal_reach_part_at_the_plane_between_their_seeds() -> None:
+    cells = Cells(((-4, 0, 0), (4, 0, 0)), (0.7, 0.7), 0.5, 0.8)
+    points = np.array([[-3.5, 0, 0], [0.0, 0, 0], [0.0, 3, 1], [3.0, 0, 0]]).T
+    assert cells.evaluate(points) == pytest.approx([0.5 - 3.5, 0.5, 0.5, 0.5 - 3])
+
+
+@given(st.floats(-2, 2), st.floats(-6, 6), st.floats(-6, 6))
+def test_the_wall_between_cells_has_its_thickness_where_it_is_bent(
+    reach: float, b: float, c: float
+) -> None:
+    """The wall is the hyperboloid whose points are `reach` nearer to one seed."""
+    half = 0.3
+    cells = Cells(((-4, 0, 0), (4, 0, 0)), (reach, 0.0), half, 0.8)
+    a = reach / 2
+    # A hyperboloid of revolution about u: semi-axes a and sqrt(16 - a^2).
+    on = a * np.sqrt(1 + (b * b + c * c) / (16 - a * a))
+    middle = np.array([[on], [b], [c]])
+    assert cells.evaluate(middle)[0] == pytest.approx(half, abs=1e-6)
+    away = [(middle - [[s], [0], [0]]) for s in (-4.0, 4.0)]
+    normal = away[0] / np.linalg.norm(away[0]) - away[1] / np.linalg.norm(away[1])
+    normal /= np.linalg.norm(normal)
+    for sign in (-1.0, 1.0):
+        face = float(cells.evaluate(middle + sign * half * normal)[0])
+        assert abs(face) < 0.04
 
 
 def test_the_distance_to_a_capsule_is_exact() -> None:

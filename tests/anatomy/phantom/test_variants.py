@@ -1,13 +1,20 @@
 import msgspec
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal, norm
 
 from anatomy.phantom.ethmoid import lamina_papyracea
-from anatomy.phantom.parameters import SIDED_VARIANTS, PhantomParameters
+from anatomy.phantom.parameters import (
+    SIDED_VARIANTS,
+    SPHENOID_KINDS,
+    PhantomParameters,
+)
 from anatomy.phantom.variants import (
     NAMES,
     PREVALENCE,
+    SIDE_CORRELATION,
     draw_variants,
+    kind_slice,
     variant_names,
     with_variants,
     without_variants,
@@ -62,12 +69,19 @@ def test_keros_types_are_millimetres(mm: float, kind: int) -> None:
     assert variant_names(head)[-1] == f"keros-{kind}"
 
 
+def test_olfactory_fossae_may_differ_by_side() -> None:
+    head = with_variants(DEFAULT, ["keros-1:left"])
+    assert head.keros(Side.RIGHT) == DEFAULT.keros_mm
+    assert head.keros(Side.LEFT) == pytest.approx(2.4)
+    assert variant_names(head)[-2:] == ("keros-2:right", "keros-1:left")
+    assert with_variants(head, ["keros-2:left"]) == DEFAULT
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
         ("onodo", "there is no variant .*did you mean .onodi"),
         ("onodi:up", "must be left or right"),
-        ("keros-2:left", "holds for both sides"),
         ("frontal-aplasia:right", "cannot be built"),
     ],
 )
@@ -77,16 +91,43 @@ def test_what_there_is_not_is_refused(name: str, said: str) -> None:
 
 
 def test_prevalences_and_side_correlation_are_those_published() -> None:
+    """What is there or not is a slice of two normal variables correlated by 0.6."""
     rng = np.random.default_rng(0)
-    drawn = [draw_variants(rng) for _ in range(3000)]
+    count = 6000
+    drawn = [draw_variants(rng) for _ in range(count)]
+    hidden = multivariate_normal([0, 0], [[1, SIDE_CORRELATION], [SIDE_CORRELATION, 1]])
     for name, share in PREVALENCE.items():
         left = np.array([f"{name}:left" in v for v in drawn])
         right = np.array([f"{name}:right" in v for v in drawn])
-        assert left.mean() == pytest.approx(share, abs=0.03)
-        assert right.mean() == pytest.approx(share, abs=0.03)
-        # A hidden correlation of .6 shows as .25 to .45 in what is there or not.
-        assert 0.2 < np.corrcoef(left, right)[0, 1] < 0.5
+        low, high = kind_slice(name) if name in SPHENOID_KINDS else (0.0, share)
+        edges = norm.ppf([max(low, 1e-12), min(high, 1 - 1e-12)])
+        both = sum(
+            sign * hidden.cdf([edges[i], edges[j]])
+            for i, j, sign in ((1, 1, 1), (0, 1, -1), (1, 0, -1), (0, 0, 1))
+        )
+        for found, expected in ((left, share), (right, share), (left & right, both)):
+            error = np.sqrt(expected * (1 - expected) / count)
+            # a conchal sinus takes its recess away
+            gone = 0.02 if name == "lateral-recess" else 0.0
+            assert abs(found.mean() - expected) < 3.5 * error + gone, name
     assert set(PREVALENCE) == set(SIDED_VARIANTS) <= set(NAMES)
+
+
+def test_a_side_has_one_kind_of_sphenoid() -> None:
+    head = with_variants(DEFAULT, ["conchal-sphenoid", "postsellar-sphenoid:left"])
+    assert not head.has("conchal-sphenoid", Side.LEFT)
+    assert head.has("postsellar-sphenoid", Side.LEFT)
+    assert head.has("conchal-sphenoid", Side.RIGHT)
+    recessed = with_variants(head, ["lateral-recess"])
+    assert not recessed.has("conchal-sphenoid", Side.RIGHT)
+    assert recessed.has("postsellar-sphenoid", Side.LEFT)
+    rng = np.random.default_rng(1)
+    for _ in range(500):
+        msgspec.structs.replace(DEFAULT, variants=draw_variants(rng))
+    with pytest.raises(ValueError, match=r"exclude each other.*the left side"):
+        PhantomParameters(
+            variants=("conchal-sphenoid:left", "postsellar-sphenoid:left")
+        )
 
 
 def test_a_wider_ethmoid_moves_the_lamina_on_its_side_alone() -> None:

@@ -6,7 +6,7 @@ from anatomy.phantom.wall_noise import LIMITS_MM, noise_tables
 
 
 def rows(points: np.ndarray, seed: int = 3, factor: float = 1.0) -> np.ndarray:
-    octaves, limits, permutation, gradients = noise_tables(seed, factor)
+    octaves, limits, permutation, gradients, _ = noise_tables(seed, factor)
     out = np.empty((2, points.shape[1]), dtype=np.float32)
     kernels.noise_rows(
         points.astype(np.float32),
@@ -47,6 +47,25 @@ def test_the_field_is_smooth() -> None:
         moved[axis] += step
         slope = (rows(moved)[0] - rows(POINTS)[0]) / step
         assert np.abs(slope).max() < 0.8
+
+
+def grain(row: int, factor: float = 1.0) -> np.ndarray:
+    _, _, permutation, gradients, octaves = noise_tables(3, factor)
+    return np.array(
+        [
+            kernels.grain_at(a, b, c, row, octaves, permutation, gradients)
+            for a, b, c in POINTS[:, :8000].T.astype(np.float32)
+        ]
+    )
+
+
+@pytest.mark.parametrize("row", [0, 1])
+def test_grain_of_bone_has_mean_zero_and_deviation_one(row: int) -> None:
+    """So bone's mean density, and with it its mass, is what the walls' table says."""
+    value = grain(row)
+    assert value.mean() == pytest.approx(0.0, abs=0.06)
+    assert value.std() == pytest.approx(1.0, abs=0.15)
+    assert np.all(grain(row, 0.0) == 0)
 
 
 def test_factor_zero_gives_smooth_walls_and_seeds_differ() -> None:

@@ -8,6 +8,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.queries.hazard_sampling import sample_hazards
 from anatomy.queries.hazards import EXACT, hazard_distances
+from anatomy.tissue import Label
 
 BOX = ((-24.0, 24.0), (4.0, 80.0), (16.0, 60.0))
 
@@ -66,6 +67,21 @@ def test_distances_change_no_faster_than_the_way(head: Phantom) -> None:
             given = [np.take(depth, end, axis) < 0 for end in ends]
             change = change[~(given[0] | given[1])]
             assert np.percentile(change, 99.9) <= 0.5 * 1.06, name
+
+
+def test_a_structure_is_within_its_own_hazard(head: Phantom) -> None:
+    """Labels go by the largest share of a voxel: half a diagonal is their error."""
+    for name, label in (
+        ("optic nerve", Label.OPTIC_NERVE),
+        ("internal carotid", Label.INTERNAL_CAROTID),
+        ("vidian nerve", Label.VIDIAN_NERVE),
+        ("maxillary nerve", Label.MAXILLARY_NERVE),
+        ("sphenopalatine artery", Label.SPHENOPALATINE_ARTERY),
+    ):
+        inside = head.hazards.volumes[name].values[head.labels.values == label] * 0.01
+        assert len(inside) > 20, name
+        assert np.mean(inside < 0.0) > 0.9, name
+        assert inside.max() < 0.45, name
 
 
 def test_air_lies_in_no_hazard_and_threads_change_nothing(head: Phantom) -> None:

@@ -7,7 +7,7 @@ import pytest
 from anatomy import Opacity
 from anatomy.case import read_case
 from app.__main__ import main
-from app.cli.phantom_command import parse_scores, run_phantom
+from app.cli.phantom_command import run_phantom
 from devices import load_probe_path
 from paravol.case_options import PhantomOptions
 from paravol.case_scenario import PATH, scenario_of_case
@@ -52,22 +52,32 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     assert not (tmp_path / "case" / "exercise.toml").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("kidney=2",), "reads NAME:SIDE=SCORE"),
-        (("maxillary",), "reads NAME:SIDE=SCORE"),
-        (("maxillary=two",), "whole number"),
-        (("maxillary=\N{SUPERSCRIPT TWO}",), "whole number"),
-        (("maxillary:up=2",), "left or right"),
-        (("ostiomeatal=1",), "must be one of"),
-    ],
-)
-def test_scores_that_there_are_not_are_refused(
-    words: tuple[str, ...], said: str
+def test_disease_is_made_recounted_and_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(ValueError, match=said):
-        parse_scores(words)
+    words = ["phantom", "--average", "--spacing", "2", "--out", str(tmp_path / "case")]
+    words += ["--disease", "fluid:maxillary:left=0.4,antrostomy:left=60"]
+    words += ["--disease", "polyps:right=1", "--lund-mackay", "sphenoid:right=2"]
+    words += ["--congestion", "0.5", "--posture", "upright"]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "Lund-Mackay score 3 of 24: right 2, left 1" in said
+    assert "antrostomy:left=60" in said
+    record = read_case(tmp_path / "case").record
+    assert record.disease is not None
+    assert record.disease.right == Opacity(sphenoid=2, polyps=1)
+    assert record.disease.left == Opacity(maxillary=1)
+    assert record.parameters is not None
+    assert record.parameters.congestion == 0.5
+    assert record.parameters.posture == "upright"
+
+
+def test_a_word_of_no_disease_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["phantom", "--disease", "kidney=2", "--out", str(tmp_path / "x")]
+    assert main(words) == 1
+    assert "disease reads" in capsys.readouterr().err
 
 
 def test_an_unknown_variant_is_one_sentence(

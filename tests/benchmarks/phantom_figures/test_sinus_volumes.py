@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.variants import with_variants
 from anatomy.tissue import AIR_LABELS, Label, Side
 from benchmarks.phantom_figures.sinus_volumes import (
     SIDES,
@@ -57,6 +58,15 @@ def test_an_open_ostium_is_named(phantom: Phantom) -> None:
     tiny = {"maxillary": 0.1, "frontal": 0.1, "sphenoid": 0.1}
     named = {f"{sinus} {side}" for sinus in tiny for side in ("right", "left")}
     assert set(leaks(phantom, tiny)) == named
+
+
+def test_an_accessory_ostium_is_another_way_and_no_leak() -> None:
+    names = ["accessory-ostium:left"]
+    head = build_phantom(with_variants(PhantomParameters(), names), 0.7)
+    assert leaks(head) == []
+    mark = head.landmarks.pop("accessory maxillary ostium, left")
+    assert float(head.distance.sample(mark.position_mm[None])[0]) < 0
+    assert leaks(head) == ["maxillary left"]
 
 
 def test_a_hole_and_a_filled_sinus_are_named(phantom: Phantom) -> None:

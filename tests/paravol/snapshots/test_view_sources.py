@@ -20,7 +20,12 @@ from scenarios.scenario import Head
         Head(spacing_mm=1.0),
         Head(spacing_mm=1.0, decongested=True),
         pytest.param(
-            Head(spacing_mm=1.0, variants=("concha-bullosa",), polyps_right=2),
+            Head(
+                spacing_mm=1.0,
+                variants=("concha-bullosa",),
+                polyps_right=2,
+                disease=("fluid:maxillary:left=0.4",),
+            ),
             marks=pytest.mark.slow,
         ),
         Head(spacing_mm=1.0, scene="hoops"),

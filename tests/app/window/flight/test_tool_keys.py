@@ -60,7 +60,7 @@ again(QEvent.Type.KeyPress, Key.Key_B)
 again(QEvent.Type.KeyRelease, Key.Key_B)
 until("a bite", lambda: seen[-1].tool.jaw == 1.0 and seen[-1].cuts == 1)
 page._refresh()
-assert page._side._tool.text() == "straight forceps · jaws closed"
+assert page._side._tool.text() == "In hand: straight forceps · jaws closed"
 QTest.keyRelease(page, Key.Key_B)
 until("open jaws", lambda: seen[-1].tool.jaw == 0.0)
 QTest.keyClick(page, Key.Key_Z)

@@ -1,0 +1,159 @@
+"""Fat, muscles and gland of the cheek and behind the upper jaw, askew by a little."""
+
+import numpy as np
+
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.program import Op
+from anatomy.phantom.shapes import (
+    Affine,
+    Chain,
+    Combine,
+    Ellipsoid,
+    Field,
+    Point,
+    depth_table,
+    height_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
+from anatomy.phantom.warp import Signed, Warp
+
+ASKEW_MM, MOST_ASKEW_MM = 0.8, 1.6
+"""Standard deviation and bound of a shift at `SIDE_MM` from the septum: healthy faces
+differ by 1 to 2 mm between their sides (recalled)."""
+
+SIDE_MM = 40.0
+
+
+def askew(field: Field, parameters: PhantomParameters) -> Field:
+    """Shift a field that holds both sides, one way on the right, the other on the left.
+
+    The shift is odd and of low order: nothing at the septum, up to `MOST_ASKEW_MM` at
+    `SIDE_MM`. The field must not be bent itself.
+    """
+    rng = np.random.default_rng([parameters.seed, 0x6173])
+    drawn = np.clip(rng.normal(0.0, ASKEW_MM, (3, 2)), -MOST_ASKEW_MM, MOST_ASKEW_MM)
+    shifts = [
+        Combine(
+            Op.MULTIPLY,
+            Signed(),
+            Affine(float(even) / SIDE_MM, (0.0, 0.0, 0.3 * float(tilt) / SIDE_MM**2)),
+        )
+        for even, tilt in drawn
+    ]
+    return Warp(shifts[0], shifts[1], shifts[2], field)
+
+
+def _belly(
+    ends: tuple[Point, Point],
+    radii: tuple[float, float],
+    middle: Field,
+    half_mm: float,
+) -> Field:
+    """Build a flat muscle: a capsule cut to a slab about the surface u = middle."""
+    return smooth_max(4.0, Chain(ends, radii), abs(u - middle) - half_mm)
+
+
+def ramus() -> Field:
+    """Build the lower jaw's ascending branch of one side, a plate."""
+    middle = depth_table([40, 60, 80], [41.5, 43.8, 45.2], 6.0)
+    ends: tuple[Point, Point] = ((45, -60, 20), (43, -60, -28))
+    return _belly(ends, (13.0, 15.0), middle, 3.3)
+
+
+def fat(face: Field) -> Field:
+    """Build the fat under the skin, in the cheek and between the muscles of chewing.
+
+    face: the distance from the skin, positive inside.
+    """
+    under = face - height_table([-60, -20, 10, 30, 60], [3.5, 6.0, 6.4, 3.5, 2.2], 8.0)
+    deep = smooth_min(
+        5.0,
+        Ellipsoid((34, -31, 2), (9, 17, 18)),
+        Ellipsoid((32, -57, 10), (13, 20, 17)),
+        Ellipsoid((47, -32, 36), (6, 13, 15)),
+        Ellipsoid((22, -69, -2), (5.5, 9, 22)),
+        Ellipsoid((36, -66, -20), (8, 14, 14)),
+    )
+    return smooth_min(4.0, under, deep)
+
+
+def muscles() -> Field:
+    """Build the muscles of chewing, of palate, tongue and neck, and of the face."""
+    masseter = _belly(
+        ((50, -38, 19), (47, -57, -30)),
+        (12.0, 13.0),
+        depth_table([20, 40, 60, 80], [45.5, 50.5, 51.5, 48.5], 6.0),
+        4.6,
+    )
+    temporal = _belly(
+        ((50, -48, 64), (45, -50, 8)),
+        (24.0, 7.0),
+        height_table([0, 15, 30, 50, 70], [44.5, 45.5, 48, 54, 58], 6.0),
+        4.2,
+    )
+    medial = _belly(
+        ((18, -62, 6), (38, -64, -27)),
+        (8.0, 10.0),
+        height_table([-30, 8], [38.5, 18.5], 4.0),
+        3.6,
+    )
+    cheek = _belly(
+        ((24, -40, -8), (18, -12, -14)),
+        (9.0, 10.0),
+        depth_table([6, 12, 22, 36, 48], [15.5, 21.5, 27.5, 30.0, 27.0], 5.0),
+        1.0,
+    )
+    return smooth_min(
+        1.0,
+        masseter,
+        temporal,
+        medial,
+        cheek,
+        Chain(((18, -58, 15), (31, -66, 18), (43, -72, 20)), (7.0, 6.0, 3.5)),
+        Chain(((18, -57, 8), (30, -64, 12), (43, -72, 19)), (4.5, 5.0, 3.0)),
+        Chain(((6, -81, 12), (8, -80, -28)), (6.0, 7.0)),
+        Chain(((13, -68, 8), (14, -68, -28)), (4.5, 4.0)),
+        Chain(((41, -15, 12), (31, -8, -8), (24, -3, -24)), (1.6, 2.0, 1.4)),
+        Chain(((22, -5, 18), (17, -1, 0), (14, 2, -14)), (1.4, 1.9, 1.2)),
+        Ellipsoid((0, -36, -22), (24, 32, 15)),
+        Chain(((0, -50, -2.5), (0, -64, -8)), (5.0, 3.5)),
+    )
+
+
+def facial_sheet(face: Field) -> Field:
+    """Build the layer of muscle and fascia under the skin of cheek and eyelids."""
+    cheek = smooth_max(
+        0.5, abs(face - 3.6) - 0.35, Ellipsoid((44, -42, -2), (28, 42, 36))
+    )
+    lids = smooth_max(0.5, abs(face - 2.0) - 0.5, Ellipsoid((30, -6, 37), (21, 30, 18)))
+    return smooth_min(0.5, cheek, lids)
+
+
+def parotid() -> Field:
+    """Build the gland behind the lower jaw's branch."""
+    deep = Ellipsoid((47, -81, -2), (6, 8, 16))
+    return smooth_min(4.0, deep, Ellipsoid((54, -72, -6), (6, 17, 21)))
+
+
+def buttress() -> Field:
+    """Build the thick bone from the zygoma down to the molars."""
+    return Chain(((37, -21, 13), (31, -25, 3), (25.5, -28, -5)), (3.6, 2.2, 2.0))
+
+
+def zygoma() -> Field:
+    """Build the cheek bone of one side without its arch."""
+    body = Chain(
+        ((27, -8, 15), (36, -14, 17.5), (42, -23, 25), (42, -22, 42)),
+        (2.6, 5.2, 4.4, 2.6),
+    )
+    return smooth_min(3.0, body, buttress())
+
+
+def zygomatic_suture() -> Field:
+    """Build the joint between zygoma and maxilla, a thin curved gap."""
+    plane = (u - 33.0) * 0.8 + (y + 15.0) * 0.25 - (z - 14.0) * 0.55
+    return smooth_max(0.0, abs(plane) - 0.3, zygoma())

@@ -1,0 +1,102 @@
+"""The sphenoid bone about its sinus, and the fossae beside it; both sides alike."""
+
+from anatomy.phantom.orbit import lateral_plane
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import below_base
+from anatomy.phantom.shapes import (
+    Chain,
+    Ellipsoid,
+    Field,
+    Table,
+    U,
+    as_field,
+    depth_table,
+    height_table,
+    smooth_max,
+    smooth_min,
+    u,
+    y,
+    z,
+)
+from anatomy.phantom.warp import Warp
+
+
+def corpus(parameters: PhantomParameters) -> Field:
+    """Build the body from the sinus's face to the clivus, under planum and sella."""
+    half: Field = depth_table([56, 61, 68, 78, 92], [13.2, 15.2, 14.0, 13.4, 15.0], 3.0)
+    half = half + height_table([16, 24, 32, 40], [-5.0, -0.5, 0.0, 0.5], 4.0)
+    floor = depth_table([55, 66, 78, 95], [21.0, 18.6, 15.0, 6.0], 4.0)
+    body = smooth_max(5.0, u - half, floor - z)
+    body = smooth_max(4.0, body, smooth_max(4.0, y + 56.0, -95.0 - y))
+    return smooth_max(1.5, body, -below_base(parameters))
+
+
+def dorsum() -> Field:
+    """Build the sella's rear wall with the posterior clinoid processes."""
+    top = Table(U, (0, 5, 7.5, 10), (45.2, 45.8, 46.6, 38.0), 1.5)
+    thick = height_table([38, 47], [4.0, 1.2], 2.0)
+    slab = smooth_max(1.0, abs(y + 81.2) - thick, z - top)
+    return smooth_max(1.5, slab, smooth_max(1.0, 36.0 - z, u - 9.0))
+
+
+def wings() -> Field:
+    """Build lesser wing, anterior clinoid process and the greater wing's root."""
+    lesser = Chain(
+        ((34, -51, 49.4), (24, -54, 47.4), (17.5, -57.5, 46.9), (13.2, -65.5, 47.2)),
+        (1.4, 1.8, 1.9, 1.2),
+    )
+    greater = Chain(
+        ((14.5, -57.5, 24.5), (19, -58, 28.0), (24, -58, 28.0), (31, -57, 26.0)),
+        (3.2, 3.4, 2.8, 2.4),
+    )
+    return smooth_min(1.5, lesser, greater)
+
+
+def pterygoid() -> Field:
+    """Build the pterygoid process: its root and its two plates.
+
+    The medial plate goes on behind the nose's side wall, the lateral one flares.
+    """
+    root = Chain(
+        ((14.8, -54.8, 24), (15.2, -55.0, 8), (15.4, -55.5, -4)), (2.6, 1.5, 1.0)
+    )
+    low = smooth_max(1.0, -6.0 - z, z - 24.0)
+    flat: Field = as_field(0.0)
+    medial = Warp(flat, flat, -z, Chain(((14.4, -55, 0), (14.9, -63, 0)), (0.6, 0.4)))
+    lateral = Warp(flat, flat, -z, Chain(((16.5, -55, 0), (21.5, -65, 0)), (0.7, 0.4)))
+    plates = smooth_max(0.8, smooth_min(0.6, medial, lateral), low)
+    return smooth_min(1.0, root, plates)
+
+
+def cavernous_sinus() -> Field:
+    """Build the venous space beside the sella, through which the carotid runs."""
+    return Chain(
+        ((15.0, -62, 38.5), (15.4, -71, 36.5), (15.4, -80, 33)), (4.2, 4.8, 4.6)
+    )
+
+
+def pterygopalatine_fossa() -> Field:
+    """Build the funnel behind the maxillary sinus, open to the side.
+
+    Its front is the sinus's rear wall, its back the pterygoid process.
+    """
+    return smooth_min(
+        2.0,
+        Chain(
+            ((17.6, -49.0, 31), (16.4, -49.2, 23), (15.6, -48.8, 11)), (2.8, 2.3, 0.9)
+        ),
+        Chain(((17.0, -49.2, 22), (25.0, -48.5, 19)), (2.0, 1.6)),
+    )
+
+
+def pituitary() -> Field:
+    """Build the gland in the sella."""
+    return Ellipsoid((0, -72.5, 42.6), (6.4, 4.8, 3.6))
+
+
+def temporal_lobe() -> Field:
+    """Build the lobe in the middle fossa, its pole behind the orbit."""
+    pole = smooth_max(
+        5.0, Ellipsoid((36, -81, 42), (17.5, 34, 19)), 6.0 - lateral_plane()
+    )
+    return smooth_min(6.0, pole, Ellipsoid((41, -86, 42), (20, 25, 21)))
