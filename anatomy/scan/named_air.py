@@ -79,12 +79,14 @@ class Sinus:
 class NamedAir:
     """Hold a head's inner air under the phantom's label numbers.
 
-    labels: uint8 `Label`. sinuses: those with a name, right before left, then spaces
+    labels: uint8 `Label`. sides: uint8 `Side` of the sinuses that have a name: a septum
+    between two may stand far beside the midplane. sinuses: those with a name, right before left, then spaces
     without one, largest first. confidence: how they came to their names. frame: None
     where it was not found.
     """
 
     labels: Volume
+    sides: Volume
     sinuses: tuple[Sinus, ...]
     confidence: str
     frame: NoseFrame | None
@@ -124,7 +126,11 @@ def name_sinuses(
     order = sorted(named, key=lambda s: (SINUS_NAMES.index(s.name), int(s.side)))
     confidence = NO_FRAME if frame is None else BY_PLACE
     return NamedAir(
-        distance.with_values(labels, 0.0), (*order, *rest), confidence, frame
+        distance.with_values(labels, 0.0),
+        distance.with_values(sides, 0.0),
+        (*order, *rest),
+        confidence,
+        frame,
     )
 
 

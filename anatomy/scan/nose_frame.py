@@ -28,6 +28,9 @@ FLOOR_SHARE = (0.35, 0.9)
 """Part of the outline's length, from the front, whose lower edge is the hard palate's.
 In front of it the vestibule descends to the nostrils."""
 
+JUMP_MM = 4.0
+"""Between neighbouring places of one floor it rises or falls by less."""
+
 CHOANA_MM = (3.0, 14.0)
 """Heights above the floor at which the septum's rear edge is looked for."""
 
@@ -97,7 +100,7 @@ def _frame_along(
     outline = _outline(airways, distance, axes, middle_mm, (v, w))
     if np.count_nonzero(outline) * STEP_MM**2 < LEAST_MM2:
         return None
-    columns = np.flatnonzero(outline.any(axis=1))
+    columns = _longest_run(outline)
     first, last = columns[0], columns[-1]
     share = (columns - first) / max(last - first, 1)
     columns = columns[(share >= FLOOR_SHARE[0]) & (share <= FLOOR_SHARE[1])]
@@ -121,6 +124,17 @@ def _frame_along(
     tilted = np.cos(turn) * axes[1] + np.sin(turn) * axes[2]
     turned = np.stack([axes[0], tilted, np.cross(axes[0], tilted)])
     return NoseFrame(turned, origin)
+
+
+def _longest_run(outline: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return the columns of the longest lower edge without a jump.
+
+    Behind the choana a septum stands in the sphenoid too, whose floor is a step higher.
+    """
+    columns = np.flatnonzero(outline.any(axis=1))
+    lowest = outline[columns].argmax(axis=1) * STEP_MM
+    jumps = np.flatnonzero(np.abs(np.diff(lowest)) > JUMP_MM) + 1
+    return max(np.split(columns, jumps), key=len)
 
 
 def _corners(volume: Volume) -> NDArray[np.float64]:

@@ -42,12 +42,9 @@ def check(
 ) -> ImportedHead:
     """Import a scan of a phantom turned about its middle; compare sinus by sinus."""
     head = import_head(Scan(scan, Modality.CT, ()), 0.6)
-    frame = head.named.frame
-    assert frame is not None
     mine = head.labels
     voxels = np.argwhere(np.ones(mine.shape, np.bool_))[:, ::-1]
     places = mine.origin_mm + voxels * mine.spacing_mm
-    is_left = frame.places(places)[:, 0] > 0
     middle = phantom.ct.center_mm
     back = (places - middle) @ turn + middle
     at = np.rint((back - phantom.ct.origin_mm) / phantom.spacing_mm).astype(int)
@@ -56,7 +53,7 @@ def check(
     x, y, z = np.clip(at, 0, top).T
     labels = np.where(known, phantom.labels.values[z, y, x], 0)
     sides = phantom.sides.values[z, y, x]
-    found = mine.values.ravel()
+    found, my_sides = mine.values.ravel(), head.named.sides.values.ravel()
     voxel_ml = head.spacing_mm**3 / 1000
     named = {(s.name, s.side): s for s in head.named.sinuses if s.name}
     for name, values in TRUTH.items():
@@ -64,7 +61,7 @@ def check(
             truth = np.isin(labels, values) & (sides == side)
             if truth.sum() * voxel_ml < LEAST_ML:
                 continue
-            here = np.isin(found, values) & (is_left == (side is Side.LEFT))
+            here = np.isin(found, values) & (my_sides == side)
             dice = 2 * (truth & here).sum() / (truth.sum() + here.sum())
             told = named[name, side].volume_ml / (truth.sum() * voxel_ml)
             print(f"{name} {side.name} Dice {dice:.2f} volume {told:.2f}")
