@@ -80,9 +80,9 @@ class NamedAir:
     """Hold a head's inner air under the phantom's label numbers.
 
     labels: uint8 `Label`. sides: uint8 `Side` of the sinuses that have a name: a septum
-    between two may stand far beside the midplane. sinuses: those with a name, right before left, then spaces
-    without one, largest first. confidence: how they came to their names. frame: None
-    where it was not found.
+    between two may stand far beside the midplane. sinuses: those with a name, right
+    before left, then spaces without one, largest first. confidence: how they came to
+    their names. frame: None where it was not found.
     """
 
     labels: Volume
