@@ -77,13 +77,28 @@ _T = TypeVar("_T")
 class CavityRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Name an air space beside the nasal passages; LPS mm, mL.
 
-    side: right, left or midline. is_open: one air with the passages in the scan.
+    side: right, left or midline. is_open: one air with the passages in the scan. name:
+    of a sinus, "" where it has none. confidence: how it came to its name.
     """
 
     center_mm: tuple[float, float, float]
     volume_ml: float
     side: str = "midline"
     is_open: bool = False
+    name: str = ""
+    confidence: str = ""
+
+
+class QualityRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Say one thing about a scan; value: its figure, in the unit that `told` names.
+
+    limits: what it takes away, "" where nothing.
+    """
+
+    name: str
+    value: float
+    told: str
+    limits: str = ""
 
 
 class OpeningRecord(msgspec.Struct, frozen=True, kw_only=True):
@@ -201,6 +216,7 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     was recounted. transfer: for mode `classic`.
     sha256: of each volume's values, by name. walls: None where nobody knows what lies
     behind the surface. hazard_source: how the hazards were found, "" without any.
+    quality: of the scan.
     """
 
     schema_version: int
@@ -217,6 +233,7 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     transfer: TransferRecord | None = None
     walls: WallsRecord | None = None
     hazard_source: str = ""
+    quality: tuple[QualityRecord, ...] = ()
     disease: DiseaseRecord | None = None
 
 

@@ -16,6 +16,7 @@ from anatomy.scan.label_file import (
     read_labels,
 )
 from anatomy.scan.scan import Modality, Scan, read_scan
+from anatomy.scan.scan_quality import scan_quality
 from anatomy.scan.wall_estimate import estimate_walls
 from disk import UserError
 from paravol.case_options import ImportOptions
@@ -65,7 +66,13 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
         progress("Writing the case", 0.0)
         remove_exercise(out)
         record = write_imported_case(
-            head, tuple(sources), out, others, layers=layers, hazards=hazards
+            head,
+            tuple(sources),
+            out,
+            others,
+            quality=scan_quality(scan, head),
+            layers=layers,
+            hazards=hazards,
         )
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}

@@ -33,6 +33,9 @@ CAVITY_MM3 = 100.0
 NOSTRIL_MM2 = (12.0, 450.0)
 """Areas that the opening of one or of both nostrils can have."""
 
+FAR_MM = 1000.0
+"""To the room of a scan that shows none: it is interpolated, so it is finite."""
+
 NO_ROOM = "no air of the room is in the scan"
 
 MIDDLE_MM = 25.0
@@ -103,7 +106,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
         if core.any():
             reach = _distance_to(core, spacing)
         else:
-            reach = np.full(air.shape, np.inf, np.float32)
+            reach = np.full(air.shape, FAR_MM, np.float32)
             notes.append(NO_ROOM)
         # what the ball covers with its centre in the core, and a voxel for rounding
         away = np.maximum(reach - np.float32(BALL_MM + spacing), 0)

@@ -37,6 +37,13 @@ PASSAGES = 1
 """Label of the airway less its chambers."""
 
 
+def side_of(aside_mm: float) -> Side:
+    """Return the side of a middle so far to the left of the midplane."""
+    if abs(aside_mm) < ASIDE_MM:
+        return Side.MIDLINE
+    return Side.LEFT if aside_mm > 0 else Side.RIGHT
+
+
 @dataclass(frozen=True, slots=True)
 class Chamber:
     """Describe one wide or separate air space.
@@ -53,9 +60,7 @@ class Chamber:
     @property
     def side(self) -> Side:
         """Return the side it belongs to."""
-        if abs(self.aside_mm) < ASIDE_MM:
-            return Side.MIDLINE
-        return Side.LEFT if self.aside_mm > 0 else Side.RIGHT
+        return side_of(self.aside_mm)
 
 
 @dataclass(frozen=True, slots=True)

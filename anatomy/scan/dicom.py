@@ -166,10 +166,10 @@ def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
 
 def read_series(
     series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
-) -> tuple[Volume, list[str]]:
+) -> tuple[Volume, Layout]:
     """Read a series as a volume in LPS and HU (MR: stored values), float32 or int16.
 
-    Gives it with notes on what was done to it. allow_gaps: bridge missing slices by
+    Gives it with how its slices lay. allow_gaps: bridge missing slices by
     interpolation instead of refusing the series. Raises ValueError naming the file
     that is damaged or does not fit.
     """
@@ -216,10 +216,12 @@ def read_series(
     whole = not (np.asarray(volume.values) % 1).any()
     if whole and low >= -32768 and high <= 32767:
         volume = volume.with_values(volume.values.astype(np.int16), volume.background)
-    return volume, _notes(layout, missing, volume)
+    return volume, layout
 
 
-def _notes(layout: Layout, missing: list[tuple[int, int]], volume: Volume) -> list[str]:
+def layout_notes(layout: Layout, volume: Volume) -> list[str]:
+    """Say what was done to slices that lay so to make them a volume."""
+    missing = layout.missing()
     notes = []
     if not layout.is_regular:
         low, high = layout.steps_mm.min(), layout.steps_mm.max()

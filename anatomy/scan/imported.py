@@ -28,6 +28,8 @@ from anatomy.scan.bare_bone import bare_bone
 from anatomy.scan.chambers import SINUS_ASIDE_MM, AirSpaces, find_chambers
 from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.midplane import Midplane, find_midplane
+from anatomy.scan.named_air import NamedAir, name_sinuses
+from anatomy.scan.nose_frame import find_nose_frame
 from anatomy.scan.scan import Modality, Scan, isotropic, patient_box
 from anatomy.tissue import TISSUES, Side, encode_blood
 from disk import UserError
@@ -40,6 +42,8 @@ MARGIN_MM = 15.0
 """Tissue kept around the airway; a shaft is scored against nothing further away."""
 
 NOSTRIL_RADIUS_MM = 5.0
+
+SINUS_RADIUS_MM = 5.0
 
 NOSTRIL_ASIDE_MM = 15.0
 """From the head's midplane; further out air meets the room at an ear or a cheek."""
@@ -68,7 +72,7 @@ class ImportedHead:
 
     ct: int16 CT numbers. distance: float32 mm to the air surface, negative in air.
     blood, skin: uint8, as a phantom's; a scan does not show blood, so mucosa has the
-    mean of healthy ones. labels: uint8, 1 the passages, 2 and more the chambers.
+    mean of healthy ones. named: the air by its places, under a phantom's labels.
     face: float32 mm to the outside of the whole head, negative in the room, on a
     coarse grid of its own. approach: how a scope comes in, None where the scan does not
     tell.
@@ -81,6 +85,7 @@ class ImportedHead:
     face: Volume
     airways: Airways
     spaces: AirSpaces
+    named: NamedAir
     midplane: Midplane
     approach: Approach | None
     landmarks: dict[str, Landmark]
@@ -88,8 +93,8 @@ class ImportedHead:
 
     @property
     def labels(self) -> Volume:
-        """Return which air each voxel belongs to."""
-        return self.spaces.labels
+        """Return which air each voxel belongs to, uint8 `Label`."""
+        return self.named.labels
 
     @property
     def spacing_mm(self) -> float:
@@ -131,9 +136,13 @@ def import_head(
     distance = air_distance(airways)
     midplane = find_midplane(fine)
     spaces = find_chambers(airways, distance, midplane)
+    is_ct = scan.modality is Modality.CT
+    # in MR walls of bone are air, and what they part is one
+    frame = find_nose_frame(airways, distance, midplane) if is_ct else None
+    named = name_sinuses(airways, spaces, distance, midplane, frame, scan.volume)
     report("Finding surfaces", 1.0)
     bare = np.zeros(fine.shape, np.bool_)
-    if scan.modality is Modality.CT:
+    if is_ct:
         bare = bare_bone(fine, distance)
     mucosa, bone = (
         encode_blood(np.array(TISSUES[name].blood_fraction))
@@ -153,7 +162,7 @@ def import_head(
         found = f"no nostril was found: {doubt}; name the entrance with --pivot x y z"
     else:
         suggested, found = _entrance(nostrils, spaces, distance, midplane)
-        is_sure = found == AT_NOSTRIL or scan.modality is Modality.CT
+        is_sure = found == AT_NOSTRIL or is_ct
         approach = suggested if is_sure else None
         if suggested is not None and not is_sure:
             found = (
@@ -164,6 +173,12 @@ def import_head(
     marks = _landmarks(nostrils, approach)
     for name, place in _face(rough, nostrils, approach, midplane).items():
         marks[name] = Landmark(name, Side.MIDLINE, place, FACE_RADIUS_MM)
+    for sinus in named.sinuses:
+        if sinus.name:
+            mark = Landmark(
+                f"{sinus.name} sinus", sinus.side, sinus.center_mm, SINUS_RADIUS_MM
+            )
+            marks[mark.key] = mark
     room = [note for note in rough.notes if note == NO_ROOM]
     notes = (*scan.notes, *room, *airways.notes, *([BARE] if bare.any() else []), found)
     return ImportedHead(
@@ -174,6 +189,7 @@ def import_head(
         face=head_distance(rough),
         airways=airways,
         spaces=spaces,
+        named=named,
         midplane=midplane,
         approach=approach,
         landmarks=marks,

@@ -12,18 +12,20 @@ from anatomy.case import (
     CaseRecord,
     CavityRecord,
     OpeningRecord,
+    QualityRecord,
     SourceRecord,
     TransferRecord,
     store_case,
 )
 from anatomy.hazard_volumes import HazardVolumes
-from anatomy.scan.chambers import PASSAGES
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.scan.imported import ImportedHead
 from anatomy.scan.scan import Modality, Scan
-from anatomy.tissue import Side
+from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
 from renderers.scene.volume import Volume
+
+UNNAMED = "air, not named"
 
 Triple = tuple[float, float, float]
 
@@ -46,13 +48,14 @@ def write_imported_case(
     folder: Path,
     others: Mapping[str, Volume] | None = None,
     *,
+    quality: tuple[QualityRecord, ...] = (),
     layers: WallLayers | None = None,
     hazards: HazardVolumes | None = None,
 ) -> CaseRecord:
     """Write an imported head as a case; gives what ``case.json`` says.
 
     others: further volumes on the head's grid, by the names of `anatomy.case.FILES`.
-    layers, hazards: None where they are unknown.
+    quality: of the scan. layers, hazards: None where they are unknown.
     """
     volumes = {
         "ct": head.ct,
@@ -63,11 +66,11 @@ def write_imported_case(
         "face": head.face,
         **(others or {}),
     }
-    airways, approach, chambers = head.airways, head.approach, head.spaces.chambers
-    names = {PASSAGES: "airway"}
-    for number, chamber in enumerate(chambers, start=1):
-        side = "" if chamber.side is Side.MIDLINE else f" {chamber.side.name.lower()}"
-        names[PASSAGES + number] = f"cavity {number}{side}"
+    airways, approach = head.airways, head.approach
+    present = np.unique(head.labels.values).tolist()
+    names = {value: Label(value).name.lower().replace("_", " ") for value in present}
+    if Label.UNNAMED_AIR in names:
+        names[Label.UNNAMED_AIR] = UNNAMED
     is_ct = sources[0].modality == Modality.CT.value
     transfer = transfer_of(find_peaks(head.ct, bone=is_ct))
     record = CaseRecord(
@@ -84,8 +87,10 @@ def write_imported_case(
                 volume_ml=c.volume_ml,
                 side=c.side.name.lower(),
                 is_open=c.is_open,
+                name=c.name,
+                confidence=head.named.confidence if c.name else "",
             )
-            for c in chambers
+            for c in head.named.sinuses
         ),
         openings=tuple(
             OpeningRecord(center_mm=_triple(o.center_mm), area_mm2=o.area_mm2)
@@ -99,6 +104,7 @@ def write_imported_case(
             free_mm=approach.free_mm,
         ),
         transfer=TransferRecord.of(transfer),
+        quality=quality,
     )
     return store_case(
         folder,

@@ -15,8 +15,14 @@ from numpy.typing import NDArray
 
 from anatomy.files.nifti_header import frame_notes
 from anatomy.files.volumes import load_volume
-from anatomy.scan.dicom import choose_series, find_series, read_series
+from anatomy.scan.dicom import (
+    choose_series,
+    find_series,
+    layout_notes,
+    read_series,
+)
 from anatomy.scan.dicom_folder import is_dicom
+from anatomy.scan.slice_stack import Layout
 from anatomy.tissue import SURFACE_HU, TISSUES
 from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
@@ -96,12 +102,17 @@ class Scan:
     """Hold a patient's scan.
 
     volume: int16 CT numbers, or MR brought onto their scale, in LPS. notes: one
-    sentence for each thing that was done to the data.
+    sentence for each thing that was done to the data. step_mm: between the slices as
+    they were taken, None where the grid's own says it. tilt_deg: of the gantry.
+    lost_slices: how many were bridged.
     """
 
     volume: Volume
     modality: Modality
     notes: tuple[str, ...]
+    step_mm: float | None = None
+    tilt_deg: float = 0.0
+    lost_slices: int = 0
 
 
 def read_scan(
@@ -120,6 +131,7 @@ def read_scan(
     """
     notes: list[str] = []
     stated: Modality | None = None
+    layout: Layout | None = None
     if not path.exists():
         raise UserError(f"there is no file or folder {path}")
     if path.name.lower().endswith(ARCHIVES):
@@ -127,7 +139,8 @@ def read_scan(
     if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         chosen = choose_series(find_series(folder, progress), series)
-        volume, notes = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
+        volume, layout = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
+        notes = layout_notes(layout, volume)
         stated = _named(chosen.modality)
     else:
         if series is not None:
@@ -143,7 +156,16 @@ def read_scan(
     volume = volume.with_values(values, volume.background)
     kind = modality or stated or _guess(volume)
     result, note = _calibrated(volume, kind)
-    return Scan(result, kind, (*notes, *note))
+    if layout is None:
+        return Scan(result, kind, (*notes, *note))
+    return Scan(
+        result,
+        kind,
+        (*notes, *note),
+        step_mm=float(layout.steps_mm.max()),
+        tilt_deg=layout.tilt_deg,
+        lost_slices=sum(lost for _, lost in layout.missing()),
+    )
 
 
 def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
@@ -253,6 +275,19 @@ def patient_box(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64
     matrix = volume.world_from_voxel
     corners = matrix[:3, :3] @ ends + matrix[:3, 3:]
     return corners.min(axis=1), corners.max(axis=1)
+
+
+def inside(
+    volume: Volume, points_mm: NDArray[np.float64], margin: float
+) -> NDArray[np.bool_]:
+    """Tell which points ``(n, 3)`` lie so many voxels within a volume's borders."""
+    matrix = volume.voxel_from_world
+    voxels = points_mm @ matrix[:3, :3].T + matrix[:3, 3]
+    top = np.array(volume.shape[::-1]) - 1
+    result: NDArray[np.bool_] = np.all(
+        (voxels >= margin) & (voxels <= top - margin), axis=1
+    )
+    return result
 
 
 def isotropic(

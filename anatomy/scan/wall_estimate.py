@@ -81,17 +81,31 @@ def estimate_walls(
     )
 
 
+def edge_blur_mm(ct: Volume, distance: Volume) -> float:
+    """Measure the blur of edges between air and tissue: standard deviation, mm.
+
+    ct: CT numbers on cubic voxels. distance: signed air distance on the same grid, mm.
+    """
+    values, depth = np.asarray(ct.values), np.asarray(distance.values)
+    return _edge_blur(values, depth, float(ct.spacing_mm[0]))
+
+
+def _edge_blur(
+    values: NDArray[np.generic], depth: NDArray[np.float32], spacing: float
+) -> float:
+    slopes = np.empty(200_000, np.float32)
+    count = kernels.edge_slopes(values, depth, spacing, slopes)
+    if not count:
+        return NARROWEST_MM
+    steepest = max(float(np.median(slopes[:count])), 1.0)
+    return (TISSUES["mucosa"].hu - AIR_HU) / (steepest * math.sqrt(2.0 * math.pi))
+
+
 def _surface_layers(
     values: NDArray[np.generic], depth: NDArray[np.float32], spacing: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     soft, hard = TISSUES["mucosa"].hu, TISSUES["thin bone"].hu
-    slopes = np.empty(200_000, np.float32)
-    count = kernels.edge_slopes(values, depth, spacing, slopes)
-    blur = NARROWEST_MM
-    if count:
-        steepest = max(float(np.median(slopes[:count])), 1.0)
-        blur = (soft - AIR_HU) / (steepest * math.sqrt(2.0 * math.pi))
-    blur = min(max(blur, NARROWEST_MM), WIDEST_MM)
+    blur = min(max(_edge_blur(values, depth, spacing), NARROWEST_MM), WIDEST_MM)
     levels = np.array([AIR_HU, soft, hard, LEAST_EXCESS_HU])
     mucosa = np.full(depth.shape, np.nan, np.float32)
     bone = np.full(depth.shape, np.nan, np.float32)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from anatomy.case import CaseRecord
 from anatomy.scan.imported import ImportedHead
+from app.cli.quality_lines import quality_lines
 from app.cli.terminal import Stages, print_json, print_table
 from paravol.case_import import ImportedCase, import_case
 from paravol.case_options import ImportOptions
@@ -52,7 +53,8 @@ def _print_report(
         ("scan", f"{record.sources[0].modality} {record.sources[0].name}"),
         ("case", f"{nx} x {ny} x {nz} voxels of {head.spacing_mm:g} mm"),
         ("airway", f"{head.airways.airway_ml:.1f} mL"),
-        ("cavities", _cavities(head)),
+        ("sinuses", _sinuses(head)),
+        ("not named", _cavities(head)),
         ("leak check", _openings(head)),
         ("levels", _levels(record)),
         ("nostrils", "; ".join(f"{n} {_place(p)}" for n, p in nostrils.items()) or "-"),
@@ -61,6 +63,7 @@ def _print_report(
     ]
     if quality:
         rows.append(("registration", ", ".join(f"{k} {v}" for k, v in quality.items())))
+    rows += [("quality", line) for line in quality_lines(record)]
     rows += [("note", note) for note in head.notes]
     print_table(str(options.out), rows)
     print(f"Look at it with: paravol slices {options.out}")
@@ -69,15 +72,25 @@ def _print_report(
 
 
 def _cavities(head: ImportedHead) -> str:
-    chambers = head.spaces.chambers
-    if not chambers:
-        return "none apart from the airway"
+    spaces = [s for s in head.named.sinuses if not s.name]
+    if not spaces:
+        return "none"
     largest = ", ".join(
-        f"{c.volume_ml:.1f} {c.side.name.lower()}{'' if c.is_open else ' (closed)'}"
-        for c in chambers[:LISTED_CAVITIES]
+        f"{s.volume_ml:.1f} {s.side.name.lower()}{'' if s.is_open else ' (closed)'}"
+        for s in spaces[:LISTED_CAVITIES]
     )
-    more = "" if len(chambers) <= LISTED_CAVITIES else ", ..."
-    return f"{len(chambers)}, mL: {largest}{more}"
+    more = "" if len(spaces) <= LISTED_CAVITIES else ", ..."
+    return f"{len(spaces)}, mL: {largest}{more}"
+
+
+def _sinuses(head: ImportedHead) -> str:
+    """List the named sinuses with their volumes, and how sure the names are."""
+    listed = ", ".join(
+        f"{s} {s.volume_ml:.1f}{'' if s.is_open else ' (closed)'}"
+        for s in head.named.sinuses
+        if s.name
+    )
+    return f"mL: {listed}; {head.named.confidence}" if listed else "none"
 
 
 def _openings(head: ImportedHead) -> str:

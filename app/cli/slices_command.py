@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from anatomy.case import read_case
+from app.cli.quality_lines import quality_lines
 from app.cli.terminal import Stages, print_json
 from disk import UserError
 from paravol.slice_sheet import Marked, entrance_of, label_at, slice_sheet, transfer_of
@@ -41,9 +43,12 @@ def run_slices(
     if as_json:
         nodes = transfer_of(read).nodes.tolist()
         here = {"at_mm": place.tolist(), "label": air, "values": values}
-        print_json({"file": str(target), **here, "nodes": nodes})
+        quality = msgspec.to_builtins(read.record.quality)
+        print_json({"file": str(target), **here, "nodes": nodes, "quality": quality})
     else:
         told = ", ".join(f"{name} {value:.1f}" for name, value in values.items())
         where = " ".join(f"{v:.1f}" for v in place)
         print(f"{target}: at {where} mm lies {air}; {told}")
+        for line in quality_lines(read.record):
+            print(f"scan: {line}")
     return 0

@@ -87,14 +87,14 @@ def sites_of(
     """Name the site of each patch, with its side; "" outside the airway.
 
     places: ``(n, 3)`` on the surface, LPS mm. normals: unit, into the air. Without
-    labels all is `OTHER`.
+    labels, or a pair of landmarks that tells the middle, all is `OTHER`.
     """
-    if structures is None or not structures.airs:
+    middle = None if structures is None else _middle(structures.landmarks)
+    if structures is None or not structures.airs or middle is None:
         return [OTHER] * len(places)
     known = structures.landmarks
     front = _first(places, normals, _FRONT_MM, structures, structures.airs)
     back = _first(places, -normals, _BEHIND_MM, structures, structures.names)
-    middle = _middle(known)
     found = []
     over = _towards_middle(places, middle, structures)
     near = _near(places, middle, known)
@@ -189,11 +189,11 @@ def _towards_middle(
     )
 
 
-def _middle(landmarks: Mapping[str, Doubles]) -> float:
-    """Return x of the midline, mm: between the landmarks of both sides."""
+def _middle(landmarks: Mapping[str, Doubles]) -> float | None:
+    """Return x of the midline, mm: between the landmarks of both sides, if any."""
     pairs = [
         (place[0] + landmarks[f"{name[: -len(', left')]}, right"][0]) / 2
         for name, place in landmarks.items()
         if name.endswith(", left") and f"{name[: -len(', left')]}, right" in landmarks
     ]
-    return float(np.median(pairs)) if pairs else 0.0
+    return float(np.median(pairs)) if pairs else None

@@ -102,7 +102,7 @@ def test_every_voxel_is_where_its_slice_was(tmp_path: Path) -> None:
 
     Stored in tenths of a millimetre: the rounding alone is 0.05 mm.
     """
-    from anatomy.scan.dicom import choose_series, find_series, read_series
+    from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
 
     slices = Slices()
     rng = np.random.default_rng(0)
@@ -110,7 +110,8 @@ def test_every_voxel_is_where_its_slice_was(tmp_path: Path) -> None:
         places = np.stack([slices.world(k)[..., axis] for k in range(28)])
         folder = tmp_path / str(axis)
         slices.write(folder, np.rint(10 * places).astype(np.int16))
-        volume, notes = read_series(choose_series(find_series(folder), None))
+        volume, layout = read_series(choose_series(find_series(folder), None))
+        notes = layout_notes(layout, volume)
         assert "tilted by 18.5 degrees" in notes[0]
         for k in range(28):
             # beyond, the slices above and below have no pixels: they are shifted

@@ -66,7 +66,7 @@ def test_the_sinuses_of_a_phantom_are_found_in_its_ct(phantom: Phantom) -> None:
     plane = find_midplane(head.ct)
     assert np.degrees(np.arccos(plane.normal[0])) < 2
     assert abs(float(plane.aside(np.array([0.0, 30, 20])))) < 1.5
-    mine = head.labels
+    mine = head.spaces.labels
     at = np.rint(
         (mine.origin_mm - phantom.labels.origin_mm) / phantom.labels.spacing_mm
     ).astype(int)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pydicom import dcmread
 from pydicom.dataset import FileDataset
 
-from anatomy.scan.dicom import choose_series, find_series, read_series
+from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
 from anatomy.scan.scan import read_scan
 from tests.dicom_files import write_slice, write_stack
 
@@ -23,7 +23,8 @@ def test_a_folder_is_a_volume_in_hu_and_lps(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("not an image")
     (series,) = find_series(tmp_path)
     assert str(series) == "CT, 8 slices of 10 x 12"
-    volume, notes = read_series(choose_series([series], None))
+    volume, layout = read_series(choose_series([series], None))
+    notes = layout_notes(layout, volume)
     assert np.array_equal(volume.values, values - 1024)
     assert volume.values.dtype == np.int16
     assert volume.spacing_mm == pytest.approx([0.7, 0.5, 2.0])
@@ -91,7 +92,8 @@ def test_a_lost_slice_is_refused_unless_allowed(tmp_path: Path) -> None:
     (series,) = find_series(tmp_path)
     with pytest.raises(ValueError, match=r"lacks 1 slices.*6\.0 mm.*allow"):
         read_series(series)
-    volume, notes = read_series(series, allow_gaps=True)
+    volume, layout = read_series(series, allow_gaps=True)
+    notes = layout_notes(layout, volume)
     assert any("bridged" in note for note in notes)
     assert volume.values[:, 0, 0] == pytest.approx(100 * np.arange(8) - 1024)
 
@@ -281,14 +283,16 @@ def test_several_gaps_are_refused_unless_allowed(
         match=rf"lacks {len(lost)} slices: \d after the one at {before:.1f} mm",
     ):
         read_series(series)
-    volume, notes = read_series(series, allow_gaps=True)
+    volume, layout = read_series(series, allow_gaps=True)
+    notes = layout_notes(layout, volume)
     assert f"{len(lost)} missing slices bridged by interpolation" in notes
     assert volume.values[:, 0, 0] == pytest.approx(50 * np.arange(30) - 1024)
 
 
 def test_thin_slices_far_apart_are_told(tmp_path: Path) -> None:
     write_stack(tmp_path, SliceThickness=1)
-    _, (note,) = read_series(find_series(tmp_path)[0])
+    volume, layout = read_series(find_series(tmp_path)[0])
+    (note,) = layout_notes(layout, volume)
     assert "slices of 1.00 mm lie 2.00 mm apart" in note
 
 

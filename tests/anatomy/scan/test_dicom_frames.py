@@ -17,7 +17,7 @@ from pydicom.uid import (
     generate_uid,
 )
 
-from anatomy.scan.dicom import choose_series, find_series, read_series
+from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
 from anatomy.scan.scan import Modality, read_scan
 
 ROW, COLUMN = np.array([0.0, 1, 0]), np.array([0.28, 0.0, -0.96])
@@ -95,7 +95,8 @@ def test_an_enhanced_file_is_a_volume(tmp_path: Path) -> None:
     write(enhanced(ORDER), tmp_path / "scan")
     (series,) = find_series(tmp_path)
     assert str(series) == "CT, 8 slices of 10 x 12"
-    volume, notes = read_series(series)
+    volume, layout = read_series(series)
+    notes = layout_notes(layout, volume)
     assert np.array_equal(volume.values, stored() - 1024)
     assert volume.spacing_mm == pytest.approx([0.7, 0.5, 2.0])
     assert volume.origin_mm == pytest.approx([-30, -20, 5])

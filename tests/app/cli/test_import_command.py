@@ -71,16 +71,21 @@ def test_a_made_head_becomes_a_case(
     assert (case / "exercise.toml").read_text() + "# mine\n" == exercise
     told = json.loads(capsys.readouterr().out)
     # left is +x, and so is the sinus
-    cave, cavity = told["cavities"]
-    assert (cave["side"], cave["is_open"]) == ("midline", True)
+    # the cave is in the middle: a passage, as a nose is
+    (cavity,) = told["cavities"]
     assert cavity["center_mm"] == pytest.approx([25, 0, 0], abs=0.6)
     assert cavity["volume_ml"] == pytest.approx(4 / 3 * np.pi * 0.8**3, rel=0.1)
     assert told["nostrils"]["nostril, left"][0] == pytest.approx(7, abs=1)
     assert told["nostrils"]["nostril, right"][0] == pytest.approx(-7, abs=1)
     header = (case / "labels.seg.nrrd").read_bytes().split(b"\n\n")[0]
-    assert b"Segment0_Name:=airway" in header
-    assert b"Segment1_Name:=cavity 1" in header
-    assert b"Segment2_Name:=cavity 2 left" in header
+    assert b"Segment0_Name:=nasal air" in header
+    assert b"Segment1_Name:=air, not named" in header
+    # a ball has no septum and no floor: nothing is guessed
+    assert (cavity["name"], cavity["confidence"]) == ("", "")
+    assert (
+        "no sinus is named"
+        in {f["name"]: f for f in told["quality"]}["nasal floor"]["limits"]
+    )
     assert (cavity["side"], cavity["is_open"]) == ("left", False)
     # it leaks into the room nowhere but at the nostrils
     openings = sorted(told["openings"], key=lambda o: o["center_mm"][0])
@@ -124,7 +129,7 @@ def test_a_picture_of_the_slices_says_what_is_there(
     words = ["slices", str(case), "--out", str(out), "--at"]
     assert main([*words, "25", "0", "0", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["label"] == "cavity 2 left"
+    assert told["label"] == "air, not named"
     assert told["values"]["ct"] < -900
     assert told["values"]["distance"] < -6
     record = read_case(case).record
@@ -182,10 +187,9 @@ def test_surfaces_of_the_case(
     assert main([*words, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told["triangles"]) == {
-        f"{name}.{ending}"
-        for name in ("air", "skin", "airway", "cavity_1", "cavity_2_left")
+        f"{name}.{ending}" for name in ("air", "skin", "nasal_air", "air,_not_named")
     }
-    sinus = load_surface(tmp_path / f"cavity_2_left.{ending}")
+    sinus = load_surface(tmp_path / f"air,_not_named.{ending}")
     assert sinus.vertices.mean(axis=0) == pytest.approx([25, 0, 0], abs=0.5)
     skin = load_surface(tmp_path / f"skin.{ending}")
     away = np.linalg.norm(skin.vertices, axis=1)
