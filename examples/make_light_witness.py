@@ -61,7 +61,9 @@ def main() -> None:
     save_png(TARGET, np.asarray(sheet))
 
 
-def ask(jobs: LightJobs, room: DiffuseRoom, *, bounced_only: bool) -> NDArray[np.float32]:
+def ask(
+    jobs: LightJobs, room: DiffuseRoom, *, bounced_only: bool
+) -> NDArray[np.float32]:
     """Return independent passes of Mitsuba."""
     job = jobs.job(
         room.camera,
