@@ -25,9 +25,9 @@ from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import (
     DistanceField,
     Place,
+    sobel_normal,
     tap,
     to_voxels,
-    wall_normal,
 )
 from renderers.shading.kernels.path_tracing import (
     FibreLight,
@@ -124,11 +124,13 @@ def bounced(lights: Floats, at: Place, normal: Place) -> np.float32:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mirrored(at: Place, ray: Place, normal: Place) -> tuple[bool, Place, Place]:
+def mirrored(
+    field: DistanceField, at: Place, ray: Place, normal: Place
+) -> tuple[bool, Place, Place]:
     """Return where a mirrored ray begins and its direction, if it goes anywhere."""
     k = f32(-2) * (ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2])
     along = ray[0] + k * normal[0], ray[1] + k * normal[1], ray[2] + k * normal[2]
-    return bool(k > f32(0)), lifted(at, normal), along
+    return bool(k > f32(0)), lifted(field, at, normal), along
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -145,17 +147,16 @@ def follow_on(
     `THICKEST_MM`; negative where bone shines through thin mucosa.
     """
     field, light, colour, lights, gain = walls
-    distance, m, _ = field
     found[:] = f32(0)
     if way >= f32(0):
-        _, from_, along = mirrored(at, ray, normal)
+        _, from_, along = mirrored(field, at, ray, normal)
         there = (
             from_[0] + way * along[0],
             from_[1] + way * along[1],
             from_[2] + way * along[2],
         )
         x, y, z = to_voxels(field, there)
-        facing = wall_normal(distance, m, x, y, z)
+        facing = sobel_normal(field, x, y, z)
         rho = albedo_at(colour, x, y, z)
         straight = direct(field, there, facing, light)
         other = gain * bounced(lights, there, facing)
@@ -173,13 +174,13 @@ def follow_on(
                 at[0] - t * normal[0], at[1] - t * normal[1], at[2] - t * normal[2]
             )  # fmt: skip
             x, y, z = to_voxels(field, there)
-            inside = tap(distance, x, y, z)
+            inside = tap(field.values, x, y, z)
             if inside < f32(0) and t > THINNEST_MM:
                 out = True
                 break
             t += max(f32(0.9) * inside - STEP_MM, f32(0))
         if out:
-            behind = wall_normal(distance, m, x, y, z)
+            behind = sobel_normal(field, x, y, z)
             share = likeness_to_wall(normal, behind)
             far = direct(field, there, behind, light)
             far *= f32(1) - f32(math.exp(-STRAY_PER_MM * t))
@@ -212,7 +213,7 @@ def follow(
 ) -> None:
     """Do as `follow_on` for a point by itself."""
     way = f32(-1)
-    goes, from_, along = mirrored(at, ray, normal)
+    goes, from_, along = mirrored(walls.field, at, ray, normal)
     if goes and wanted & (FILM | MIRROR):
         way = sphere_trace(walls.field, from_, along, LONGEST_MM)
     follow_on(at, ray, normal, wanted, way, walls, found)
@@ -264,7 +265,7 @@ def follow_rows(
                 continue
             ray, of_wall = ray_of(lens, axes, y, x), normal[y, x]
             goes, from_, along = mirrored(
-                (t * ray[0], t * ray[1], t * ray[2]), ray,
+                walls.field, (t * ray[0], t * ray[1], t * ray[2]), ray,
                 (of_wall[0], of_wall[1], of_wall[2]),
             )  # fmt: skip
             number = -1

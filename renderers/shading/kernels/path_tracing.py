@@ -18,17 +18,23 @@ from renderers.shading.kernels.field_reads import (
     DistanceField,
     Place,
     is_outside,
+    sobel_normal,
     tap,
     taps,
     to_voxels,
-    wall_normal,
 )
 
-ARRIVED_MM = 0.02
+ARRIVED_MM = 0.002
 """A ray has met a wall that is nearer than this."""
-LIFTED_MM = 0.08
-"""A path leaves its wall from so far above it that it does not meet it at once."""
-SHORTEST_STEP_MM = 0.01
+LIFTED_MM = 0.02
+"""A path leaves its wall from so far above it that it does not meet it at once.
+
+Half of it moves the light of two nasal views by less than .1 %; four times as much
+loses shadows in narrow places.
+"""
+MOST_OFF_MM = 0.08
+"""No place that is met as a wall lies deeper behind it."""
+SHORTEST_STEP_MM = 0.004
 STEP_LIMIT = 256
 ABREAST = 8
 """Sources that are looked for together."""
@@ -124,9 +130,15 @@ def cosine_direction(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lifted(at: Place, normal: Place) -> Place:
-    """Return the place from which a ray leaves a wall."""
-    h = f32(LIFTED_MM)
+def lifted(field: DistanceField, at: Place, normal: Place) -> Place:
+    """Return the place from which a ray leaves a wall: `LIFTED_MM` above its zero.
+
+    Places are met a little before the wall or behind it: by how much, the field says.
+    """
+    x, y, z = to_voxels(field, at)
+    h = f32(LIFTED_MM) + min(
+        max(tap(field.values, x, y, z), f32(-LIFTED_MM)), f32(MOST_OFF_MM)
+    )
     return at[0] + h * normal[0], at[1] + h * normal[1], at[2] + h * normal[2]
 
 
@@ -215,7 +227,7 @@ def visible_sources(
     ly /= longest
     lz /= longest
     live = here & (normal[0] * lx + normal[1] * ly + normal[2] * lz > f32(0))
-    x0, y0, z0 = to_voxels(field, lifted(at, normal))
+    x0, y0, z0 = to_voxels(field, lifted(field, at, normal))
     vx, vy, vz = rotated(m, lx, ly, lz)
     t = full(f32(0), ABREAST)
     free = live
@@ -275,14 +287,14 @@ def walk(
     red = green = blue = f32(0)
     r = g = b = f32(1)
     for k in range(plan.bounces):
-        from_ = lifted(at, normal)
+        from_ = lifted(field, at, normal)
         along = cosine_direction(normal[0], normal[1], normal[2], u, v)
         t = sphere_trace(field, from_, along, plan.longest)
         if t < f32(0):
             break
         at = from_[0] + t * along[0], from_[1] + t * along[1], from_[2] + t * along[2]
         x, y, z = to_voxels(field, at)
-        normal = wall_normal(field.values, field.to_voxel, x, y, z)
+        normal = sobel_normal(field, x, y, z)
         rho = albedo_at(colour, x, y, z)
         r *= rho[0]
         g *= rho[1]

@@ -28,10 +28,10 @@ RHO = np.array([0.6, 0.3, 0.1])
 BULB = ScopeLight(ring_radius_mm=0.0, spread=0.0)
 """Shines alike in all directions, from the eye."""
 SPACING_MM = 0.45
-NEAR_WALLS = 0.013
-"""What is known to part us: our rays leave a wall from .08 mm above it and end .02 mm
-before the next, and the walls they meet have finer normals than the one that is seen.
-We are 1.0 % (turbinate) and .8 % (choana) brighter; a quarter of the lift halves it."""
+BELOW_FACETS = 0.007
+"""What is known to part us. Normals are Sobel's, walls the zero set: a few rays begin
+below their own wall. Ours meet it at once and go on; Mitsuba's end there. Turned round
+at the first wall alone they bring it .12 %; of ours, .7 % (turbinate) is measured."""
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_the_nose_is_lit_as_by_us(peer: PeerProcess, name: str) -> None:
     mesh = abs(fine.mean.mean() / coarse.mean.mean() - 1)
     own, _ = room.bounced(batches=64)
     found = Agreement.of(own, fine, room.edges)
-    assert abs(found.mean) < 3 * found.mean_error + mesh + NEAR_WALLS
+    assert abs(found.mean) < 3 * found.mean_error + mesh + BELOW_FACETS
 
 
 def test_a_lens_or_a_turned_grid_is_refused(peer: PeerProcess) -> None:

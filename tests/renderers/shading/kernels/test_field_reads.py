@@ -6,13 +6,15 @@ from hypothesis import strategies as st
 from numba import njit
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates, sobel
 
 from renderers.lanes import load, select, store
 from renderers.shading.kernels.field_reads import (
+    DistanceField,
     is_outside,
+    sobel_normal,
     tap,
     taps,
-    wall_normal,
     wall_normals,
 )
 
@@ -65,6 +67,23 @@ def test_each_place_gets_what_it_gets_alone(seed: int) -> None:
     for i, (x, y, z) in enumerate(at.T):
         expected[0, i] = tap(values, x, y, z)
         expected[1:4, i] = plain_normal(values, m, x, y, z)
-        assert_array_equal(wall_normal(values, m, x, y, z), expected[1:4, i])
     expected[4] = np.any((at < 0) | (at > top), axis=0)
     assert_array_equal(out.reshape(5, W), expected)
+
+
+def test_a_paths_normal_is_sobels_gradient_between_grid_points() -> None:
+    """As the ray tracer has it, by another program's filter; at the grid's edge too."""
+    random = np.random.default_rng(4)
+    values = random.standard_normal((6, 7, 8)).astype(np.float32)
+    m = random.standard_normal((3, 3)).astype(np.float32)
+    at = random.uniform(-0.5, 1.0, (60, 3)) * (8.5, 7.5, 6.5)
+    at = np.clip(at, 0, (7, 6, 5)).astype(np.float32)
+    slopes = [
+        map_coordinates(sobel(values.astype(float), 2 - c), at.T[::-1], order=1)
+        for c in range(3)
+    ]
+    expected = -np.stack(slopes, axis=1) @ m
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    field = DistanceField(values, m, np.zeros(3, np.float32))
+    for place, normal in zip(at, expected, strict=True):
+        np.testing.assert_allclose(sobel_normal(field, *place), normal, atol=2e-4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderers.shading.kernels.field_reads import DistanceField, Place, wall_normal
+from renderers.shading.kernels.field_reads import DistanceField, Place, sobel_normal
 from renderers.shading.kernels.path_tracing import (
     FibreLight,
     direct,
@@ -44,7 +44,7 @@ def one_by_one(
         facing = normal[0] * x + normal[1] * y + normal[2] * z
         if facing <= 0:
             continue
-        above = lifted(at, normal)
+        above = lifted(field, at, normal)
         if sphere_trace(field, above, (x, y, z), d) >= 0:
             shadows += 1
             continue
@@ -75,7 +75,7 @@ def test_sources_looked_for_together_are_in_shadow_as_each_alone(count: int) -> 
         assert t > 0
         at = (t * along[0], t * along[1], t * along[2])
         x, y, z = (eye[c] + at[c] for c in range(3))
-        normal = wall_normal(distance, m, x, y, z)
+        normal = sobel_normal(field, x, y, z)
         expected, shadows = one_by_one(field, at, normal, sources)
         found = direct(field, at, normal, light)
         # a source more or less would be a hundredth at least
