@@ -101,13 +101,10 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     width = np.array([11.6, 13.1, 14.5, 15.6, 16.4, 16.9, 17.1, 16.9, 16.3])
     width = MEDIAL_MM + scale * (width - MEDIAL_MM)
     # Cells bulge into the orbit, one more than the next.
-    width += rng.uniform(-0.6, 0.6, len(depths))
+    width += rng.uniform(-0.45, 0.45, len(depths))
     table = depth_table(depths, [float(v) for v in width], 2.5)
-    # The plate is bowed: the labyrinth is widest over the maxillary sinus and tapers
-    # to its roof.
-    bow = np.array([-1.0, 0.9, 0.8, -0.6, -2.8])
-    bow += rng.uniform(-0.4, 0.4, len(bow))
-    return table + height_table([23, 30, 37, 44, 51], bow.tolist(), 3.0)
+    # The plate bulges towards the orbit at half height; above, the labyrinth tapers.
+    return table + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
 
 
 def basal_lamella(parameters: PhantomParameters, side: Side) -> Field:
@@ -139,13 +136,13 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     face = parameters.mucosa_mm + parameters.cell_bone_mm / 2
     lateral = lamina_papyracea(parameters, side) - face
     roof = fovea(parameters) - (parameters.mucosa_mm + FOVEA_BONE_MM)
-    # Its outer edges are round; beside the olfactory fossa the roof ends in a corner.
-    block = smooth_max(3.2, smooth_max(1.6, bottom - z, z - roof), u - lateral)
-    block = smooth_max(1.6, block, medial - u)
+    block = smooth_max(
+        1.6,
+        smooth_max(1.6, medial - u, u - lateral),
+        smooth_max(1.6, bottom - z, z - roof),
+    )
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
-    # The last cells reach further back beside the sphenoid than before it.
-    rear = Table(U, (6, 10, 15), (-51.9, -52.4, -54.6), 2.0)
-    block = smooth_max(2.2, block, smooth_max(1.2, y - front, rear - y))
+    block = smooth_max(2.2, block, smooth_max(1.2, y - front, -52.5 - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
     gap = height_table([27, 31], [3.4, 1.2], 2.0)
     block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)

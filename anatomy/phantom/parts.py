@@ -121,7 +121,7 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
     canal = wall_over(parameters, side, "dehiscent-optic")
-    back = _kept_off(back, canal - optic_nerve(), nerve)
+    back = _kept_off(back, canal - optic_nerve())
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
     infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"

@@ -139,20 +139,18 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     roof = roof + Table(U, (1, 5, 9, 14), tuple(arch.tolist()), 3.0)
     body = smooth_max(6.5, smooth_max(1.0, floor - z, vault - z), z - roof)
     # Widest between optic nerve and carotid, where the recess between them is.
-    depths = np.array((14.0, 17.0, 16.2, 15.4, 13.2)) + shape.along
+    depths = np.array((13.6, 15.6, 15.0, 14.8, 13.0)) + shape.along
     wide: Field = depth_table([55, 61, 67, 76, 84], depths.tolist(), 2.0)
-    heights = np.array((-3.8, -1.0, 0.6, 1.0, -0.8)) + shape.up
+    heights = np.array((-3.2, -0.6, 0.6, 0.6, -1.6)) + shape.up
     wide = wide + height_table([23, 28, 34, 40, 45], heights.tolist(), 2.5)
     wide = wide * Affine(0.75 if kind == "conchal" else 0.7 + 0.3 * w)
     # The rear wall follows the clivus and is rounder than it aside.
     rear = rear_mm(parameters, side) - y
-    rear = rear + Table(U, (2, 7, 13), (shape.rear - 0.4, -0.9, 2.8), 4.0)
+    rear = rear + Table(U, (2, 7, 13), (shape.rear - 1.0, -1.5, 2.2), 4.0)
     body = smooth_max(6.5, body, smooth_max(8.0, u - wide, rear))
     if parameters.has("lateral-recess", side):
         body = smooth_min(3.5, body, _lateral_recess())
-    # Aside the face falls back behind the last ethmoid cells.
-    aside = Table(U, (5, 9, 15), (0.0, 0.4, 3.0), 2.0)
-    body = smooth_max(3.0, body, y * 0.9 - face + aside)
+    body = smooth_max(3.0, body, y * 0.9 - face)
     if shape.ridge is not None:
         body = smooth_max(1.5, body, RIDGE_HALF_MM - _ridge(shape.ridge, rear))
     return smooth_max(2.5, body, septum(parameters, side) - u)
@@ -178,7 +176,7 @@ class _Shape:
 def _shape(parameters: PhantomParameters, side: Side) -> _Shape:
     """Draw what makes one sinus unlike its fellow; the seed and the side decide."""
     rng = np.random.default_rng([parameters.seed, int(side), 0x7368])
-    along, up = rng.uniform(-0.9, 0.9, 5), rng.uniform(-0.8, 0.8, 5)
+    along, up = rng.uniform(-0.6, 0.6, 5), rng.uniform(-0.6, 0.6, 5)
     roof, floor = rng.uniform(-0.6, 0.6, 4), rng.uniform(-0.8, 0.8, 4)
     rear = float(rng.uniform(-0.8, 1.2))
     place, slant = float(rng.uniform(7.0, 10.0)), float(rng.uniform(-0.3, 0.3))

@@ -313,7 +313,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     # The inferior concha's bone comes off the wall, arches, and curls under.
     scroll = extruded(
         ((13.6, 15.6), (11.6, 15.0), (9.6, 13.2), (8.6, 10.6), (9.0, 8.2), (10.2, 7.4)),
-        du=depth_table([8, 17, 27, 37, 48], [-0.6, 0.5, -0.4, 0.6, 0.0], 3.0),
+        du=depth_table([8, 17, 27, 37, 48], [0.0, 0.5, -0.4, 0.6, 0.0], 3.0),
         dz=-inferior_lift(),
     )
     scroll = smooth_max(0.0, scroll, smooth_max(0.0, abs(y + 27.5) - 20.5))

@@ -54,7 +54,7 @@ def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
 
 def inferior_lift() -> Field:
     """Return how far the inferior concha's bone lies above its middle course."""
-    return depth_table([8, 22, 32, 42, 49], [0.6, -0.4, 0.3, 1.5, 2.6], 4.0)
+    return depth_table([8, 22, 32, 42, 49], [0.0, -0.4, 0.3, 1.5, 2.6], 4.0)
 
 
 def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
@@ -75,9 +75,9 @@ def _inferior(parameters: PhantomParameters) -> Field:
     widths = [0.1, 1.2, 1.9, 2.5, 2.7, 2.7, 2.6, 2.3, 1.7, 0.1] + g * swelling
     inferior = FlatTube(
         depth_table(depths, [9.6, 9.6, 9.5, 9.4, 9.2, 9.2, 9.3, 9.5, 9.6, 9.6]),
-        depth_table(depths, [10.9, 10.9, 10.8, 10.6, 10.2, 9.9, 10.4, 11, 11.4, 11.6]),
+        depth_table(depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10.1, 10.4, 11, 11.4, 11.6]),
         depth_table(depths, widths.tolist(), 0.3),
-        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 5.0, 5.4, 4.7, 3.4, 2.0, 0.2], 0.3),
+        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.3, 3.3, 2.0, 0.2], 0.3),
     )
     inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
     root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.3) - 1.1)
