@@ -72,12 +72,14 @@ def _inferior(parameters: PhantomParameters) -> Field:
     # A stout head, a lower edge that falls and rises again, and a tail that tapers.
     depths = [4.5, 5.2, 6.5, 9, 14, 24, 33, 42, 48, 51]
     swelling = np.array([0.0, 0.0, 1.0, 1.6, 1.8, 1.8, 1.8, 1.6, 0.9, 0.0])
-    widths = [0.1, 1.2, 1.9, 2.5, 2.7, 2.7, 2.6, 2.3, 1.7, 0.1] + g * swelling
+    widths = [0.1, 1.2, 1.9, 2.5, 2.7, 2.7, 2.68, 2.6, 2.2, 0.1] + g * swelling
     inferior = FlatTube(
         depth_table(depths, [9.6, 9.6, 9.5, 9.4, 9.2, 9.2, 9.3, 9.5, 9.6, 9.6]),
-        depth_table(depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10.1, 10.4, 11, 11.4, 11.6]),
+        depth_table(
+            depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10.08, 10.2, 10.7, 11.2, 11.4]
+        ),
         depth_table(depths, widths.tolist(), 0.3),
-        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.3, 3.3, 2.0, 0.2], 0.3),
+        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.6, 3.8, 2.5, 0.2], 0.3),
     )
     inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
     root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.3) - 1.1)
