@@ -47,7 +47,7 @@ def palate(face: Field) -> Field:
 
     It is stout behind the incisors and thins towards its rear edge.
     """
-    vault = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
+    vault: Field = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
     vault = vault + depth_table([6, 16, 34, 49], [-4.0, -0.8, 0.2, 1.6], 3.0)
     plate = smooth_max(3.0, smooth_max(3.0, u - 21.0, z - 0.5), -49.0 - y)
     plate = smooth_max(3.0, plate, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))

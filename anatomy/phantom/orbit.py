@@ -40,7 +40,9 @@ def orbit_walls() -> Field:
     The roof arches, the floor falls away from the ethmoid and climbs towards the apex
     at the optic canal. No wall meets the next one in a corner.
     """
-    roof = depth_table([2, 12, 24, 36, 46, 52], [55.5, 57.4, 55.2, 50, 46.0, 44.4], 3.0)
+    roof: Field = depth_table(
+        [2, 12, 24, 36, 46, 52], [55.5, 57.4, 55.2, 50, 46.0, 44.4], 3.0
+    )
     arch = Table(U, (12, 17, 23, 31, 39, 47), (-4, -2, -0.4, 0.8, -0.6, -6), 3.0)
     roof = roof + arch * depth_table([28, 44], [1.0, 0.0], 3.0)
     fall = Table(U, (13, 20, 26, 32, 39, 47), (28.4, 27.4, 24.6, 22.2, 23.0, 28.5), 3.0)
