@@ -3,6 +3,7 @@
 import ast
 import re
 import tokenize
+import tomllib
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -385,8 +386,16 @@ FAULT_PORT = {"send_foreign"}
 """What the emulated arm's rare faults act through; they stand with the tests."""
 
 
+def entry_points() -> set[str]:
+    """Give what other programs call, as `pyproject.toml` tells them."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    groups = [project["scripts"], *project["entry-points"].values()]
+    return {target.partition(":")[2] for group in groups for target in group.values()}
+
+
 def test_what_only_tests_reach_is_no_source() -> None:
     """Product is named again in the product, benchmarks there or in examples."""
+    called_from_outside = FAULT_PORT | entry_points()
     product = [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "benchmarks"]
     measuring = [p for p in SOURCES if p not in product]
     wrong = []
@@ -399,7 +408,8 @@ def test_what_only_tests_reach_is_no_source() -> None:
             f"{at(path, node)} {name}"
             for path in sources
             for node, name in defined(path)
-            if mentioned[name] <= own_words(node).count(name) and name not in FAULT_PORT
+            if mentioned[name] <= own_words(node).count(name)
+            if name not in called_from_outside
         ]
     assert not wrong
 
