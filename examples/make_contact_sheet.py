@@ -40,8 +40,9 @@ NOSTRILS_MM = np.array((0.0, -11.5, -9.0))
 LOW_HU, HIGH_HU = -650.0, 1350.0
 SIDE_PX = 224
 
-VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
-    ("average, nostril", {}, "nostril, right", "middle meatus, right", 4.0),
+Place = str | tuple[float, float, float]
+VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], Place, Place, float], ...] = (
+    ("average, nostril", {}, "nostril, right", "nasal valve, right", 4.0),
     ("average, middle meatus", {}, "nasal valve, right", "middle meatus, right", 12.0),
     (
         "average, recess",
@@ -62,8 +63,8 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
         "paradoxical turbinate",
         {"variants": ("paradoxical-turbinate:left",)},
         "nasal valve, left",
-        "middle meatus, left",
-        10.0,
+        "middle turbinate head, left",
+        13.0,
     ),
     (
         "septal spur",
@@ -96,20 +97,20 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
     (
         "antrostomy, fluid",
         {"disease": ("antrostomy:right=120", "fluid:maxillary:right=0.3")},
-        "nasal valve, right",
-        "maxillary ostium, right",
-        16.0,
+        (-8.0, 19.4, 26.2),
+        (-13.0, 33.4, 21.2),
+        0.0,
     ),
     (
         "congested",
         {"disease": ("congestion=1",)},
         "nasal valve, left",
-        "middle meatus, left",
-        6.0,
+        "choana, left",
+        0.0,
     ),
 )
 """Caption, what `paravol.phantom` is asked for, where the scope comes from, where it
-looks, and how far it has come, mm."""
+looks (landmarks, or LPS, mm), and how far it has come, mm."""
 
 
 def main() -> None:
@@ -223,8 +224,8 @@ def grey(hu: NDArray[np.int16]) -> NDArray[np.uint8]:
 def view(
     caption: str,
     asked: dict[str, tuple[str, ...]],
-    start: str,
-    goal: str,
+    start: Place,
+    goal: Place,
     forward_mm: float,
 ) -> NDArray[np.uint8]:
     """Draw what the scope sees in one head."""
