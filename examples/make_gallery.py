@@ -3,9 +3,10 @@
     python examples/make_gallery.py
     python examples/make_gallery.py --views choana recess --size 96 --out out/gallery
 
-Writes ``gallery.md`` and a sheet for each family, ``pictures/gallery_*.png``, when all is
-drawn: Ctrl-C before that leaves everything as it was. Takes some minutes on two cores.
-Peers that are not installed are named in the page (docs/gallery.md says how to have them).
+Writes ``gallery.md`` and a sheet for each family, ``pictures/gallery_*.png``, when all
+is drawn: Ctrl-C before that leaves everything as it was. Takes some minutes on two
+cores. Peers that are not installed are named in the page; docs/gallery.md says how to
+have them.
 """
 
 import argparse
@@ -26,9 +27,9 @@ from benchmarks.nasal_views import NasalView
 from disk import whole_file
 
 DOCS = Path(__file__).parents[1] / "docs"
-SIZE = 128
+SIZE = 112
 LEAST_SIZE, MOST_SIZE = 32, 512
-PANEL_PX = 128
+PANEL_PX = 112
 """Pictures of another size are shown so wide."""
 
 
@@ -48,7 +49,9 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=DOCS, help="folder; docs")
     chosen = parser.parse_args(words)
     if unknown := sorted(set(chosen.views) - set(names)):
-        parser.error(f"no view is called {unknown[0]!r}; choose from {', '.join(names)}")
+        parser.error(
+            f"no view is called {unknown[0]!r}; choose from {', '.join(names)}"
+        )
     if not LEAST_SIZE <= chosen.size <= MOST_SIZE or chosen.size % 2:
         parser.error(
             f"--size must be even, {LEAST_SIZE} to {MOST_SIZE}, got {chosen.size}"

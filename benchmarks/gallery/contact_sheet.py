@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.gallery.panel import Absent, Family, Panel
+from benchmarks.reporting.section import duration
+
+Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 Rows = Mapping[str, Sequence[Panel | Absent]]
 """The panels of each view, by its name, in the order of the columns."""
@@ -52,17 +54,10 @@ def contact_sheet(family: Family, rows: Rows, side: int) -> Image.Image:
 
 def spent(cpu_s: float | None) -> str:
     """Write CPU time with its unit; a picture that is not right has none."""
-    if cpu_s is None:
-        return "not right"
-    for unit, factor in (("s", 1.0), ("ms", 1e3)):
-        if cpu_s * factor >= 1 or unit == "ms":
-            return f"{np.format_float_positional(float(f'{cpu_s * factor:.3g}'), trim='-')} {unit}"
-    raise AssertionError
+    return "not right" if cpu_s is None else duration(cpu_s)
 
 
-def broken(
-    draw: ImageDraw.ImageDraw, font: ImageFont.FreeTypeFont, text: str, width: int
-) -> str:
+def broken(draw: ImageDraw.ImageDraw, font: Font, text: str, width: int) -> str:
     """Break a text between words where it would be wider than so many pixels."""
     lines = [""]
     for word in text.split():

@@ -13,18 +13,19 @@ HEAD = """\
 # Gallery
 
 The same views of the synthetic head through every mode, light and peer. Made by
-`examples/make_gallery.py`; no figure is typed. Below each picture: CPU time of one picture,
-error, SSIM of the encoded pictures. What the error is, and against what, stands with each
-sheet. All but paths run on one thread; OpenGL is Mesa's, in software. Times are the least of
-a few repeats, of small pictures: [measurements.md](measurements.md) has the careful ones.
+`examples/make_gallery.py`; no figure is typed. Below each picture: CPU time of one
+picture, error, SSIM of the encoded pictures. What the error is, and against what,
+stands with each sheet. All but paths run on one thread; OpenGL is Mesa's, in software.
+Times are of small pictures, the least of two or more, or of one where it takes long:
+[measurements.md](measurements.md) has the careful ones.
 
-A peer's picture is checked before its time counts: one that is not right has a frame, no
-time, and a line that says what is wrong. A peer that is not installed is named.
+A peer's picture is checked before its time counts: one that is not right has a frame,
+no time, and a line that says what is wrong. A peer that is not installed is named.
 
-The views of [views.md](views.md), two of the bundled flight, and {wounds} from where the
-scope stands during the bundled operation, of the head as it is at its end: tissue taken,
-bone laid open, blood. Mode classic and Mitsuba have a pinhole in the same places, with the
-same half field of 44 degrees.
+The head is as in [views.md](views.md), two views are of the bundled flight; {wounds}
+are from where the scope stands during the bundled operation, of the head as it is at
+the end: tissue taken, bone laid open, blood. Mode classic and Mitsuba have a pinhole in
+the same places, with the same half field.
 """
 
 FOOT = """\
@@ -63,8 +64,8 @@ def _family(family: Family, rows: Rows) -> Iterable[str]:
     yield f"![{family.title}](pictures/{picture_name(family)})\n"
     yield f"Error: {family.unit}. Reference: {family.reference}.\n"
     yield markdown_table(_summary(family, rows))
-    head = ["CPU time; error; SSIM", *family.columns]
-    lines = [[name, *map(_cell, panels)] for name, panels in rows.items()]
+    head = ("CPU time; error; SSIM", *family.columns)
+    lines = [(name, *map(_cell, panels)) for name, panels in rows.items()]
     yield markdown_table(Table("", head, lines))
     for words in _wrong(rows):
         yield f"- {words}"
@@ -75,25 +76,27 @@ def _summary(family: Family, rows: Rows) -> Table:
     """Give each column's medians over the views with a right picture."""
     lines = []
     for number, who in enumerate(family.columns):
-        drawn = [p for panels in rows.values() if isinstance(p := panels[number], Panel)]
+        drawn = [
+            p for panels in rows.values() if isinstance(p := panels[number], Panel)
+        ]
         right = [p for p in drawn if p.cpu_s is not None]
-        figures = ["-"] * 4
+        figures = ("-",) * 4
         if right:
-            figures = [
+            figures = (
                 spent(median(p.cpu_s for p in right if p.cpu_s is not None)),
-                f"{median(p.error for p in right):.2e}",
-                f"{max(p.error for p in right):.2e}",
+                f"{median(p.error for p in right):.3g}",
+                f"{max(p.error for p in right):.3g}",
                 f"{min(p.alike for p in right):.3f}",
-            ]
-        lines.append([who, f"{len(right)} of {len(rows)}", *figures])
-    head = ["", "right", "median time", "median error", "worst error", "least SSIM"]
+            )
+        lines.append((who, f"{len(right)} of {len(rows)}", *figures))
+    head = ("", "right", "median time", "median error", "worst error", "least SSIM")
     return Table("", head, lines)
 
 
 def _cell(panel: Panel | Absent) -> str:
     if isinstance(panel, Absent):
         return "absent"
-    return f"{spent(panel.cpu_s)}; {panel.error:.2e}; {panel.alike:.3f}"
+    return f"{spent(panel.cpu_s)}; {panel.error:.3g}; {panel.alike:.3f}"
 
 
 def _wrong(rows: Rows) -> list[str]:

@@ -1,6 +1,7 @@
 """What each light does to the same walls, beside light that is followed by paths."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,7 @@ class LightStudio:
         for who, (light, effects, bounce, before) in ways.items():
             shader = ScopeShader(surface, Tier.FULL, threads=1, effects=effects)
             timing, radiance = measure(
-                lambda s=shader, li=light, b=bounce: s.shade(walls, view.camera, li, b),
+                partial(shader.shade, walls, view.camera, light, bounce),
                 budget_s=BUDGET_S,
                 least=2,
             )

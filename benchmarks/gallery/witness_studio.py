@@ -79,9 +79,7 @@ class WitnessStudio:
         """End the peer."""
         self._peer.close()
 
-    def _ask(
-        self, room: DiffuseRoom, head: str
-    ) -> tuple[NDArray[np.float32], float]:
+    def _ask(self, room: DiffuseRoom, head: str) -> tuple[NDArray[np.float32], float]:
         if self._jobs is None or head != self._head:
             self._jobs = LightJobs(self._peer, room.surface.distance, room.albedo)
             self._head = head

@@ -66,7 +66,7 @@ class PyvistaPeer:
             origin=job["origin_mm"],
         )
         grid.point_data["density"] = values.ravel()
-        plotter = pyvista.Plotter(off_screen=True, window_size=[job["size"]] * 2)
+        plotter: Any = pyvista.Plotter(off_screen=True, window_size=[job["size"]] * 2)
         plotter.set_background("black")
         actor = plotter.add_volume(grid, scalars="density", show_scalar_bar=False)
         plotter.show(auto_close=False)
