@@ -11,6 +11,9 @@ have them.
 
 import argparse
 import sys
+from collections.abc import Callable
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from app.cli.terminal import Stages
@@ -83,18 +86,18 @@ def drawn(views: list[NasalView], stages: Stages) -> dict[Family, Rows]:
         stages("Heads", number / len(heads))
         gallery_scene(head)
     stages("Heads", 1.0)
-    studios: list[Studio] = [
-        ScopeStudio(),
-        LightStudio(),
-        ClassicStudio(LIT),
-        ClassicStudio(SEE_THROUGH),
-        WitnessStudio(),
+    studios: list[Callable[[], Studio]] = [
+        ScopeStudio,
+        LightStudio,
+        partial(ClassicStudio, LIT),
+        partial(ClassicStudio, SEE_THROUGH),
+        WitnessStudio,
     ]
     # a head's pictures together: building what draws it takes longer than they do
     ordered = sorted(views, key=lambda view: heads.index(view.head))
     sheets: dict[Family, Rows] = {}
-    try:
-        for studio in studios:
+    for make in studios:
+        with closing(make()) as studio:
             title = studio.family.title
             made = {}
             for number, view in enumerate(ordered):
@@ -102,9 +105,6 @@ def drawn(views: list[NasalView], stages: Stages) -> dict[Family, Rows]:
                 made[view.name] = studio.draw(view)
             stages(title, 1.0)
             sheets[studio.family] = {view.name: made[view.name] for view in views}
-    finally:
-        for studio in studios:
-            studio.close()
     return sheets
 
 

@@ -32,10 +32,12 @@ FOOT = """\
 ## Make it
 
     .venv/bin/uv pip install '.[bench]'
-    .venv/bin/python examples/make_gallery.py
+    .venv/bin/uv pip install --target out/yt yt==4.4.3
+    PARAVOL_YT=out/yt .venv/bin/python examples/make_gallery.py
 
-Without the first line yt and Mitsuba are absent; Mitsuba needs LLVM, see
-[light.md](light.md). `--views`, `--size` and `--out` make smaller ones elsewhere.
+Mitsuba needs LLVM, see [light.md](light.md). Without the first two lines it and yt are
+absent. yt has a folder of its own: a library that it needs brings a package `tests`,
+which would hide ours. `--views`, `--size` and `--out` make smaller galleries elsewhere.
 """
 
 

@@ -1,5 +1,11 @@
-"""yt's sampler of volumes: emission and absorption along rays that are given."""
+"""yt's sampler of volumes: emission and absorption along rays that are given.
 
+A library that yt needs brings a top-level package `tests`, which would hide ours. So yt
+may lie in a folder of its own, which the variable PARAVOL_YT names.
+"""
+
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +13,10 @@ import numpy as np
 from benchmarks.peers.job_loop import Job, serve
 from benchmarks.peers.peer_process import Answer
 from benchmarks.timing import measure
+
+if folder := os.environ.get("PARAVOL_YT"):
+    # last: of what is here, too, this process has what we have
+    sys.path.append(folder)
 
 try:
     import yt

@@ -53,7 +53,7 @@ def test_wrong_pictures_keep_their_error_but_have_no_time() -> None:
         assert found.error > 0, name
 
 
-def test_it_is_checked_against_what_it_should_have_drawn(ball: SubjectSource) -> None:
+def test_it_is_checked_against_what_it_should_have_drawn() -> None:
     blurred = np.full_like(TRUTH, TRUTH.mean())
     found = checked("splats", blurred, TIME, TRUTH, blurred)
     assert found.cpu_s == TIME.cpu_s
@@ -70,5 +70,7 @@ def test_thin_tissue_has_the_same_colours_and_is_seen_through(
     np.testing.assert_allclose(found.kappa_per_mm, THINNING * given.kappa_per_mm)
     camera = ball.subject.views["outside"].camera(32, Projection.PERSPECTIVE)
     alpha = [ActiveRayTracer(s).render(camera).rgba[..., 3] for s in (scene, thin)]
-    assert alpha[0].max() > 0.99
-    assert 0.1 < alpha[1].max() < 0.9
+    opaque = alpha[0] > 0.99
+    assert opaque.sum() > 100
+    assert 0.1 < alpha[1][opaque].min() < 0.3
+    assert np.all(alpha[1] <= alpha[0] + 1e-3)
