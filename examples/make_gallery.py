@@ -20,7 +20,7 @@ from app.cli.terminal import Stages
 from benchmarks.gallery.classic_studio import LIT, SEE_THROUGH, ClassicStudio
 from benchmarks.gallery.contact_sheet import Rows, contact_sheet
 from benchmarks.gallery.gallery_page import gallery_page, picture_name
-from benchmarks.gallery.gallery_views import WOUNDED, gallery_scene, gallery_views
+from benchmarks.gallery.gallery_views import gallery_scene, gallery_views
 from benchmarks.gallery.light_studio import LightStudio
 from benchmarks.gallery.panel import Family, Studio
 from benchmarks.gallery.scope_studio import ScopeStudio
@@ -67,14 +67,11 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("Stopped; nothing was written.", file=sys.stderr)
         return 130
-    wounds = sum(view.head == WOUNDED for view in views)
     for family, rows in sheets.items():
         with whole_file(chosen.out / "pictures" / picture_name(family)) as path:
             contact_sheet(family, rows, PANEL_PX).save(path, "PNG", optimize=True)
     with whole_file(chosen.out / "gallery.md") as path:
-        path.write_text(
-            gallery_page(sheets, where, chosen.size, wounds), encoding="utf-8"
-        )
+        path.write_text(gallery_page(sheets, where, chosen.size), encoding="utf-8")
     print(chosen.out / "gallery.md")
     return 0
 

@@ -22,9 +22,9 @@ Times are of small pictures, the least of two or more, or of one where it takes 
 A peer's picture is checked before its time counts: one that is not right has a frame,
 no time, and a line that says what is wrong. A peer that is not installed is named.
 
-The head is as in [views.md](views.md), two views are of the bundled flight; {wounds}
-are from where the scope stands during the bundled operation, of the head as it is at
-the end: tissue taken, bone laid open, blood. Mode classic and Mitsuba have a pinhole in
+The head is as in [views.md](views.md), two views are of the bundled flight. Those named
+wound are of the head at the end of the bundled operation: tissue taken, bone laid open,
+blood; first from where its scope stands. Mode classic and Mitsuba have a pinhole in
 the same places, with the same half field.
 """
 
@@ -41,12 +41,10 @@ which would hide ours. `--views`, `--size` and `--out` make smaller galleries el
 """
 
 
-def gallery_page(
-    sheets: Mapping[Family, Rows], where: Machine, size: int, wounds: int
-) -> str:
+def gallery_page(sheets: Mapping[Family, Rows], where: Machine, size: int) -> str:
     """Lay out all families; the pictures lie beside it in ``pictures``."""
     parts = [
-        HEAD.format(wounds=wounds),
+        HEAD,
         f"{where.cpu}, {where.cores} cores, load {where.load:g}; "
         f"{size} x {size} pixels.\n",
     ]

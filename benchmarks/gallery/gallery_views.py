@@ -21,23 +21,41 @@ WOUNDED = "wounded"
 """The head after the bundled operation: no uncinate process, a wider ostium, blood."""
 
 FLIGHT_VIEWS = 2
-WOUND_VIEWS_S = (4.3, 9.0, 13.0, 18.3)
-"""Where the scope is at these times of the operation, it looks at its end."""
+SCOPE_RESTS_S = 9.0
+"""A time of the operation; its scope stays where it then is."""
+NEARER_MM = 4.0
+OSTIUM_MM = np.array((-13.4, 27.4, 23.2))
+"""The right maxillary ostium of the default head, LPS."""
+FRONT = "middle meatus"
+"""The acceptance view that sees the wound from in front."""
 
 
 def gallery_views(size: int) -> list[NasalView]:
     """Return them as square pictures of so many pixels."""
-    found = acceptance_views(size) + path_views(size, FLIGHT_VIEWS)
+    healthy = acceptance_views(size)
+    front = next(view for view in healthy if view.name == FRONT)
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
     scope = scenario.scope.endoscope()
     light = ScopeLight(scenario.scope.ring_radius_mm)
-    for time_s in WOUND_VIEWS_S:
-        at = path.sample(time_s)
-        frame = tip_frame(at.tip_mm, at.axis)
-        camera = scope.camera(frame, at.roll_deg, (size, size))
-        found.append(NasalView(f"wound from {time_s:g} s", WOUNDED, camera, light))
-    return found
+    at = path.sample(SCOPE_RESTS_S)
+    nearer_mm = at.tip_mm + NEARER_MM * at.axis
+    straight = replace(scope, angle_deg=0.0)
+    wounds = {
+        "wound": scope.camera(tip_frame(at.tip_mm, at.axis), at.roll_deg, (size, size)),
+        "wound, nearer": scope.camera(
+            tip_frame(nearer_mm, at.axis), at.roll_deg, (size, size)
+        ),
+        "wound, to the ostium": straight.camera(
+            tip_frame(at.tip_mm, OSTIUM_MM - at.tip_mm), 0.0, (size, size)
+        ),
+    }
+    return [
+        *healthy,
+        *path_views(size, FLIGHT_VIEWS),
+        *(NasalView(name, WOUNDED, camera, light) for name, camera in wounds.items()),
+        replace(front, name="wound, from in front", head=WOUNDED),
+    ]
 
 
 @cache

@@ -33,7 +33,7 @@ QUICK = "ring, virtual lights"
 MIRRORED = "and mirrored in the film"
 THIN = "and through thin walls"
 PATHS = f"path-traced, {16 * BATCHES} paths"
-REFERENCE = f"reference: {16 * REFERENCE_BATCHES} other paths"
+REFERENCE = "reference"
 FAMILY = Family(
     "light",
     "Each light on the same walls",

@@ -19,7 +19,7 @@ from renderers.shading import (
 )
 
 BUDGET_S = 0.15
-REFERENCE = f"reference: {SURFACE_NAME}, SNAPSHOT"
+REFERENCE = "reference"
 FINE = ("preview", "snapshot", "final")
 FAMILY = Family(
     "scope",

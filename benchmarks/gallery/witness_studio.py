@@ -15,14 +15,14 @@ from benchmarks.plan import UnavailableError
 
 SIDE_SHARE = 1 / 4
 """Of the gallery's pictures: paths are slow."""
-PASSES = 4
+PASSES = 8
 PATHS = 16
 RIGHT_MEAN, RIGHT_ERROR = 0.02, 0.01
 """Mitsuba's mean light must be within the first of ours, and its standard error below
 the second, for its time to count. By noise alone the two differ (docs/light.md)."""
 
 MITSUBA = "Mitsuba, to our noise"
-REFERENCE = f"reference: PARAVOL, {PASSES * PATHS} paths"
+REFERENCE = "reference"
 FAMILY = Family(
     "witness",
     "Light from wall to wall, and its witness",
@@ -89,6 +89,6 @@ class WitnessStudio:
             paths=PATHS,
             passes=PASSES,
             bounces=BOUNCES,
-            refined=1,
+            refined=2,
         )
         return self._jobs.passes(job)

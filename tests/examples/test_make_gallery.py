@@ -19,7 +19,7 @@ from tests.benchmarks.conftest import coarse_nasal_scene
 __all__ = ["coarse_nasal_scene"]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "make_gallery.py"
-VIEW = "wound from 9 s"
+VIEW = "wound"
 
 
 @pytest.fixture

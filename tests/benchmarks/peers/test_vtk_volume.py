@@ -1,4 +1,4 @@
-"""VTK's ray caster draws the same scene through the same camera."""
+"""VTK's ray casters, and yt's, draw the same scene through the same camera."""
 
 from collections.abc import Iterator
 
@@ -43,9 +43,9 @@ def solid(center_mm: tuple[float, float, float], kappa: float) -> Scene:
     return Scene(volume, transfer, lights=(), material=plain)
 
 
-@pytest.fixture(scope="module")
-def peer() -> Iterator[PeerProcess]:
-    process = PeerProcess("benchmarks.peers.vtk_volume")
+@pytest.fixture(scope="module", params=["vtk_volume", "vtk_gpu_volume", "yt_volume"])
+def peer(request: pytest.FixtureRequest) -> Iterator[PeerProcess]:
+    process = PeerProcess(f"benchmarks.peers.{request.param}")
     yield process
     process.close()
 
