@@ -42,6 +42,7 @@ class YtPeer:
 
     def __init__(self) -> None:
         self._grid: PartitionedGrid | None = None
+        self._bounds = 0.0, 0.0
         self._loaded = ""
 
     def work(self, job: Job, folder: Path) -> Answer:
@@ -59,7 +60,8 @@ class YtPeer:
         across = np.tan(job["extent"]) * ((np.arange(size) + 0.5) * 2 / size - 1)
         rays = across[:, None] * right - across[:, None, None] * up + forward
         rays *= reach / np.linalg.norm(rays, axis=-1, keepdims=True)
-        transfer = transfer_of(np.load(job["table"], allow_pickle=False), reach)
+        table = np.load(job["table"], allow_pickle=False)
+        transfer = transfer_of(table, self._bounds, reach)
         nothing = np.zeros(3)
 
         def draw() -> np.ndarray:
@@ -100,6 +102,7 @@ class YtPeer:
         """Give voxel centres as corners of its cells: no value is averaged."""
         values = np.load(job["values"], allow_pickle=False)
         points = np.ascontiguousarray(values.transpose(2, 1, 0), np.float64)
+        self._bounds = float(points.min()), float(points.max())
         cells = np.array(points.shape) - 1
         low = np.array(job["origin_mm"], float)
         self._grid = PartitionedGrid(
@@ -113,9 +116,15 @@ class YtPeer:
         self._loaded = job["values"]
 
 
-def transfer_of(table: np.ndarray, unit_mm: float) -> MultiVariateTransferFunction:
-    """Return rows (density, r, g, b, extinction) as emission and absorption."""
-    bounds = float(table[0, 0]), float(table[-1, 0])
+def transfer_of(
+    table: np.ndarray, values: tuple[float, float], unit_mm: float
+) -> MultiVariateTransferFunction:
+    """Return rows (density, r, g, b, extinction) as emission and absorption.
+
+    values: the least and the greatest that there are. At its bounds and beyond yt has
+    nothing, where ours holds the end values; so bounds lie outside of both.
+    """
+    bounds = min(values[0], table[0, 0]) - 1.0, max(values[1], table[-1, 0]) + 1.0
     densities = np.linspace(*bounds, 8192)
     kappa = unit_mm * np.interp(densities, table[:, 0], table[:, 4])
     found = MultiVariateTransferFunction(grey_opacity=True)
