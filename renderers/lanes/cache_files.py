@@ -5,6 +5,7 @@ different ones at the same time can give both the same number, and whoever reads
 gets machine code for other types: wrong pictures, or a crash (numba's issue 4807).
 """
 
+from typing import Any
 from uuid import uuid4
 
 from numba.core import caching
@@ -17,7 +18,8 @@ def name_files_uniquely() -> None:
     pyproject.toml. What can still be lost is a line of an index that two processes
     write at once: then the function is compiled again.
     """
-    caching.IndexDataCacheFile._data_name = _random_name
+    file_class: Any = caching.IndexDataCacheFile
+    file_class._data_name = _random_name
 
 
 def _random_name(file: caching.IndexDataCacheFile, number: int) -> str:
