@@ -284,10 +284,6 @@ def write_case(
     }
     if resonance:
         volumes["t1"], volumes["t2"] = magnetic_resonance(phantom)
-    names = {
-        int(value): Label(value).name.lower().replace("_", " ")
-        for value in np.unique(phantom.labels.values)
-    }
     record = CaseRecord(
         schema_version=SCHEMA_VERSION,
         spacing_mm=phantom.spacing_mm,
@@ -305,12 +301,20 @@ def write_case(
     store_case(
         Path(folder),
         volumes,
-        names,
+        names_of(phantom.labels),
         marks,
         record,
         layers=phantom.layers,
         hazards=phantom.hazards,
     )
+
+
+def names_of(labels: Volume) -> dict[int, str]:
+    """Name each `Label` that a volume of them holds, as label files do."""
+    return {
+        int(value): Label(value).name.lower().replace("_", " ")
+        for value in np.unique(labels.values)
+    }
 
 
 def write_space(space: AbstractSpace, folder: Path | str) -> None:

@@ -3,6 +3,7 @@
 import ast
 import re
 import tokenize
+import tomllib
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -384,12 +385,17 @@ def defined(path: Path) -> list[tuple[ast.stmt, str]]:
 FAULT_PORT = {"send_foreign"}
 """What the emulated arm's rare faults act through; they stand with the tests."""
 
-ENTRY_POINT = {"name_files_uniquely"}
-"""What others call by an entry point of `pyproject.toml`."""
+
+def entry_points() -> set[str]:
+    """Give what other programs call, as `pyproject.toml` tells them."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    groups = [project["scripts"], *project["entry-points"].values()]
+    return {target.partition(":")[2] for group in groups for target in group.values()}
 
 
 def test_what_only_tests_reach_is_no_source() -> None:
     """Product is named again in the product, benchmarks there or in examples."""
+    called_from_outside = FAULT_PORT | entry_points()
     product = [p for p in SOURCES if p.relative_to(ROOT).parts[0] != "benchmarks"]
     measuring = [p for p in SOURCES if p not in product]
     wrong = []
@@ -403,7 +409,7 @@ def test_what_only_tests_reach_is_no_source() -> None:
             for path in sources
             for node, name in defined(path)
             if mentioned[name] <= own_words(node).count(name)
-            if name not in FAULT_PORT | ENTRY_POINT
+            if name not in called_from_outside
         ]
     assert not wrong
 

@@ -15,17 +15,15 @@ from anatomy.case import (
     QualityRecord,
     SourceRecord,
     TransferRecord,
+    names_of,
     store_case,
 )
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.scan.imported import ImportedHead
 from anatomy.scan.scan import Modality, Scan
-from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
 from renderers.scene.volume import Volume
-
-UNNAMED = "air, not named"
 
 Triple = tuple[float, float, float]
 
@@ -67,10 +65,6 @@ def write_imported_case(
         **(others or {}),
     }
     airways, approach = head.airways, head.approach
-    present = np.unique(head.labels.values).tolist()
-    names = {value: Label(value).name.lower().replace("_", " ") for value in present}
-    if Label.UNNAMED_AIR in names:
-        names[Label.UNNAMED_AIR] = UNNAMED
     is_ct = sources[0].modality == Modality.CT.value
     transfer = transfer_of(find_peaks(head.ct, bone=is_ct))
     record = CaseRecord(
@@ -109,7 +103,7 @@ def write_imported_case(
     return store_case(
         folder,
         volumes,
-        names,
+        names_of(head.labels),
         head.landmarks,
         record,
         layers=layers,

@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from anatomy.scan.airways import Airways
 from anatomy.scan.midplane import SURE, Midplane
+from anatomy.scan.scan import corners_of, inside
 from renderers.scene.volume import Volume
 
 STEP_MM = 1.0
@@ -93,7 +94,7 @@ def _frame_along(
     left, middle_mm = midplane.normal, midplane.offset_mm
     back = back / np.linalg.norm(back)
     axes = np.stack([left, back, np.cross(left, back)])
-    corners = _corners(distance) @ axes.T
+    corners = corners_of(distance) @ axes.T
     low, high = corners.min(axis=0), corners.max(axis=0)
     v = np.arange(low[1], high[1], STEP_MM)
     w = np.arange(low[2], high[2], STEP_MM)
@@ -137,12 +138,6 @@ def _longest_run(outline: NDArray[np.bool_]) -> NDArray[np.intp]:
     return max(np.split(columns, jumps), key=len)
 
 
-def _corners(volume: Volume) -> NDArray[np.float64]:
-    """List the corners ``(8, 3)`` of a patient-aligned grid, LPS."""
-    ends = np.array(np.meshgrid(*([0, n - 1] for n in volume.shape[::-1])))
-    return volume.origin_mm + ends.reshape(3, 8).T * volume.spacing_mm
-
-
 def _outline(
     airways: Airways,
     distance: Volume,
@@ -172,9 +167,7 @@ def _outline(
 def _is_scanned(airways: Airways, points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell which points lie in the head and not beyond what was scanned."""
     grid = airways.outside_mm
-    high = grid.origin_mm + (np.array(grid.shape[::-1]) - 1) * grid.spacing_mm
-    inside = np.all((points > grid.origin_mm) & (points < high), axis=1)
-    result: NDArray[np.bool_] = inside & (grid.sample(points) > 0)
+    result: NDArray[np.bool_] = inside(grid, points, 0.0) & (grid.sample(points) > 0)
     return result
 
 

@@ -268,13 +268,19 @@ def _finite(
     return result, count
 
 
-def patient_box(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of the patient-aligned box around a volume."""
+def corners_of(volume: Volume) -> NDArray[np.float64]:
+    """List the eight corners ``(8, 3)`` of a volume, LPS mm."""
     nz, ny, nx = volume.shape
     ends = np.array(np.meshgrid([0, nx - 1], [0, ny - 1], [0, nz - 1])).reshape(3, 8)
     matrix = volume.world_from_voxel
-    corners = matrix[:3, :3] @ ends + matrix[:3, 3:]
-    return corners.min(axis=1), corners.max(axis=1)
+    corners: NDArray[np.float64] = (matrix[:3, :3] @ ends + matrix[:3, 3:]).T
+    return corners
+
+
+def patient_box(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the corners of the patient-aligned box around a volume."""
+    corners = corners_of(volume)
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def inside(

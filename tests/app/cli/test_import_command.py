@@ -79,7 +79,7 @@ def test_a_made_head_becomes_a_case(
     assert told["nostrils"]["nostril, right"][0] == pytest.approx(-7, abs=1)
     header = (case / "labels.seg.nrrd").read_bytes().split(b"\n\n")[0]
     assert b"Segment0_Name:=nasal air" in header
-    assert b"Segment1_Name:=air, not named" in header
+    assert b"Segment1_Name:=unnamed air" in header
     # a ball has no septum and no floor: nothing is guessed
     assert (cavity["name"], cavity["confidence"]) == ("", "")
     assert (
@@ -129,7 +129,7 @@ def test_a_picture_of_the_slices_says_what_is_there(
     words = ["slices", str(case), "--out", str(out), "--at"]
     assert main([*words, "25", "0", "0", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["label"] == "air, not named"
+    assert told["label"] == "unnamed air"
     assert told["values"]["ct"] < -900
     assert told["values"]["distance"] < -6
     record = read_case(case).record
@@ -187,9 +187,9 @@ def test_surfaces_of_the_case(
     assert main([*words, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told["triangles"]) == {
-        f"{name}.{ending}" for name in ("air", "skin", "nasal_air", "air,_not_named")
+        f"{name}.{ending}" for name in ("air", "skin", "nasal_air", "unnamed_air")
     }
-    sinus = load_surface(tmp_path / f"air,_not_named.{ending}")
+    sinus = load_surface(tmp_path / f"unnamed_air.{ending}")
     assert sinus.vertices.mean(axis=0) == pytest.approx([25, 0, 0], abs=0.5)
     skin = load_surface(tmp_path / f"skin.{ending}")
     away = np.linalg.norm(skin.vertices, axis=1)

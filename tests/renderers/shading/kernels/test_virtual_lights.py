@@ -16,6 +16,7 @@ from renderers.shading.kernels.virtual_lights import (
     spread_grid,
     trace_lights,
 )
+from tests.renderers.shading.plain_normal import plain_normal
 
 f32 = np.float32
 
@@ -175,24 +176,6 @@ def test_a_tap_of_a_linear_field_is_exact_and_clamps() -> None:
         tap(values, f32(2.25), f32(1.5), f32(0.75)), 2.25 + 15 + 75, rtol=1e-6
     )
     np.testing.assert_allclose(tap(values, f32(-9), f32(-9), f32(99)), 300, atol=0.2)
-
-
-def plain_normal(
-    values: NDArray[np.float32],
-    m: NDArray[np.float32],
-    x: np.float32,
-    y: np.float32,
-    z: np.float32,
-) -> NDArray[np.float32]:
-    """Give the normal towards air by six reads, operation by operation."""
-    h = f32(0.6)
-    gx = f32(tap(values, x + h, y, z)) - f32(tap(values, x - h, y, z))
-    gy = f32(tap(values, x, y + h, z)) - f32(tap(values, x, y - h, z))
-    gz = f32(tap(values, x, y, z + h)) - f32(tap(values, x, y, z - h))
-    slope = m[0] * gx + m[1] * gy + m[2] * gz
-    square = slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]
-    scale: NDArray[np.float32] = slope * (f32(-1) / np.sqrt(square + f32(1e-12)))
-    return scale
 
 
 def traced(
