@@ -3,7 +3,8 @@
 import numpy as np
 
 from benchmarks.gallery.classic_studio import (
-    RIGHT_RMSE,
+    COARSE_RIGHT,
+    RIGHT,
     THINNING,
     checked,
     panel,
@@ -23,7 +24,7 @@ TRUTH[8:14, 20:26] = 0.05
 
 
 def peer(linear: np.ndarray) -> Panel:
-    return checked("peer", linear, TIME, TRUTH, TRUTH)
+    return checked("peer", linear, TIME, (TRUTH, TRUTH), RIGHT)
 
 
 def test_the_reference_is_itself_to_the_bit() -> None:
@@ -36,7 +37,7 @@ def test_a_picture_with_noise_of_a_code_is_right() -> None:
     found = peer(np.clip(TRUTH + noise, 0, 1))
     assert found.cpu_s == TIME.cpu_s
     assert found.why == ""
-    assert 0 < found.error < RIGHT_RMSE
+    assert 0 < found.error < RIGHT[0]
 
 
 def test_wrong_pictures_keep_their_error_but_have_no_time() -> None:
@@ -55,9 +56,9 @@ def test_wrong_pictures_keep_their_error_but_have_no_time() -> None:
 
 def test_it_is_checked_against_what_it_should_have_drawn() -> None:
     blurred = np.full_like(TRUTH, TRUTH.mean())
-    found = checked("splats", blurred, TIME, TRUTH, blurred)
+    found = checked("splats", blurred, TIME, (TRUTH, blurred), COARSE_RIGHT)
     assert found.cpu_s == TIME.cpu_s
-    assert found.error > RIGHT_RMSE
+    assert found.error > COARSE_RIGHT[0]
 
 
 def test_thin_tissue_has_the_same_colours_and_is_seen_through(
