@@ -8,22 +8,20 @@ by splats beside the ray tracer's snapshot of the same pose with the same gain.
 ``first_operation.png``: four moments of the bundled operation.
 """
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from benchmarks.gallery.gallery_views import operated_samples
 from benchmarks.nasal_views import (
     NasalView,
     acceptance_views,
     bundled_flight,
     nasal_scene,
 )
-from devices import Pose, ProbePath, load_probe_path
-from paravol.inputs.operating_hand import OperatingHand
-from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
+from devices import load_probe_path
 from paravol.patient import PatientScene, load_patient, load_phantom
 from paravol.session_setup import (
     LIVE_TIER,
@@ -37,7 +35,7 @@ from paravol.view import EndoscopeView
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer
 from renderers.shading import CameraPass, ScopeShader, Tier, scope_picture
-from scenarios import Endoscope, Sample, load_scenario, tip_frame
+from scenarios import load_scenario
 
 Picture = NDArray[np.uint8]
 
@@ -89,15 +87,6 @@ def first_operation() -> list[Picture]:
             if len(pictures) == len(OPERATED_S):
                 break
     return pictures
-
-
-def operated_samples(path: ProbePath, endoscope: Endoscope) -> Iterator[Sample]:
-    """Yield what a recording of a path without any arm would hold."""
-    hand = OperatingHand(PathChannel(path), endoscope)
-    for time_s in path.t_s.tolist():
-        at = path.sample(time_s)
-        frame = tip_frame(at.tip_mm, at.axis)
-        yield hand.complete(Pose(time_s, time_s, frame, PATH_PEDAL))
 
 
 def nasal_views() -> list[Picture]:

@@ -292,6 +292,8 @@ class Flight:
         before = load_patient(scenario, self._progress)
         check_for_head(scenario, before)
         self.head = before
+        # kernels may be compiled from here on: no bar stands full meanwhile
+        self._progress("Preparing the tissue", 0.0)
         # divides the head's mucosa, which is kept: no device waits for it
         divided = Preparation(lambda: coverage_watch(before))
         patient, operation = operate_on(before)

@@ -5,7 +5,7 @@ exercise that is chosen there.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices import ProbePath
@@ -92,9 +92,9 @@ class TrainingSetup:
     """Hold what all flights of a training have in common.
 
     size: largest edge of the square picture, pixels; it follows the window. record:
-    folder of the recording; None keeps the newest in the user's store. stream_igtl: the
-    words of `--stream-igtl`. watcher: makes who looks on at each flight; None where
-    nobody does.
+    folder of the recording; None keeps the newest in `sessions`. stream_igtl: the words
+    of `--stream-igtl`. watcher: makes who looks on at each flight; None where nobody
+    does. sessions: where flights are recorded without being asked.
     """
 
     devices: DeviceSetup
@@ -103,6 +103,7 @@ class TrainingSetup:
     record: Path | None = None
     stream_igtl: str | None = None
     watcher: Callable[[Scenario], FlightObserver] | None = None
+    sessions: SessionStore = field(default_factory=SessionStore.of_the_user)
 
     def order(self, scenario: str) -> FlightOrder:
         """Return the order for an exercise: a bundled one's name, or a file.
@@ -124,7 +125,7 @@ class TrainingSetup:
             self.threads,
             self.record,
             stream,
-            SessionStore.of_the_user(),
+            self.sessions,
             instrument=second,
             watchers=() if self.watcher is None else (self.watcher(exercise),),
             follows_window=True,

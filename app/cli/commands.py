@@ -30,10 +30,10 @@ from app.cli.root import (
     Flag,
     Json,
     Oversubscribe,
-    Ranks,
     ScenarioName,
     Size,
     Threads,
+    UsualRanks,
     app,
     rank_count,
     thread_count,
@@ -70,7 +70,7 @@ def demo(
     operation: str | None = None,
     device: str | None = None,
     size: Size = 512,
-    ranks: Ranks = 2,
+    ranks: UsualRanks = None,
     oversubscribe: Oversubscribe = False,
     threads: Threads = 0,
     fault: tuple[str, ...] = (),
@@ -96,6 +96,7 @@ def demo(
         Let the emulated arm misbehave, as NAME@SECONDS: garbage, mute or unplug.
     """
     from app.cli.demo import DemoOptions, run_demo
+    from paravol.snapshots.rendering_service import startable_ranks
 
     if operation is None:
         operation = FIRST_OPERATION if scenario == FIRST_FLIGHT else ""
@@ -105,7 +106,7 @@ def demo(
         operation=operation,
         device=device,
         size=size,
-        ranks=rank_count(ranks, oversubscribe=oversubscribe),
+        ranks=rank_count(startable_ranks(ranks), oversubscribe=oversubscribe),
         threads=thread_count(threads),
         faults=fault,
     )

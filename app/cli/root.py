@@ -40,6 +40,14 @@ Ranks = Annotated[
         help="MPI processes; 1 renders without MPI.", validator=Number(gte=1, lte=1024)
     ),
 ]
+UsualRanks = Annotated[
+    int | None,
+    Parameter(
+        help="MPI processes; 1 renders without MPI. Two where there is mpiexec, else "
+        "one.",
+        validator=Number(gte=1, lte=1024),
+    ),
+]
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lte=2**63 - 1))]
 Size = Annotated[
     int,

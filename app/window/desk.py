@@ -28,7 +28,6 @@ from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
 from paravol.session_setup import flown_scenario
-from paravol.session_store import SessionStore
 from paravol.trainee import (
     ChoiceFile,
     FoundDevice,
@@ -80,9 +79,8 @@ class DeskOrder:
 
     trainee: made-up name; None for the one of the last time. has_store: sessions enter
     the progress store. store: its file, None for the user's. choices: the file of what
-    is remembered. sessions: where flights are recorded without being asked.
-    edge_samples: see `FlightPage`. has_typed_devices: the setup's devices were typed,
-    and are offered beside those found.
+    is remembered. edge_samples: see `FlightPage`. has_typed_devices: the setup's
+    devices were typed, and are offered beside those found.
     """
 
     setup: TrainingSetup
@@ -90,7 +88,6 @@ class DeskOrder:
     has_store: bool = True
     store: Path | None = None
     choices: Path | None = None
-    sessions: SessionStore = field(default_factory=SessionStore.of_the_user)
     has_sound: bool = False
     volume: float = 1.0
     edge_samples: int = 0
@@ -190,7 +187,7 @@ class Desk(QObject):
         page.recovery.recover_wanted.connect(self._recover)
         page.recovery.keep_wanted.connect(self._keep_unfinished)
         page.recovery.discard_wanted.connect(self._discard)
-        self._do(lambda _: unfinished_sessions(self._order.sessions), self._offer)
+        self._do(lambda _: unfinished_sessions(self._order.setup.sessions), self._offer)
 
     def _offer(self, found: list[UnfinishedSession]) -> None:
         """Offer what killed flights left, but for what is to stay as it is."""
@@ -519,7 +516,7 @@ class Desk(QObject):
             if self._window.page is page:
                 page.welcome.show_recent(found[::-1])
 
-        self._do(lambda _: self._order.sessions.sessions(), show)
+        self._do(lambda _: self._order.setup.sessions.sessions(), show)
 
     def _drop(self, folders: Sequence[Path]) -> None:
         """Open what was dropped on the window: sessions are replayed, a case flown.

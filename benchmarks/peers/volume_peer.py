@@ -15,12 +15,12 @@ PEER = "VTK fixed-point"
 PEER_REFERENCE_STEP = 1 / 16
 PEER_REFERENCE_NAME = f"{PEER}, step {PEER_REFERENCE_STEP:g}"
 """What the peer's shaded pictures are compared with: itself at this step. Its shading
-inside a cavity follows one view direction for the whole picture, so that its distance
-from our picture says nothing about its steps. Either's distance from the other's
-finest picture is told beside the row's own error: a distance, not an error, where that
-picture is no limit. Fixed point rounds the opacities of short steps, and faint tissue
-leaves ours again below half a voxel (measured: RMSE .0164, .0103 and
-.0148 at steps 1, 1/2 and 1/4)."""
+is not quite ours (.005 to .014 off in a nose, lit from one side of a wall only), so
+that its distance from our picture says little about its steps. Either's distance from
+the other's finest picture is told beside the row's own error: a distance, not an
+error, where that picture is no limit. Fixed point rounds the opacities of short
+steps, and faint tissue leaves ours again below half a voxel (measured: RMSE .0164,
+.0103 and .0148 at steps 1, 1/2 and 1/4)."""
 
 
 class VolumePeer:

@@ -1,6 +1,7 @@
 """The strongest CPU ray caster of VTK, `vtkFixedPointVolumeRayCastMapper`."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401
@@ -18,13 +19,12 @@ from benchmarks.peers.peer_process import Answer
 from benchmarks.peers.vtk_window import PeerWindow, vtk_arrays
 
 
-class FixedPointPeer:
-    """Draw one volume after the other in one window."""
+class VtkVolumePeer:
+    """Draw one volume after the other in one window, with the mapper that is given."""
 
-    def __init__(self) -> None:
+    def __init__(self, mapper: Any) -> None:
         self._window = PeerWindow()
-        self._mapper = vtkFixedPointVolumeRayCastMapper()
-        self._mapper.SetNumberOfThreads(1)
+        self._mapper = mapper
         self._mapper.SetAutoAdjustSampleDistances(False)
         self._mapper.SetLockSampleDistanceToInputSpacing(False)
         self._mapper.SetImageSampleDistance(1.0)
@@ -40,13 +40,16 @@ class FixedPointPeer:
     def work(self, job: Job, folder: Path) -> Answer:
         """Draw a job's view; see `peer_jobs.volume_job`."""
         self._load(job)
-        self._classify(job)
-        self._light(job)
-        self._mapper.SetSampleDistance(float(job["step_mm"]))
+        step_mm = float(job["step_mm"])
+        classify(self._property, job, step_mm)
+        light(self._window.renderer, self._property, job)
+        self._mapper.SetSampleDistance(step_mm)
         # Without it the finished picture is placed at the depth of the volume's
         # centre, and lost when that is behind the eye; with it VTK reads the depth
         # buffer first, which costs a little.
-        self._mapper.SetIntermixIntersectingGeometry(bool(job["centre_behind"]))
+        if isinstance(self._mapper, vtkFixedPointVolumeRayCastMapper):
+            behind = bool(job["centre_behind"])
+            self._mapper.SetIntermixIntersectingGeometry(behind)
         self._window.look(job)
         return self._window.answer(folder, job)
 
@@ -65,37 +68,48 @@ class FixedPointPeer:
         self._mapper.SetInputData(image)
         self._loaded = job["values"]
 
-    def _classify(self, job: Job) -> None:
-        table = np.load(job["table"], allow_pickle=False)
-        color, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
-        step_mm = float(job["step_mm"])
-        for density, red, green, blue, kappa in table.tolist():
-            color.AddRGBPoint(density, red, green, blue)
-            opacity.AddPoint(density, float(-np.expm1(-kappa * step_mm)))
-        self._property.SetColor(color)
-        self._property.SetScalarOpacity(opacity)
-        # Opacities are given for exactly one step: nothing is left to correct.
-        self._property.SetScalarOpacityUnitDistance(step_mm)
 
-    def _light(self, job: Job) -> None:
-        renderer = self._window.renderer
-        renderer.RemoveAllLights()
-        shaded = bool(job["shaded"])
-        self._property.SetShade(shaded)
-        self._property.SetAmbient(float(job["ambient"]))
-        self._property.SetDiffuse(float(job["diffuse"]))
-        self._property.SetSpecular(0.0)
-        for vector, color in job["lights"] if shaded else []:
-            light = vtkLight()
-            light.SetLightTypeToSceneLight()
-            light.PositionalOff()
-            light.SetPosition(*vector)
-            light.SetFocalPoint(0, 0, 0)
-            light.SetDiffuseColor(*color)
-            # VTK multiplies ambient by each light's own; ours has no colour.
-            light.SetAmbientColor(*[1 / len(job["lights"])] * 3)
-            renderer.AddLight(light)
+def classify(property: vtkVolumeProperty, job: Job, unit_mm: float) -> None:
+    """Give a volume's property a job's colours, and its opacities of so many mm."""
+    table = np.load(job["table"], allow_pickle=False)
+    color, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
+    for density, red, green, blue, kappa in table.tolist():
+        color.AddRGBPoint(density, red, green, blue)
+        opacity.AddPoint(density, float(-np.expm1(-kappa * unit_mm)))
+    property.SetColor(color)
+    property.SetScalarOpacity(opacity)
+    # Where this is the step, nothing is left to correct.
+    property.SetScalarOpacityUnitDistance(unit_mm)
+
+
+def light(renderer: Any, property: vtkVolumeProperty, job: Job) -> None:
+    """Put a job's lights in place of what a renderer has."""
+    renderer.RemoveAllLights()
+    # As our light: what looks away from a light gets none of it.
+    renderer.SetTwoSidedLighting(False)
+    shaded = bool(job["shaded"])
+    property.SetShade(shaded)
+    property.SetAmbient(float(job["ambient"]))
+    property.SetDiffuse(float(job["diffuse"]))
+    property.SetSpecular(0.0)
+    for vector, color in job["lights"] if shaded else []:
+        source = vtkLight()
+        source.SetLightTypeToSceneLight()
+        source.PositionalOff()
+        source.SetPosition(*vector)
+        source.SetFocalPoint(0, 0, 0)
+        source.SetDiffuseColor(*color)
+        # VTK multiplies ambient by each light's own; ours has no colour.
+        source.SetAmbientColor(*[1 / len(job["lights"])] * 3)
+        renderer.AddLight(source)
+
+
+def fixed_point() -> vtkFixedPointVolumeRayCastMapper:
+    """Give the mapper of this module, on one thread."""
+    mapper = vtkFixedPointVolumeRayCastMapper()
+    mapper.SetNumberOfThreads(1)
+    return mapper
 
 
 if __name__ == "__main__":
-    serve(FixedPointPeer().work)
+    serve(VtkVolumePeer(fixed_point()).work)

@@ -13,7 +13,8 @@ Made by `paravol bench report` from what `paravol bench` measured. *time*: the l
 the repeats, wall clock. *ratio*: the baseline's time over the row's own, both taken in
 this run; above 1 is faster than the baseline. *RMSE* and *99.9 %*: the error against
 the row's reference, in the unit named; lines with an arrow tell further errors by
-name. `~` marks a row that something else disturbed. The charts are in the HTML page.
+name. `~` marks a row that something else disturbed. The charts are in the HTML page;
+pictures by every mode, light and peer are in [gallery.md](gallery.md).
 """
 
 

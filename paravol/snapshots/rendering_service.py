@@ -11,7 +11,7 @@ from disk import UserError
 from machine import end_group, group_options, lower_priority
 from paravol.snapshots.worker_options import WorkerOptions
 from renderers.art.ranks.transport import TransportError
-from renderers.snapshots.launcher import find_launcher
+from renderers.snapshots.launcher import Launcher, find_launcher
 
 STOP_S = 5.0
 
@@ -22,22 +22,43 @@ def worker_command(spool: Path, options: WorkerOptions) -> list[str]:
     Raises UserError when ranks are wanted and there is no MPI to start them.
     """
     options.check()
-    ranks = options.ranks
     tail = ["renderers.snapshots", "--spool", str(spool), "--parent", str(os.getpid())]
     tail += options.arguments()
-    if ranks == 1:
+    if options.ranks == 1:
         return [sys.executable, "-m", *tail, "--backend", "serial"]
-    try:
-        launcher = find_launcher()
-    except TransportError as error:
-        raise UserError(str(error)) from error
-    if launcher is None:
+    python = [sys.executable, "-m", "mpi4py", "-m"]
+    start = _launcher(options.ranks).command(options.ranks)
+    return [*start, *python, *tail, "--backend", "mpi"]
+
+
+def startable_ranks(asked: int | None) -> int:
+    """Return how many ranks to render with: as asked, else 2 where MPI starts them.
+
+    UserError where more than one is asked for and there is no MPI: before the long
+    work that comes first, not after it.
+    """
+    if asked is None:
+        return 1 if _found_launcher() is None else 2
+    if asked > 1:
+        _launcher(asked)
+    return asked
+
+
+def _launcher(ranks: int) -> Launcher:
+    found = _found_launcher()
+    if found is None:
         raise UserError(
             f"Rendering with {ranks} ranks needs MPI, and there is no mpiexec; install "
             "the extra 'mpi' or use --ranks 1."
         )
-    python = [sys.executable, "-m", "mpi4py", "-m"]
-    return [*launcher.command(ranks), *python, *tail, "--backend", "mpi"]
+    return found
+
+
+def _found_launcher() -> Launcher | None:
+    try:
+        return find_launcher()
+    except TransportError as error:
+        raise UserError(str(error)) from error
 
 
 class Worker:

@@ -1,6 +1,9 @@
-"""Every flight that is ordered has somebody who looks on, where anybody does."""
+"""What all flights of a training have in common reaches each of them."""
+
+from pathlib import Path
 
 from paravol.flight import FlightObserver
+from paravol.session_store import SessionStore
 from paravol.training_setup import DeviceSetup, TrainingSetup
 from scenarios import Scenario
 
@@ -19,3 +22,11 @@ def test_each_order_has_a_watcher_of_its_own() -> None:
     assert first.watchers != second.watchers
     alone = TrainingSetup(devices=DeviceSetup(), size=64, threads=1)
     assert alone.order("hoops").watchers == ()
+
+
+def test_each_order_records_where_the_training_looks_for_sessions(
+    tmp_path: Path,
+) -> None:
+    kept = SessionStore(tmp_path / "here")
+    setup = TrainingSetup(devices=DeviceSetup(), size=64, threads=1, sessions=kept)
+    assert setup.order("hoops").kept == kept

@@ -40,12 +40,16 @@ def until(what: str, holds: Callable[[], object], limit_s: float = 200.0) -> Non
 def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Desk:
     """Return a desk whose window is not shown yet."""
     gc.collect()  # what other tests left, before there are threads
-    setup = TrainingSetup(devices=devices or DeviceSetup(), size=64, threads=1)
+    setup = TrainingSetup(
+        devices=devices or DeviceSetup(),
+        size=64,
+        threads=1,
+        sessions=SessionStore(folder / "sessions"),
+    )
     order = DeskOrder(
         setup,
         store=folder / "progress.sqlite",
         choices=folder / "trainee.json",
-        sessions=SessionStore(folder / "sessions"),
         has_typed_devices=devices is not None,
     )
     return Desk(MainWindow(), order)

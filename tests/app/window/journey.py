@@ -70,12 +70,16 @@ class Journey:
         """Open the window at its home page, with nothing flown before."""
         self.bot = qtbot
         self.folder = folder
-        setup = TrainingSetup(devices=DeviceSetup(), size=size, threads=2)
+        setup = TrainingSetup(
+            devices=DeviceSetup(),
+            size=size,
+            threads=2,
+            sessions=SessionStore(folder / "sessions"),
+        )
         order = DeskOrder(
             setup,
             store=folder / "progress.sqlite",
             choices=folder / "trainee.json",
-            sessions=SessionStore(folder / "sessions"),
         )
         self.window = MainWindow()
         self.desk = Desk(self.window, order)

@@ -1,4 +1,4 @@
-"""VTK's ray caster draws the same scene through the same camera."""
+"""VTK's ray casters, and yt's, draw the same scene through the same camera."""
 
 from collections.abc import Iterator
 
@@ -23,6 +23,7 @@ from renderers.scene import (
 pytestmark = pytest.mark.display
 
 SIZE = 128
+VTK = ["vtk_volume", "vtk_gpu_volume"]
 
 
 def solid(center_mm: tuple[float, float, float], kappa: float) -> Scene:
@@ -43,9 +44,9 @@ def solid(center_mm: tuple[float, float, float], kappa: float) -> Scene:
     return Scene(volume, transfer, lights=(), material=plain)
 
 
-@pytest.fixture(scope="module")
-def peer() -> Iterator[PeerProcess]:
-    process = PeerProcess("benchmarks.peers.vtk_volume")
+@pytest.fixture(scope="module", params=VTK)
+def peer(request: pytest.FixtureRequest) -> Iterator[PeerProcess]:
+    process = PeerProcess(f"benchmarks.peers.{request.param}")
     yield process
     process.close()
 
@@ -88,6 +89,8 @@ def test_silhouettes_agree_within_a_pixel(
         assert abs(shift[0] - shift[1]) < 0.2
 
 
+# yt absorbs as much as a step is long: nothing that is opaque in a step
+@pytest.mark.parametrize("peer", [*VTK, "yt_volume"], indirect=True)
 def test_half_clear_matter_is_as_opaque_there_as_here(peer: PeerProcess) -> None:
     camera = Camera.looking_at(
         (0, -70, 5), (0, 0, 0), extent=0.3, size=(SIZE, SIZE),

@@ -3,6 +3,8 @@
 import os
 import signal
 import time
+from functools import partial
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,16 @@ import pytest
 
 from app.__main__ import main
 from disk import UserError
+from paravol.snapshots import rendering_service
 from paravol.snapshots.rendering_service import (
     running_worker,
+    startable_ranks,
     worker_command,
 )
 from paravol.snapshots.worker_options import WorkerOptions
 from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.launcher import Launcher
 
 
 def scene() -> Scene:
@@ -108,6 +113,23 @@ def test_a_launcher_that_is_not_there_is_one_sentence(
     assert main(["worker", "--spool", str(tmp_path), "--ranks", "2"]) == 1
     said = capsys.readouterr().err
     assert "PARAVOL_MPIEXEC names /nowhere/mpiexec, which is no program" in said
+
+
+def test_ranks_are_two_where_they_can_be_started_and_one_elsewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found: list[tuple[Launcher | None, int]] = [
+        (Launcher("mpiexec", is_open_mpi=True), 2),
+        (None, 1),
+    ]
+    for launcher, ranks in found:
+        monkeypatch.setattr(
+            rendering_service, "find_launcher", partial(next, repeat(launcher))
+        )
+        assert startable_ranks(None) == ranks
+        assert startable_ranks(1) == 1
+    with pytest.raises(UserError, match="with 3 ranks needs MPI"):
+        startable_ranks(3)
 
 
 def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
