@@ -96,9 +96,15 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], Place, Place, float], ...] =
     ),
     (
         "antrostomy, fluid",
-        {"disease": ("antrostomy:right=120", "fluid:maxillary:right=0.3")},
-        (-8.0, 19.4, 26.2),
-        (-13.0, 33.4, 21.2),
+        {
+            "disease": (
+                "antrostomy:right=120",
+                "fluid:maxillary:right=0.3",
+                "posture=upright",
+            )
+        },
+        (-8.0, 23.4, 27.2),
+        (-19.0, 35.4, 13.2),
         0.0,
     ),
     (
