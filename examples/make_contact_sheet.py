@@ -103,8 +103,8 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], Place, Place, float], ...] =
                 "posture=upright",
             )
         },
-        (-8.0, 23.4, 27.2),
-        (-19.0, 35.4, 13.2),
+        (-8.0, 23.4, 26.2),
+        (-19.0, 35.4, 12.4),
         0.0,
     ),
     (
