@@ -2,6 +2,7 @@
 
     python examples/make_contact_sheet.py
     python examples/make_contact_sheet.py --beside patient/ --out out/sheets
+    python examples/make_contact_sheet.py --beside patient/ --spine 0 -72 -2 --out out
 
 ``anatomy_seeds.png``: four planes of twelve patients drawn from seeds, at bone window
 (width 2000 HU, level 350): coronal through the ostiomeatal complex and the sphenoid
@@ -9,8 +10,10 @@ sinuses, axial through the ethmoid, sagittal beside the septum. The patient's ri
 on the left, as in radiology. ``anatomy_views.png``: what an endoscope sees in twelve
 heads, one for each of the variants and diseases named above it.
 
-``--beside``: a folder that ``paravol import`` made; its planes come first. Such a sheet
-must go elsewhere (``--out``): a patient's scan is not for the documents.
+``--beside``: a folder that ``paravol import`` made; its planes come first, in the same
+field of view about the anterior nasal spine, which is judged from where a scope enters.
+Where the face is cut off that is wrong: ``--spine`` tells its place. Such a sheet must
+go elsewhere (``--out``): a patient's scan is not for the documents.
 """
 
 import argparse
@@ -37,8 +40,9 @@ NOSTRILS_MM = np.array((0.0, -11.5, -9.0))
 LOW_HU, HIGH_HU = -650.0, 1350.0
 SIDE_PX = 224
 
-VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
-    ("average, nostril", {}, "nostril, right", "middle meatus, right", 4.0),
+Place = str | tuple[float, float, float]
+VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], Place, Place, float], ...] = (
+    ("average, nostril", {}, "nostril, right", "nasal valve, right", 4.0),
     ("average, middle meatus", {}, "nasal valve, right", "middle meatus, right", 12.0),
     (
         "average, recess",
@@ -59,8 +63,8 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
         "paradoxical turbinate",
         {"variants": ("paradoxical-turbinate:left",)},
         "nasal valve, left",
-        "middle meatus, left",
-        10.0,
+        "middle turbinate head, left",
+        13.0,
     ),
     (
         "septal spur",
@@ -92,33 +96,46 @@ VIEWS: tuple[tuple[str, dict[str, tuple[str, ...]], str, str, float], ...] = (
     ),
     (
         "antrostomy, fluid",
-        {"disease": ("antrostomy:right=120", "fluid:maxillary:right=0.3")},
-        "nasal valve, right",
-        "maxillary ostium, right",
-        16.0,
+        {
+            "disease": (
+                "antrostomy:right=120",
+                "fluid:maxillary:right=0.3",
+                "posture=upright",
+            )
+        },
+        (-8.0, 23.4, 26.2),
+        (-19.0, 35.4, 12.4),
+        0.0,
     ),
     (
         "congested",
         {"disease": ("congestion=1",)},
         "nasal valve, left",
-        "middle meatus, left",
-        6.0,
+        "choana, left",
+        0.0,
     ),
 )
 """Caption, what `paravol.phantom` is asked for, where the scope comes from, where it
-looks, and how far it has come, mm."""
+looks (landmarks, or LPS, mm), and how far it has come, mm."""
 
 
 def main() -> None:
     """Build the heads, cut, draw and save."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--beside", type=Path, help="an imported patient's folder")
+    parser.add_argument(
+        "--spine",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="where that patient's anterior nasal spine lies: LPS, mm",
+    )
     parser.add_argument("--out", type=Path, default=PICTURES)
     chosen = parser.parse_args()
     if chosen.beside is not None and chosen.out == PICTURES:
         parser.error("--beside needs --out: a patient's scan is not for the documents")
     chosen.out.mkdir(parents=True, exist_ok=True)
-    cells = [] if chosen.beside is None else [real(chosen.beside)]
+    cells = [] if chosen.beside is None else [real(chosen.beside, chosen.spine)]
     cells += [drawn(seed) for seed in SEEDS]
     save(cells, COLUMNS, chosen.out / "anatomy_seeds.png")
     save([view(*words) for words in VIEWS], 6, chosen.out / "anatomy_views.png")
@@ -154,25 +171,41 @@ def rare(phantom: Phantom) -> list[str]:
     return [v for v in phantom.parameters.variants if not v.startswith(usual)]
 
 
-def real(folder: Path) -> NDArray[np.uint8]:
-    """Give an imported patient's planes, placed by where a scope enters."""
+def real(folder: Path, spine_mm: list[float] | None = None) -> NDArray[np.uint8]:
+    """Give an imported patient's planes about its nasal spine; LPS.
+
+    Without a spine it is placed by where a scope enters.
+    """
     case = read_case(folder)
     entries = [m.position_mm for m in case.landmarks.values() if "nostril" in m.name]
     entries = entries or [case.landmarks["entrance"].position_mm]
-    shift_mm = np.mean(entries, axis=0) - NOSTRILS_MM
-    return labelled(planes(case.ct, 1.0, shift_mm), f"{folder.name}: a real scan")
+    spine = np.mean(entries, axis=0) - NOSTRILS_MM if spine_mm is None else spine_mm
+    about = within_field(case.ct, np.asarray(spine))
+    return labelled(planes(about, 1.0), f"{folder.name}: a real scan")
 
 
-def planes(
-    ct: Volume, scale: float, shift_mm: NDArray[np.float64] | None = None
-) -> NDArray[np.uint8]:
+def within_field(ct: Volume, spine_mm: NDArray[np.float64]) -> Volume:
+    """Cut a scan to the synthetic heads' field about its spine; air where it ends."""
+    low, step = ct.origin_mm - spine_mm, ct.spacing_mm
+    first, last = np.round((np.array(FIELD_MM).T - low) / step).astype(int)
+    values = np.full((last - first)[::-1], -1000, np.int16)
+    begin = np.maximum(first, 0)
+    end = np.minimum(last, ct.values.shape[::-1])
+    source = tuple(slice(a, b) for a, b in zip(begin[::-1], end[::-1], strict=True))
+    target = tuple(
+        slice(a, b)
+        for a, b in zip((begin - first)[::-1], (end - first)[::-1], strict=True)
+    )
+    values[target] = ct.values[source]
+    return Volume(values, step, low + first * step)
+
+
+def planes(ct: Volume, scale: float) -> NDArray[np.uint8]:
     """Cut the four planes of a head whose lengths are `scale` times the average's.
 
-    shift_mm: where its nasal spine lies, LPS; None at the origin.
+    Its nasal spine lies at the origin.
     """
     low, step = np.asarray(ct.origin_mm), np.asarray(ct.spacing_mm)
-    if shift_mm is not None:
-        low = low - shift_mm
 
     def plane(axis: int, at_mm: float) -> NDArray[np.int16]:
         at = round((at_mm * scale - float(low[axis])) / float(step[axis]))
@@ -197,8 +230,8 @@ def grey(hu: NDArray[np.int16]) -> NDArray[np.uint8]:
 def view(
     caption: str,
     asked: dict[str, tuple[str, ...]],
-    start: str,
-    goal: str,
+    start: Place,
+    goal: Place,
     forward_mm: float,
 ) -> NDArray[np.uint8]:
     """Draw what the scope sees in one head."""

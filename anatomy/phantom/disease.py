@@ -37,7 +37,7 @@ _ROOM_MM = {
 }
 """Where each sinus of one space lies, u, y, z."""
 
-_SAMPLE_MM = 1.25
+_SAMPLE_MM, _FAR_MM = 1.25, 1e3
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +127,11 @@ def contents_of(
         if finding.kind == "fluid":
             up = y if disease.posture == "supine" else z
             surface = fluid_level_mm(room, disease.posture, size)
-            fluid = Mark(Row.FLUID, up - surface)
-            air = smooth_max(0.5, air, -fluid)
+            air = smooth_max(0.5, air, surface - up)
             depth = smooth_max(0.3, bare(field), up - surface)
+            # Only what is wet is marked, not all that lies below the level; so far
+            # from the greater of the two, the mark does not shape the air.
+            air = smooth_max(0.0, air, Mark(Row.FLUID, depth) - _FAR_MM)
         else:
             cyst = _cyst(room, size, rng)
             air = smooth_max(0.8, air, -cyst)

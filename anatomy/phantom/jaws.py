@@ -9,6 +9,7 @@ from anatomy.phantom.shapes import (
     Table,
     U,
     as_field,
+    depth_table,
     smooth_max,
     smooth_min,
     u,
@@ -42,8 +43,12 @@ _CROWNS = (
 
 
 def palate(face: Field) -> Field:
-    """Build the hard palate. face: the distance from the skin, positive inside."""
-    vault = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
+    """Build the hard palate. face: the distance from the skin, positive inside.
+
+    It is stout behind the incisors and thins towards its rear edge.
+    """
+    vault: Field = Table(U, (0, 8, 14, 20), (-3.5, -4.2, -6.5, -9.0), 3.0)
+    vault = vault + depth_table([6, 16, 34, 49], [-4.0, -0.8, 0.2, 1.6], 3.0)
     plate = smooth_max(3.0, smooth_max(3.0, u - 21.0, z - 0.5), -49.0 - y)
     plate = smooth_max(3.0, plate, y + Table(U, (0, 10, 20, 28), (2, 5, 12, 24)))
     return smooth_max(1.5, smooth_max(1.0, plate, 3.0 - face), vault - z)

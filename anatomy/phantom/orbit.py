@@ -12,6 +12,7 @@ from anatomy.phantom.shapes import (
     Table,
     U,
     depth_table,
+    height_table,
     smooth_max,
     smooth_min,
     u,
@@ -37,13 +38,18 @@ def orbit_walls() -> Field:
     """Build the space inside the periorbita, without its medial and front walls.
 
     The roof arches, the floor falls away from the ethmoid and climbs towards the apex
-    at the optic canal.
+    at the optic canal. No wall meets the next one in a corner.
     """
-    roof = depth_table([2, 12, 24, 36, 46, 52], [55.5, 57.4, 54.6, 50, 46.0, 44.4], 3.0)
-    fall = Table(U, (13, 20, 26, 32, 40, 50), (28.4, 27.4, 24.8, 22.2, 21.6, 24.5), 3.0)
+    roof: Field = depth_table(
+        [2, 12, 24, 36, 46, 52], [55.5, 57.4, 55.2, 50, 46.0, 44.4], 3.0
+    )
+    arch = Table(U, (12, 17, 23, 31, 39, 47), (-4, -2, -0.4, 0.8, -0.6, -6), 3.0)
+    roof = roof + arch * depth_table([28, 44], [1.0, 0.0], 3.0)
+    fall = Table(U, (13, 20, 26, 32, 39, 47), (28.4, 27.4, 24.6, 22.2, 23.0, 28.5), 3.0)
     climb = depth_table([4, 14, 24, 34, 42, 51], [1.6, -0.6, 0.0, 3.0, 7.4, 11.5], 3.0)
     height = smooth_max(6.0, z - roof, (fall + climb - z) * Affine(0.9))
-    cone = smooth_max(10.0, lateral_plane(), height)
+    side = lateral_plane() + height_table([23, 31, 38, 46, 55], [5, 1, 0, 0.8, 4], 4.0)
+    cone = smooth_max(10.0, side, height)
     return smooth_max(2.0, cone, -51.5 - y)
 
 
@@ -57,7 +63,7 @@ def orbit(parameters: PhantomParameters, side: Side, skin: Field) -> Field:
     if parameters.has("supraorbital-cell", side):
         lining = parameters.mucosa_mm + parameters.cell_bone_mm
         walls = smooth_max(1.0, walls, lining - supraorbital(parameters))
-    return smooth_max(1.0, walls, smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
+    return smooth_max(2.5, walls, smooth_max(1.0, wall - u, 3.0 - skin * 1.6))
 
 
 def lateral_wall() -> Field:

@@ -124,6 +124,9 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     back = _kept_off(back, canal - optic_nerve())
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
     infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
+    # The bulla's face has no hole into the gutter before it.
+    apart = t + septa.bone_mm + uncinate.mucosa_mm
+    front = _kept_off(front, apart - infundibulum, apart - sinuses.hiatus())
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
     return [
         body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),

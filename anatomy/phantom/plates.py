@@ -172,9 +172,14 @@ SELLA_MM = 7.0
 
 def skull_base(parameters: PhantomParameters) -> Field:
     """Return the height of the brain's lower limit: fovea, fossa, orbital roof."""
-    rise = Table(U, (10, 20, 32, 44), (0, 4.0, 7.0, 6.0), 4.0) * depth_table(
-        [-5, 10, 35, 55], [0.3, 1.0, 0.8, 0.0], 4.0
+    # Over the orbits the fossa's floor is arched as their roofs are; behind and beside
+    # them it climbs to the temple.
+    arch = (0.0, 1.2, 3.4, 5.6, 6.8, 6.2, 3.0)
+    rise = Table(U, (10, 13, 18, 24, 31, 39, 46), arch, 4.0) * depth_table(
+        [-5, 10, 24, 36, 46, 56], [0.3, 1.0, 0.8, 0.3, -0.1, 0.0], 4.0
     )
+    temple = Table(U, (34, 42, 56), (0.0, 3.0, 17.0), 4.0)
+    rise = rise + temple * depth_table([6, 18, 30, 46, 60], [0, 0.4, 1, 1, 0.2], 4.0)
     fossa = Table(U, (FOSSA_MM - 0.3, FOSSA_MM + 0.7), (1.0, 0.0), 0.3)
     reach = depth_table([6, 12, 34, 42], [0.0, 1.0, 1.0, 0.0], 3.0)
     sella = Table(U, (0, 4.5, 9), (1.0, 1.0, 0.0), 2.5) * depth_table(

@@ -1,6 +1,9 @@
 """The sphenoid sinus of one side, moulded by the nerves and arteries about it."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
 from anatomy.phantom.plates import skull_base
@@ -39,6 +42,11 @@ ATTACHED_SHARE = 0.35
 """Share of heads whose septum runs to the wall over a carotid; a choice within the
 published 30 to 40 %."""
 
+RIDGE_SHARE, RIDGE_HALF_MM = 0.45, 0.5
+"""Share of sinuses with an incomplete septum beside the one between them: on 207 CTs
+there were 0.9 more septa to a head (1, 2, 3 and 4 septa in 41, 33, 22 and 4 %, PMID
+20687360); and what mucosa adds to either face of it."""
+
 
 def pneumatization(parameters: PhantomParameters, side: Side) -> str:
     """Name how far a side's sinus reaches back: conchal, presellar, sellar, postsellar.
@@ -76,16 +84,22 @@ def septum_end_mm(parameters: PhantomParameters) -> float:
 
 
 def septum(parameters: PhantomParameters, side: Side) -> Field:
-    """Return the lateral position of the septum's face on one side over the depth.
+    """Return the lateral position of the septum's face on one side.
 
-    At the ostia it is in the middle.
+    At the ostia it is in the middle; behind, it is bowed, and meets roof and floor off
+    the line in which it crosses the height of the ostia.
     """
-    shift = septum_end_mm(parameters) * (1.0 if side == Side.RIGHT else -1.0)
-    return depth_table(
+    sign = 1.0 if side == Side.RIGHT else -1.0
+    shift = sign * septum_end_mm(parameters)
+    rng = np.random.default_rng([parameters.seed, 0x7371])
+    low, high = sign * np.clip(rng.normal(0.0, 1.6, 2), -2.6, 2.6)
+    course = depth_table(
         [56, 60, 66, 77],
         [0.85, 0.85 + 0.1 * shift, 0.85 + 0.5 * shift, 0.85 + shift],
         3.0,
     )
+    lean = height_table([25, 31, 37, 44], [float(low), 0.0, 0.0, float(high)], 3.0)
+    return course + lean * depth_table([55, 63], [0.0, 1.0], 2.0)
 
 
 def sphenoid_middle(parameters: PhantomParameters, side: Side) -> tuple[Point, float]:
@@ -103,8 +117,10 @@ def sphenoid_middle(parameters: PhantomParameters, side: Side) -> tuple[Point, f
 def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     """Build the sinus without what presses into it: six blended walls and a recess.
 
-    The septum leaves the midline towards the rear, so the two sinuses differ.
+    The septum leaves the midline towards the rear and the walls of either side are
+    drawn for themselves, so the two sinuses differ.
     """
+    shape = _shape(parameters, side)
     w, kind = parameters.scale("sphenoid", side), pneumatization(parameters, side)
     high = 0.68 if kind == "conchal" else w
     face = (
@@ -114,26 +130,77 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     roof = 34.5 + (level - 34.5) * high
     floor: Field = depth_table([54, 66, 76, 84], [24.6, 23.6, 24.6, 27.0], 2.0)
     floor = 34.5 + (floor - 34.5) * high
-    floor = floor + Table(U, (0, 7, 14), (-0.3, 0.0, 2.0), 3.0)
+    # The keel of the rostrum stands in the middle; aside it climbs over the canals.
+    keel = np.array((0.8, -0.9, -0.8, 3.0)) + shape.floor
+    floor = floor + Table(U, (0, 4, 9, 14), tuple(keel.tolist()), 3.0)
     # Under a large sinus lies the roof of the nasopharynx, uneven by a millimetre.
     vault = depth_table([54, 60, 66, 80], [24.6, 23.4, 22.0, 14.0], 2.0)
+    arch = np.array((-0.6, 0.3, 0.2, -2.0)) + shape.roof
+    roof = roof + Table(U, (1, 5, 9, 14), tuple(arch.tolist()), 3.0)
     body = smooth_max(6.5, smooth_max(1.0, floor - z, vault - z), z - roof)
     # Widest between optic nerve and carotid, where the recess between them is.
-    wide: Field = depth_table([55, 61, 67, 76, 84], [13.0, 15.4, 14.4, 13.8, 12.0], 2.0)
-    wide = wide + height_table([24, 30, 38, 44], [-1.2, 0.0, 0.6, -0.4], 3.0)
+    depths = np.array((13.6, 15.6, 15.0, 14.8, 13.0)) + shape.along
+    wide: Field = depth_table([55, 61, 67, 76, 84], depths.tolist(), 2.0)
+    heights = np.array((-3.2, -0.6, 0.6, 0.6, -1.6)) + shape.up
+    wide = wide + height_table([23, 28, 34, 40, 45], heights.tolist(), 2.5)
     wide = wide * Affine(0.75 if kind == "conchal" else 0.7 + 0.3 * w)
+    # The rear wall follows the clivus and is rounder than it aside.
     rear = rear_mm(parameters, side) - y
-    body = smooth_max(6.5, body, smooth_max(6.0, u - wide, rear))
+    rear = rear + Table(U, (2, 7, 13), (shape.rear - 1.0, -1.5, 2.2), 4.0)
+    body = smooth_max(6.5, body, smooth_max(8.0, u - wide, rear))
     if parameters.has("lateral-recess", side):
-        body = smooth_min(2.0, body, _lateral_recess())
+        body = smooth_min(3.5, body, _lateral_recess())
     body = smooth_max(3.0, body, y * 0.9 - face)
-    return smooth_max(1.2, body, septum(parameters, side) - u)
+    if shape.ridge is not None:
+        body = smooth_max(1.5, body, RIDGE_HALF_MM - _ridge(shape.ridge, rear))
+    return smooth_max(2.5, body, septum(parameters, side) - u)
+
+
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    """Tell how the walls of one sinus differ from the average ones, mm.
+
+    along, up: of the side wall over depth and height. roof, floor: over u. rear: of
+    the rear wall beside the septum. ridge: lateral position, slant and height of an
+    incomplete septum on the rear wall, or None.
+    """
+
+    along: NDArray[np.float64]
+    up: NDArray[np.float64]
+    roof: NDArray[np.float64]
+    floor: NDArray[np.float64]
+    rear: float
+    ridge: tuple[float, float, float] | None
+
+
+def _shape(parameters: PhantomParameters, side: Side) -> _Shape:
+    """Draw what makes one sinus unlike its fellow; the seed and the side decide."""
+    rng = np.random.default_rng([parameters.seed, int(side), 0x7368])
+    along, up = rng.uniform(-0.6, 0.6, 5), rng.uniform(-0.6, 0.6, 5)
+    roof, floor = rng.uniform(-0.6, 0.6, 4), rng.uniform(-0.8, 0.8, 4)
+    rear = float(rng.uniform(-0.8, 1.2))
+    place, slant = float(rng.uniform(7.0, 10.0)), float(rng.uniform(-0.3, 0.3))
+    depth = FACE_MM - rear_mm(parameters, side)
+    ridge = place, slant, float(rng.uniform(0.12, 0.26)) * depth
+    has_ridge = rng.random() < RIDGE_SHARE
+    return _Shape(along, up, roof, floor, rear, ridge if has_ridge else None)
+
+
+def _ridge(of: tuple[float, float, float], rear: Field) -> Field:
+    """Build an incomplete septum on the rear wall, lower in the middle of its course.
+
+    rear: the distance behind the rear wall's surface.
+    """
+    place, slant, height = of
+    line = u - place - (z - 34.0) * Affine(slant)
+    crest = height_table([26, 34, 43], [height + 1.5, height - 1.5, height + 1.0], 3.0)
+    return smooth_max(1.0, abs(line) - 0.3, -rear - crest)
 
 
 def _lateral_recess() -> Field:
     """Build the air between pterygoid canal and foramen rotundum."""
     return smooth_min(
-        2.0,
+        4.0,
         Ellipsoid((16.8, -60.0, 26.0), (5.8, 4.6, 4.6)),
         Chain(((10.0, -61.0, 28.0), (16.0, -60.0, 26.0)), (3.0, 2.6)),
     )

@@ -61,10 +61,12 @@ def pterygoid() -> Field:
         ((14.8, -54.8, 24), (15.2, -55.0, 8), (15.4, -55.5, -4)), (2.6, 1.5, 1.0)
     )
     low = smooth_max(1.0, -6.0 - z, z - 24.0)
-    flat: Field = as_field(0.0)
-    medial = Warp(flat, flat, -z, Chain(((14.4, -55, 0), (14.9, -63, 0)), (0.6, 0.4)))
-    lateral = Warp(flat, flat, -z, Chain(((16.5, -55, 0), (21.5, -65, 0)), (0.7, 0.4)))
-    plates = smooth_max(0.8, smooth_min(0.6, medial, lateral), low)
+    flat = as_field(0.0)
+    bow = height_table([-6, 6, 16, 24], [-0.5, 0.5, 0.3, -0.3], 4.0)
+    flare = height_table([-6, 4, 14, 24], [-3.0, 0.2, 0.9, 0.0], 4.0)
+    medial = Warp(bow, flat, -z, Chain(((14.4, -55, 0), (14.9, -63, 0)), (0.6, 0.4)))
+    lateral = Warp(flare, flat, -z, Chain(((16.5, -55, 0), (21.5, -65, 0)), (0.7, 0.4)))
+    plates = smooth_max(2.0, smooth_min(0.6, medial, lateral), low)
     return smooth_min(1.0, root, plates)
 
 

@@ -56,7 +56,7 @@ from anatomy.phantom.sphenoid_bone import (
     temporal_lobe,
     wings,
 )
-from anatomy.phantom.turbinates import middle_bow, middle_lean
+from anatomy.phantom.turbinates import inferior_lift, middle_bow, middle_lean
 from anatomy.phantom.vessels import (
     ethmoidal_arteries,
     foramen_rotundum,
@@ -312,7 +312,9 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
 def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     # The inferior concha's bone comes off the wall, arches, and curls under.
     scroll = extruded(
-        ((13.6, 15.6), (11.6, 15.0), (9.6, 13.2), (8.6, 10.6), (9.0, 8.2), (10.2, 7.4))
+        ((13.6, 15.6), (11.6, 15.0), (9.6, 13.2), (8.6, 10.6), (9.0, 8.2), (10.2, 7.4)),
+        du=depth_table([8, 17, 27, 37, 48], [0.0, 0.5, -0.4, 0.6, 0.0], 3.0),
+        dz=-inferior_lift(),
     )
     scroll = smooth_max(0.0, scroll, smooth_max(0.0, abs(y + 27.5) - 20.5))
     bowed = u - middle_bow()
@@ -321,7 +323,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     found = [
         Solid(Row.TORUS, "torus", Label.MUCOSA),
         Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
-        Solid(scroll, "thin bone", Label.TURBINATE_BONE, 0.0, 0.35, 1.2),
+        Solid(scroll, "thin bone", Label.TURBINATE_BONE, 0.0, 0.28, 1.2),
         Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
         Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
     ]

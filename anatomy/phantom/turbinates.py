@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
@@ -50,6 +52,11 @@ def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
     return height_table([20, 26, 30, 38, 45], [*low, 4.9, 4.3], 3.0)
 
 
+def inferior_lift() -> Field:
+    """Return how far the inferior concha's bone lies above its middle course."""
+    return depth_table([8, 22, 32, 42, 49], [0.0, -0.4, 0.3, 1.5, 2.6], 4.0)
+
+
 def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
     """Build the three turbinates and the uncinate process."""
     return Turbinates(
@@ -62,26 +69,17 @@ def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
 
 def _inferior(parameters: PhantomParameters) -> Field:
     g = parameters.congestion
-    depths = [4.5, 5.2, 6.5, 9, 14, 30, 42, 49, 51]
+    # A stout head, a lower edge that falls and rises again, and a tail that tapers.
+    depths = [4.5, 5.2, 6.5, 9, 14, 24, 33, 42, 48, 51]
+    swelling = np.array([0.0, 0.0, 1.0, 1.6, 1.8, 1.8, 1.8, 1.6, 0.9, 0.0])
+    widths = [0.1, 1.2, 1.9, 2.5, 2.7, 2.7, 2.68, 2.6, 2.2, 0.1] + g * swelling
     inferior = FlatTube(
-        depth_table(depths, [9.6, 9.6, 9.5, 9.4, 9.2, 9.3, 9.5, 9.6, 9.6]),
-        depth_table(depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10, 10.2, 10.8, 11]),
+        depth_table(depths, [9.6, 9.6, 9.5, 9.4, 9.2, 9.2, 9.3, 9.5, 9.6, 9.6]),
         depth_table(
-            depths,
-            [
-                0.1,
-                1.2,
-                1.9 + g,
-                2.5 + 1.6 * g,
-                2.7 + 1.8 * g,
-                2.7 + 1.8 * g,
-                2.6 + 1.6 * g,
-                2.2 + g,
-                0.1,
-            ],
-            0.3,
+            depths, [10.9, 10.9, 10.8, 10.6, 10.2, 10.08, 10.2, 10.7, 11.2, 11.4]
         ),
-        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.6, 3.4, 0.2], 0.3),
+        depth_table(depths, widths.tolist(), 0.3),
+        depth_table(depths, [0.1, 1.9, 3.2, 4.3, 4.8, 4.8, 4.6, 3.8, 2.5, 0.2], 0.3),
     )
     inferior_tube = smooth_max(1.0, inferior, abs(y + 27.75) - 23.4)
     root = smooth_max(0.8, 9.2 - u, abs(z - 0.30 * u - 11.3) - 1.1)

@@ -39,7 +39,7 @@ _PAIRED = {
     "nostril": (6.3, 13.0, -6.5, 4.0),
     "nasal valve": (5.4, 2, 10, 2.7),
     "inferior turbinate head": (9, -8, 10, 2.5),
-    "inferior turbinate tail": (9.4, -48, 10, 2.0),
+    "inferior turbinate tail": (9.4, -47.5, 11, 2.0),
     "middle turbinate head": (6.3, -16, 24.5, 2.0),
     "middle turbinate axilla": (7.5, -16, 38, 1.5),
     "middle turbinate tail": (6.7, -51, 21.6, 1.2),

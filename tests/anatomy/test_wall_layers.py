@@ -262,6 +262,7 @@ def test_walls_between_cells_hold_their_bone(head: Phantom) -> None:
             thick.append(0.02 * np.count_nonzero(layer[i, start:end] == Layer.BONE))
     assert len(thick) > 100
     assert np.mean(np.array(thick) > 0) > 0.8
-    # rays are oblique, and walls of rounded cells curved: .36 mm were measured
+    # Rays are oblique, and walls of rounded cells curved: eight draws of rays had means
+    # of .321 to .343 mm. Their medians, .34 to .38, go in the steps of the rays.
     cell = head.parameters.cell_bone_mm
-    assert 0.8 * cell <= np.median(thick) <= 1.5 * cell
+    assert 0.8 * cell <= np.mean(thick) <= 1.45 * cell

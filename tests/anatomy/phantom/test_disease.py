@@ -2,6 +2,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.ndimage import distance_transform_edt
 
 from anatomy.frame import lps_from_ras
 from anatomy.phantom.findings import with_findings
@@ -42,6 +43,22 @@ def test_fluid_ends_in_a_plane_normal_to_gravity(
     assert np.abs(height - np.median(height)).max() <= SPACING_MM + 1e-6
     held = np.count_nonzero(fluid)
     assert held / (held + np.count_nonzero(air)) == pytest.approx(share, abs=0.07)
+
+
+def test_fluid_colours_what_it_wets_and_nothing_else() -> None:
+    """Walls of other airs that lie below its level keep their blood."""
+    beside = ((-24.0, -1.0), (24.0, 56.0), (14.0, 42.0))
+    words = ("fluid:maxillary:right=0.4",)
+    wet, dry = (
+        build_phantom(with_findings(HEAD, given), SPACING_MM, field_mm=beside)
+        for given in (words, ())
+    )
+    paler = wet.blood.values < dry.blood.values - 2.0
+    fluid = wet.labels.values == Label.MUCUS
+    assert np.count_nonzero(paler & fluid) > 100
+    away_mm = SPACING_MM * distance_transform_edt(~fluid)
+    # Mucosa of 0.4 mm lies over the fluid, and labels are as coarse as voxels.
+    assert away_mm[paler].max() < 0.8 + np.sqrt(3.0) * SPACING_MM
 
 
 def test_a_cyst_is_a_dome_on_the_floor() -> None:

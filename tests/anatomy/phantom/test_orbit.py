@@ -47,6 +47,21 @@ def test_the_orbit_narrows_to_its_apex_and_its_floor_climbs() -> None:
     assert np.count_nonzero(front < 0) * 0.2 == pytest.approx(35.9, abs=4.0)
 
 
+@pytest.mark.parametrize("depth", [16.0, 24.0, 32.0])
+def test_the_orbit_has_no_corners(depth: float) -> None:
+    """Its outer half fills its box little more than an ellipse would."""
+    u, z = np.linspace(14, 55, 206), np.linspace(15, 62, 236)
+    grid = np.stack(np.meshgrid(u, z, indexing="ij")).reshape(2, -1)
+    at = np.stack([grid[0], np.full(grid.shape[1], -depth), grid[1]])
+    inside = (orbit_walls().evaluate(at) < 0).reshape(206, 236)
+    across = np.flatnonzero(inside.any(1))
+    outer = inside[across[len(across) // 2] : across[-1] + 1]
+    up = np.flatnonzero(outer.any(0))
+    share = outer[:, up[0] : up[-1] + 1].mean()
+    # An ellipse fills pi / 4.
+    assert 0.72 < share < 0.88
+
+
 def test_globe_and_muscles_lie_in_the_orbit_and_the_lateral_wall_outside() -> None:
     rng = np.random.default_rng(0)
     points = rng.uniform([14, -48, 20], [52, 2, 58], (60_000, 3)).T

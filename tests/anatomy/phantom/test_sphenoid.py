@@ -11,6 +11,7 @@ from anatomy.phantom.shapes import Field, smooth_max
 from anatomy.phantom.sphenoid import (
     pneumatization,
     rear_mm,
+    septum,
     septum_end_mm,
     sphenoid,
     sphenoid_body,
@@ -161,6 +162,22 @@ def test_in_a_third_of_heads_the_septum_ends_at_a_carotid() -> None:
         head = PhantomParameters(seed=seed, septal_deviation_mm=0.0)
         both = smooth_max(0.0, sphenoid(head, Side.RIGHT))
         assert both.evaluate(np.array([[12.0], [-95.0], [34.0]]))[0] > 0
+
+
+def test_the_septum_meets_the_roof_off_the_line_at_the_ostia() -> None:
+    """At the ostia it is in the middle at any height; behind, the heads differ."""
+    front = np.array([[0.0] * 2, [-54.0] * 2, [34.0, 44.0]])
+    rear = np.array([[0.0] * 2, [-66.0] * 2, [34.0, 44.0]])
+    leans = []
+    for seed in range(60):
+        head = PhantomParameters(seed=seed)
+        faces = [septum(head, side).evaluate(rear) for side in SIDES]
+        # Both sides see one plate, of even thickness.
+        assert faces[0] + faces[1] == pytest.approx(2 * 0.85)
+        assert np.ptp(septum(head, Side.RIGHT).evaluate(front)) < 0.15
+        leans.append(faces[0][1] - faces[0][0])
+    assert np.std(leans) > 1.0
+    assert np.abs(leans).max() < 3.0
 
 
 @pytest.mark.parametrize("seed", range(12))
