@@ -33,7 +33,7 @@ SCOPE = (
     (2.5, (-0.8, -6.5, -3.6)),
     (19.0, (-0.8, -6.5, -3.6)),
 )
-HAND_MM = np.array([2.6, 0.0, 6.5])
+HAND_MM = np.array([2.8, 0.0, 6.5])
 """From the entry's landmark to the point through which the instruments come."""
 
 # tips of the forceps, from the maxillary ostium, LPS mm
@@ -55,13 +55,13 @@ BACK_MM = 7.0
 TRIM_S = FIRST_BITE_S + BITE_S * len(BITES)
 # time after that, tip of the debrider from the maxillary ostium, whether it runs
 TRIM = (
-    (0.0, (4.0, -16.0, -8.0), False),
-    (0.8, (2.0, -4.0, -1.0), False),
-    (1.0, (1.4, -2.5, -1.0), True),
-    (1.8, (0.6, -1.0, -2.5), True),
-    (2.6, (1.2, -2.5, -3.0), True),
-    (3.2, (2.0, -4.0, -1.5), False),
-    (4.0, (4.0, -16.0, -8.0), False),
+    (0.0, (7.0, -16.0, -7.0), False),
+    (0.8, (2.8, -4.0, -1.0), False),
+    (1.0, (2.2, -2.5, -1.0), True),
+    (1.8, (1.4, -1.0, -2.5), True),
+    (2.6, (2.0, -2.5, -3.0), True),
+    (3.2, (2.8, -4.0, -1.5), False),
+    (4.0, (7.0, -16.0, -7.0), False),
 )
 DURATION_S = TRIM_S + 5.0
 
@@ -107,7 +107,7 @@ def instrument(
         keys += [(begin, back), (begin + 0.6, there), (begin + OPEN_S, there)]
         buttons[(times >= begin + CLOSED_S) & (times < begin + OPEN_S)] = PATH_WORK
     keys.insert(0, (0.0, keys[0][1] - 12.0 * unit(keys[0][1] - hand)))
-    keys.append((TRIM_S - 0.01, keys[-3][1]))
+    keys.append((TRIM_S - 0.01, ostium + np.array(TRIM[0][1])))
     for after_s, offset, runs in TRIM:
         keys.append((TRIM_S + after_s, ostium + np.array(offset)))
         if runs:
