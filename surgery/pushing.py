@@ -164,6 +164,9 @@ class Pushing:
     where it lies at rest are this object's and are edited in place; all else is the
     patient's. shifts: ``(n, 7)``
     float64, the record of what stays bent: middle, shift and radius, mm LPS.
+
+    A wall of two voxels may show a hole where a tool thicker than 1.4 mm lies flat and
+    deep in it; at rest it has none.
     """
 
     def __init__(self, patient: OperatedPatient) -> None:
