@@ -132,4 +132,8 @@ def nearest_values(
     size = volume.shape[::-1]
     inside = ((index >= 0) & (index < size)).all(axis=1)
     i, j, k = np.minimum(np.maximum(index, 0), np.array(size) - 1).T
-    return np.where(inside, volume.values[k, j, i], outside)
+    values = volume.values[k, j, i]
+    if values.dtype.kind == "u":
+        # what stands for outside may be no number of theirs: numpy 2.5 refuses it
+        values = values.astype(np.int64)
+    return np.where(inside, values, outside)
