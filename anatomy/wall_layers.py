@@ -7,7 +7,6 @@ is known to a fraction of a voxel, then tells the layer.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,8 +127,8 @@ def layer_at(
     matrix = distance.voxel_from_world
     voxels = points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     wall_depths(distance.values, voxels, distance.spacing_mm, depth.reshape(-1))
-    wall = nearest_values(layers.wall, points).astype(np.uint8)
-    ground = nearest_values(layers.ground, points)
+    wall = layers.wall.nearest(points).astype(np.uint8)
+    ground = layers.ground.nearest(points)
     mucosa_mm, bone_mm = np.moveaxis(layers.table()[wall], -1, 0)
     layer = np.where(depth < 0, Layer.AIR, Layer.MUCOSA)
     layer = np.where(depth >= mucosa_mm, Layer.BONE, layer)
@@ -140,16 +139,3 @@ def layer_at(
         names[row, Layer.MUCOSA], names[row, Layer.BONE] = kind.mucosa, kind.bone
     label = np.where(layer == Layer.GROUND, ground, names[wall, layer])
     return LayerSample(depth, layer, label.astype(np.uint8), wall)
-
-
-def nearest_values(volume: Volume, points_mm: NDArray[np.float64]) -> NDArray[Any]:
-    """Return the values of the voxels nearest to ``(..., 3)`` LPS points.
-
-    Outside the grid it is the volume's background.
-    """
-    matrix = volume.voxel_from_world
-    index = np.rint(points_mm @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.intp)
-    top = np.array(volume.shape[::-1]) - 1
-    inside = np.all((index >= 0) & (index <= top), axis=-1)
-    i, j, k = np.moveaxis(np.clip(index, 0, top), -1, 0)
-    return np.where(inside, volume.values[k, j, i], volume.background)

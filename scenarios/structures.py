@@ -4,7 +4,6 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,9 +87,9 @@ class Structures:
         """Name the structure at a tool's smallest gap, where that is a contact."""
         air_mm, inward = self._wall(clearance.at_mm)
         places = clearance.at_mm + (air_mm + _DEPTHS_MM)[:, None] * inward
-        distances = nearest_values(self.distance, places, -1)
+        distances = self.distance.nearest(places, -1)
         for value, distance in zip(
-            nearest_values(self.labels, places, 0), distances, strict=True
+            self.labels.nearest(places, 0), distances, strict=True
         ):
             name = self.names.get(int(value))
             if name is not None and distance > 0.0:
@@ -121,19 +120,3 @@ class Structures:
         if squares[nearest] > NEAR_MM**2:
             return MUCOSA
         return f"mucosa near {self._keys[nearest]}"
-
-
-def nearest_values(
-    volume: Volume, places_mm: NDArray[np.float64], outside: float
-) -> NDArray[Any]:
-    """Return the values of the voxels nearest to ``(n, 3)`` LPS places."""
-    matrix = volume.voxel_from_world
-    index = np.rint(places_mm @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.intp)
-    size = volume.shape[::-1]
-    inside = ((index >= 0) & (index < size)).all(axis=1)
-    i, j, k = np.minimum(np.maximum(index, 0), np.array(size) - 1).T
-    values = volume.values[k, j, i]
-    if values.dtype.kind == "u":
-        # what stands for outside may be no number of theirs: numpy 2.5 refuses it
-        values = values.astype(np.int64)
-    return np.where(inside, values, outside)

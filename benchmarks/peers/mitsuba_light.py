@@ -100,14 +100,7 @@ class LightPeer:
         path = folder / "passes.npy"
         np.save(path, passes, allow_pickle=False)
         timing = Timing.of([wall], [cpu])
-        return Answer(
-            min_s=timing.min_s,
-            median_s=timing.median_s,
-            cpu_s=timing.cpu_s,
-            repeats=1,
-            picture=str(path),
-            device=f"Mitsuba {mi.__version__}, {mi.variant()}",
-        )
+        return Answer.of(timing, path, f"Mitsuba {mi.__version__}, {mi.variant()}")
 
     def _pass(self, scene: Any, job: Job, seed: int) -> NDArray[np.float32]:
         """Walk so many paths a pixel, all through the pixels' centres."""

@@ -44,6 +44,18 @@ class Answer(msgspec.Struct, kw_only=True):
     picture: str | None = None
     device: str = ""
 
+    @classmethod
+    def of(cls, timing: Timing, picture: Path, device: str) -> "Answer":
+        """Tell the times of a picture that lies in a file."""
+        return cls(
+            min_s=timing.min_s,
+            median_s=timing.median_s,
+            cpu_s=timing.cpu_s,
+            repeats=timing.repeats,
+            picture=str(picture),
+            device=device,
+        )
+
     @property
     def timing(self) -> Timing:
         """Return the times as `Timing`."""

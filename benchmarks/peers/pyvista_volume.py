@@ -42,14 +42,7 @@ class PyvistaPeer:
         path = folder / "picture.npy"
         picture = np.ascontiguousarray(pixels[..., :3], np.float32) / np.float32(255)
         np.save(path, picture, allow_pickle=False)
-        return Answer(
-            min_s=timing.min_s,
-            median_s=timing.median_s,
-            cpu_s=timing.cpu_s,
-            repeats=timing.repeats,
-            picture=str(path),
-            device=f"pyvista {pyvista.__version__}",
-        )
+        return Answer.of(timing, path, f"pyvista {pyvista.__version__}")
 
     def _draw(self) -> None:
         self._plotter.camera.Modified()

@@ -72,11 +72,4 @@ class PeerWindow:
         timing, _ = measure(self.draw, budget_s=float(job["budget_s"]), least=least)
         path = folder / "picture.npy"
         np.save(path, self.picture(), allow_pickle=False)
-        return Answer(
-            min_s=timing.min_s,
-            median_s=timing.median_s,
-            cpu_s=timing.cpu_s,
-            repeats=timing.repeats,
-            picture=str(path),
-            device=self.window.GetClassName(),
-        )
+        return Answer.of(timing, path, self.window.GetClassName())

@@ -89,14 +89,7 @@ class YtPeer:
         )
         path = folder / "picture.npy"
         np.save(path, image[..., :3].astype(np.float32), allow_pickle=False)
-        return Answer(
-            min_s=timing.min_s,
-            median_s=timing.median_s,
-            cpu_s=timing.cpu_s,
-            repeats=timing.repeats,
-            picture=str(path),
-            device=f"yt {yt.__version__}",
-        )
+        return Answer.of(timing, path, f"yt {yt.__version__}")
 
     def _load(self, job: Job) -> None:
         """Give voxel centres as corners of its cells: no value is averaged."""

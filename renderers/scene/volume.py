@@ -156,6 +156,23 @@ class Volume:
             result += weight * self.values[k + dz, j + dy, i + dx]
         return np.where(inside, result, self.background)
 
+    def nearest(
+        self, points_mm: NDArray[np.float64], outside: float | None = None
+    ) -> NDArray[Any]:
+        """Return the values of the voxels nearest to ``(..., 3)`` world points.
+
+        outside: for what is off the grid, the background if None. It need be no number
+        of the values' type: the type returned holds both.
+        """
+        matrix = self.voxel_from_world
+        index = np.rint(points_mm @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.intp)
+        top = np.array(self.shape[::-1]) - 1
+        inside = np.all((index >= 0) & (index <= top), axis=-1)
+        i, j, k = np.moveaxis(np.clip(index, 0, top), -1, 0)
+        off = self.background if outside is None else outside
+        # an array, not a number: numpy fits a number into the values' type, or refuses
+        return np.where(inside, self.values[k, j, i], np.asarray(off))
+
     def at_voxel(self, voxel: NDArray[np.float64]) -> float:
         """Interpolate as `sample` does, at one place ``(3,)`` in voxels.
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.structures import Structures, nearest_values
+from scenarios.structures import Structures
 
 Doubles = NDArray[np.float64]
 
@@ -165,8 +165,7 @@ def _first(
     codes = np.array([known.index(names.get(int(v), "")) for v in values])
     found = np.zeros(len(places), np.int64)
     for depth_mm in depths_mm:
-        met = nearest_values(structures.labels, places + depth_mm * ways, -1)
-        met = met.astype(np.int64)
+        met = structures.labels.nearest(places + depth_mm * ways, -1)
         is_known = (met >= 0) & (met < len(codes))
         code = np.where(is_known, codes[np.where(is_known, met, 0)], 0)
         found = np.where(found > 0, found, code)

@@ -3,7 +3,6 @@
 import os
 import signal
 import time
-from functools import partial
 from itertools import repeat
 from pathlib import Path
 
@@ -124,7 +123,7 @@ def test_ranks_are_two_where_they_can_be_started_and_one_elsewhere(
     ]
     for launcher, ranks in found:
         monkeypatch.setattr(
-            rendering_service, "find_launcher", partial(next, repeat(launcher))
+            rendering_service, "find_launcher", repeat(launcher).__next__
         )
         assert startable_ranks(None) == ranks
         assert startable_ranks(1) == 1

@@ -169,3 +169,19 @@ def test_one_place_in_voxels_is_what_sampling_it_gives(
     corner = np.array([5.0, 4.0, 3.0])
     assert volume.at_voxel(corner) == values[3, 4, 5]
     assert volume.at_voxel(np.zeros(3)) == values[0, 0, 0]
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.float32])
+def test_the_nearest_voxel_is_told_to_the_bit_and_outside_as_asked(
+    kind: type[np.generic],
+) -> None:
+    rng = np.random.default_rng(4)
+    values = rng.integers(0, 100, (3, 4, 5)).astype(kind)
+    volume = placed(values, seed=6, background=9.0)
+    index = np.argwhere(np.ones(values.shape))[:, ::-1]
+    near = world(volume, index + rng.uniform(-0.49, 0.49, index.shape))
+    np.testing.assert_array_equal(volume.nearest(near), values.reshape(-1))
+    away = near[:1] + 1e3
+    # -1 is no number of uint8's: it must come back as it is, under any numpy
+    assert volume.nearest(away, -1).tolist() == [-1]
+    assert volume.nearest(away).tolist() == [9.0]
