@@ -123,6 +123,7 @@ class ScopeHold(ShaftHold):
 
         start: where it is. Its least gap is kept, or the depth of a touch: it is never
         pushed deeper. A wanted pose that is not finite is refused: it stays.
+        Pushed along a wall at one place, it may go to and fro by half a millimetre.
         """
         if not np.all(np.isfinite(wanted)):
             return start
