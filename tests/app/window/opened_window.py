@@ -23,7 +23,7 @@ def run_script(script: str, *words: object, limit_s: float = LIMIT_S) -> str:
         text=True,
         timeout=limit_s,
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
     return done.stdout
 
 
