@@ -53,6 +53,9 @@ TUBE_MM = 1.2
 DETOUR = 20.0
 """Length that a way between cells may gain for each length it comes nearer to a wall
 than `SEED_DEPTH_MM`."""
+BULGE_MM = 0.8
+"""How far a cell bulges into the orbit, or stays behind, beyond the plate's course."""
+RECESS_MM = 0.9
 MEDIAL_MM = 5.5
 """Lateral distance that a wider or narrower ethmoid keeps."""
 
@@ -103,8 +106,18 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     # Cells bulge into the orbit, one more than the next.
     width += rng.uniform(-0.45, 0.45, len(depths))
     table = depth_table(depths, [float(v) for v in width], 2.5)
+    # One cell bulges higher up than the next.
+    rng = np.random.default_rng([parameters.seed, int(side), 0x6275])
+    swing = depth_table([16, 23, 30, 37, 44, 51], _alternating(rng, 6, BULGE_MM), 2.5)
+    bulge = swing * height_table([25, 31, 37, 43, 49], _alternating(rng, 5, 1.0), 2.5)
     # The plate bulges towards the orbit at half height; above, the labyrinth tapers.
-    return table + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
+    return table + bulge + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
+
+
+def _alternating(rng: np.random.Generator, count: int, most: float) -> list[float]:
+    """Draw values of 0.4 to 1 times `most`, of alternating sign."""
+    signs = rng.choice((-1.0, 1.0)) * (-1.0) ** np.arange(count)
+    return [float(v) for v in most * signs * rng.uniform(0.4, 1.0, count)]
 
 
 def basal_lamella(parameters: PhantomParameters, side: Side) -> Field:
@@ -127,22 +140,40 @@ def medial_wall() -> Field:
     return height_table([22, 30, 45, 50], [6.9, 5.9, 5.0, 4.6])
 
 
+def _recess(parameters: PhantomParameters, side: Side) -> Field:
+    """Return how far the cells stay behind the inner wall's plane, 0 at the roof.
+
+    The labyrinth is narrow in front, and one cell comes nearer to the nose than the
+    next: how near is drawn for each side.
+    """
+    rng = np.random.default_rng([parameters.seed, int(side), 0x6D77])
+    drawn = rng.uniform(0.0, RECESS_MM, 6)
+    taper = np.array([1.3, 0.5, 0.0, 0.0, 0.0, 0.3])
+    course = depth_table([16, 22, 29, 36, 43, 51], (taper + drawn).tolist(), 2.5)
+    return course * height_table([25, 29, 40, 45], [0.3, 1.0, 1.0, 0.0], 2.0)
+
+
 def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     """Build the space of all ethmoid cells of one side, between its outer walls."""
-    medial = medial_wall()
+    medial = medial_wall() + _recess(parameters, side)
+    # The floor climbs towards the orbit, and less towards the nose.
     bottom = depth_table(
         [15, 20, 26, 30, 34, 42, 46, 54], [38, 34, 26.2, 24.4, 24.4, 25.2, 27, 28.4]
-    )
+    ) + Table(U, (5.5, 8.5, 12.0, 16.5), (0.8, 0.0, 0.0, 2.2), 2.5)
     face = parameters.mucosa_mm + parameters.cell_bone_mm / 2
     lateral = lamina_papyracea(parameters, side) - face
     roof = fovea(parameters) - (parameters.mucosa_mm + FOVEA_BONE_MM)
     block = smooth_max(
         1.6,
         smooth_max(1.6, medial - u, u - lateral),
-        smooth_max(1.6, bottom - z, z - roof),
+        z - roof,
     )
+    # Below, no wall meets the next one in a corner.
+    block = smooth_max(4.0, block, bottom - z)
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
-    block = smooth_max(2.2, block, smooth_max(1.2, y - front, -52.5 - y))
+    # The cells reach farthest back in their middle, and there are fewer above.
+    rear = Table(U, (5.0, 9.5, 13.0, 17.0), (1.2, 0.0, 0.0, 2.0), 2.5) - 52.5
+    block = smooth_max(2.2, block, smooth_max(1.2, y - front, rear - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
     gap = height_table([27, 31], [3.4, 1.2], 2.0)
     block = smooth_max(1.2, block, (lateral_wall() + gap - u) * 0.55)
