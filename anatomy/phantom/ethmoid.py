@@ -55,7 +55,8 @@ DETOUR = 20.0
 than `SEED_DEPTH_MM`."""
 BULGE_MM = 0.8
 """How far a cell bulges into the orbit, or stays behind, beyond the plate's course."""
-RECESS_MM = 0.9
+RECESS_MM = 1.1
+"""How far a cell stays behind the plane of the inner wall, at most."""
 MEDIAL_MM = 5.5
 """Lateral distance that a wider or narrower ethmoid keeps."""
 
@@ -106,10 +107,11 @@ def lamina_papyracea(parameters: PhantomParameters, side: Side) -> Field:
     # Cells bulge into the orbit, one more than the next.
     width += rng.uniform(-0.45, 0.45, len(depths))
     table = depth_table(depths, [float(v) for v in width], 2.5)
-    # One cell bulges higher up than the next.
+    # One cell bulges higher up than the next; under the roof none does.
     rng = np.random.default_rng([parameters.seed, int(side), 0x6275])
     swing = depth_table([16, 23, 30, 37, 44, 51], _alternating(rng, 6, BULGE_MM), 2.5)
-    bulge = swing * height_table([25, 31, 37, 43, 49], _alternating(rng, 5, 1.0), 2.5)
+    heights = [*_alternating(rng, 3, 1.0), 0.0]
+    bulge = swing * height_table([25, 32.5, 40, 46.5], heights, 2.5)
     # The plate bulges towards the orbit at half height; above, the labyrinth tapers.
     return table + bulge + height_table([23, 34, 43, 51], [-0.8, 0.5, 0.3, -1.1], 4.0)
 
@@ -169,7 +171,7 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
         z - roof,
     )
     # Below, no wall meets the next one in a corner.
-    block = smooth_max(4.0, block, bottom - z)
+    block = smooth_max(3.0, block, bottom - z)
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
     # The cells reach farthest back in their middle, and there are fewer above.
     rear = Table(U, (5.0, 9.5, 13.0, 17.0), (1.2, 0.0, 0.0, 2.0), 2.5) - 52.5
