@@ -56,7 +56,7 @@ than `SEED_DEPTH_MM`."""
 BULGE_MM = 0.8
 """How far a cell bulges into the orbit, or stays behind, beyond the plate's course."""
 RECESS_MM = 1.1
-"""How far a cell stays behind the plane of the inner wall, at most."""
+"""How far a cell stays behind the inner wall's plane, beyond the taper, at most."""
 MEDIAL_MM = 5.5
 """Lateral distance that a wider or narrower ethmoid keeps."""
 
@@ -173,7 +173,7 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     # Below, no wall meets the next one in a corner.
     block = smooth_max(3.0, block, bottom - z)
     front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
-    # The cells reach farthest back in their middle, and there are fewer above.
+    # The cells reach farthest back halfway between nose and orbit.
     rear = Table(U, (5.0, 9.5, 13.0, 17.0), (1.2, 0.0, 0.0, 2.0), 2.5) - 52.5
     block = smooth_max(2.2, block, smooth_max(1.2, y - front, rear - y))
     # The roof of the middle meatus is wavy: the cells keep off it.
