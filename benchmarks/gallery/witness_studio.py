@@ -12,6 +12,7 @@ from benchmarks.light_witness import BOUNCES, Agreement, DiffuseRoom, Estimate
 from benchmarks.nasal_views import NasalView
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from benchmarks.plan import UnavailableError
+from renderers.shading.kernels.path_tracing import LIFTED_MM
 
 SIDE_SHARE = 1 / 4
 """Of the gallery's pictures: paths are slow."""
@@ -22,16 +23,20 @@ RIGHT_MEAN, RIGHT_ERROR = 0.02, 0.01
 the second, for its time to count. By noise alone the two differ (docs/light.md)."""
 
 MITSUBA = "Mitsuba, to our noise"
+LIFTED = "Mitsuba, off walls as ours"
 REFERENCE = "reference"
 FAMILY = Family(
     "witness",
     "Light from wall to wall, and its witness",
-    (MITSUBA, REFERENCE),
+    (MITSUBA, LIFTED, REFERENCE),
     f"our path tracer with {PASSES * PATHS} paths a pixel",
     "relative difference of the mean light",
     "Walls of one pale colour, light that came by way of other walls only, a pinhole, "
     f"{SIDE_SHARE:g} of the other pictures' side. Mitsuba's time is scaled to our "
-    "noise: time goes with one over its square. SSIM is of two noisy pictures.",
+    "noise: time goes with one over its square. SSIM is of two noisy pictures. A path "
+    "of its own that leaves a rough wall below the wall's triangle ends there. Off "
+    "walls as ours it begins a little above, meets the wall and goes on, and none is "
+    "ended by chance.",
 )
 
 
@@ -54,32 +59,35 @@ class WitnessStudio:
         exposure = max(float(np.quantile(own.mean, 0.98)), 1e-12)
         ours = encoded(own.mean / exposure)
         reference = Panel(REFERENCE, ours, timing.cpu_s, 0.0, 1.0)
-        try:
-            passes, cpu_s = self._ask(room, view.head)
-        except UnavailableError as error:
-            return [Absent(MITSUBA, str(error)), reference]
-        theirs = Estimate.of_passes(passes)
-        found = Agreement.of(own, theirs, room.edges)
-        pixels = encoded(theirs.mean / exposure)
-        scaled: float | None = cpu_s * (theirs.noise / own.noise) ** 2
-        why = ""
-        if abs(found.mean) > RIGHT_MEAN or found.mean_error > RIGHT_ERROR:
-            scaled = None
-            why = (
-                f"its mean light is {100 * found.mean:+.2f} % from ours, with "
-                f"{100 * found.mean_error:.2f} % of error"
-            )
-        alike = likeness(pixels, ours)
-        return [
-            Panel(MITSUBA, pixels, scaled, abs(found.mean), alike, why),
-            reference,
-        ]
+        panels: list[Panel | Absent] = []
+        for who, lifted_mm in ((MITSUBA, None), (LIFTED, LIFTED_MM)):
+            try:
+                passes, cpu_s = self._ask(room, view.head, lifted_mm)
+            except UnavailableError as error:
+                panels.append(Absent(who, str(error)))
+                continue
+            theirs = Estimate.of_passes(passes)
+            found = Agreement.of(own, theirs, room.edges)
+            pixels = encoded(theirs.mean / exposure)
+            scaled: float | None = cpu_s * (theirs.noise / own.noise) ** 2
+            why = ""
+            if abs(found.mean) > RIGHT_MEAN or found.mean_error > RIGHT_ERROR:
+                scaled = None
+                why = (
+                    f"its mean light is {100 * found.mean:+.2f} % from ours, with "
+                    f"{100 * found.mean_error:.2f} % of error"
+                )
+            alike = likeness(pixels, ours)
+            panels.append(Panel(who, pixels, scaled, abs(found.mean), alike, why))
+        return [*panels, reference]
 
     def close(self) -> None:
         """End the peer."""
         self._peer.close()
 
-    def _ask(self, room: DiffuseRoom, head: str) -> tuple[NDArray[np.float32], float]:
+    def _ask(
+        self, room: DiffuseRoom, head: str, lifted_mm: float | None
+    ) -> tuple[NDArray[np.float32], float]:
         if self._jobs is None or head != self._head:
             self._jobs = LightJobs(self._peer, room.surface.distance, room.albedo)
             self._head = head
@@ -90,5 +98,6 @@ class WitnessStudio:
             passes=PASSES,
             bounces=BOUNCES,
             refined=2,
+            lifted_mm=lifted_mm,
         )
         return self._jobs.passes(job)

@@ -9,6 +9,7 @@ from benchmarks.peers.peer_process import PeerProcess
 from disk import UserError
 from renderers.scene import Camera, Projection, Volume
 from renderers.shading import ScopeLight
+from renderers.shading.kernels.elementary import NEAREST_MM2
 from renderers.shading.path_tracer import SOURCES
 
 MITSUBA = "benchmarks.peers.mitsuba_light"
@@ -49,13 +50,16 @@ class LightJobs:
         bounces: int,
         bounced_only: bool = True,
         refined: int = 1,
+        lifted_mm: float | None = None,
         seed: int = 0,
     ) -> dict[str, Any]:
         """Ask for the irradiance of what a square pinhole sees.
 
         paths: of a pixel in each of the independent passes. bounces: walls on the way
         to the one that is seen. bounced_only: without what comes straight from the
-        scope. refined: mesh points along the field's spacing. ValueError for a lens.
+        scope. refined: mesh points along the field's spacing. lifted_mm: how far above
+        its wall, along the normal it is shaded by, a path goes on, as ours do; None for
+        Mitsuba's own way. ValueError for a lens.
         """
         pinhole = camera.projection is Projection.PERSPECTIVE
         if (
@@ -71,6 +75,8 @@ class LightJobs:
             "sources": light.sources(camera, SOURCES).tolist(),
             "spread": light.spread,
             "power": light.power,
+            "nearest_mm2": NEAREST_MM2,
+            "lifted_mm": lifted_mm,
             "paths": paths,
             "passes": passes,
             "bounces": bounces,

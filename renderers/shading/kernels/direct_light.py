@@ -9,7 +9,12 @@ from numba import njit
 import renderers.shading.kernels.pixel_block as block
 from renderers.lanes import load, maximum, minimum, sqrt, store
 from renderers.lanes.arrays import Floats, f32
-from renderers.shading.kernels.elementary import exp_negative, load3, store3
+from renderers.shading.kernels.elementary import (
+    NEAREST_MM2,
+    exp_negative,
+    load3,
+    store3,
+)
 from renderers.shading.kernels.pixel_block import N
 from renderers.shading.kernels.shadow import shadow
 
@@ -64,7 +69,7 @@ def aim(
     # cos theta between the view axis and the light's way to the surface
     away = f32(1) + (lx * fx + ly * fy + lz * fz)
     intensity = power * exp_negative(-spread * maximum(away, f32(0)))
-    intensity *= minimum(k * k, f32(1 / 0.6))
+    intensity *= minimum(k * k, f32(1 / NEAREST_MM2))
     store3(w, block.LX, lx, ly, lz)
     store(w, block.POWER, intensity)
     # a fibre bundle of .45 mm is no point: its angle widens the lobe

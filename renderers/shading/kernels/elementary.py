@@ -9,6 +9,9 @@ from renderers.lanes import i32 as to_whole
 from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.pixel_block import N
 
+NEAREST_MM2 = 0.6
+"""Squared: a wall is lit as if no fibre end, which is no point, were nearer."""
+
 Three = tuple[Lanes, Lanes, Lanes]
 Four = tuple[Lanes, Lanes, Lanes, Lanes]
 

@@ -13,7 +13,7 @@ from numba import njit
 
 from renderers.lanes import any_, bits, full, lanes, maximum, select, sqrt
 from renderers.lanes.arrays import Bytes, Doubles, Flags, Floats, f32, i32, u64
-from renderers.shading.kernels.elementary import rotated
+from renderers.shading.kernels.elementary import NEAREST_MM2, rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
     Place,
@@ -270,7 +270,7 @@ def direct(
         facing = normal[0] * lx + normal[1] * ly + normal[2] * lz
         away = f32(1) + (lx * forward[0] + ly * forward[1] + lz * forward[2])
         intensity = each * f32(math.exp(-spread * max(away, f32(0))))
-        total += intensity * facing * min(f32(1) / d2, f32(1 / 0.6))
+        total += intensity * facing * min(f32(1) / d2, f32(1 / NEAREST_MM2))
     return total
 
 
