@@ -177,7 +177,7 @@ def results_text(results: Results) -> str:
         place = places.setdefault(msgspec.json.encode(origin), len(places))
         told = {name: getattr(row, name) for name in Measurement.__struct_fields__}
         stored = _StoredRow(**told, origin=place, load=row.machine.load)
-        rows.append(msgspec.json.encode(stored).decode())
+        rows.append(msgspec.json.encode(stored, enc_hook=_plain).decode())
     skipped = [msgspec.json.encode(skip).decode() for skip in results.skipped]
     parts = (
         f'"schema_version": {SCHEMA_VERSION}',
@@ -186,6 +186,13 @@ def results_text(results: Results) -> str:
         _lines("skipped", skipped),
     )
     return "{" + ",\n".join(parts) + "}\n"
+
+
+def _plain(value: object) -> float:
+    """Return numpy's real numbers as Python's: to a type checker they are the same."""
+    if isinstance(value, float):
+        return float(value)
+    raise NotImplementedError(f"no JSON for {type(value).__name__}")
 
 
 class _Version(msgspec.Struct):

@@ -16,13 +16,18 @@ from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
 from renderers.scene import AirSurface, GBuffer, image_error
 from renderers.shading import ScopeShader, Tier
+from renderers.shading.kernels.path_tracing import LIFTED_MM
 from renderers.shading.path_tracer import PathLight, PathTracer
 
 PATHS = "paths from wall to wall"
 NOTHING = "no bounce light"
 QUICK = "virtual lights"
 WITNESSED = "path-traced light"
-WITNESS = "Mitsuba's path-traced light"
+WITNESSES = {
+    "Mitsuba's path-traced light": None,
+    "Mitsuba's, off walls as ours": LIFTED_MM,
+}
+"""By name, how far above its wall a path goes on; None for its own way."""
 WITNESS_PATHS = 64
 """Of a pixel in each of its independent passes."""
 
@@ -91,13 +96,16 @@ class LightPlan(Plan, suite="light"):
         settings = {"size": self._size, "threads": 1, "bounces": BOUNCES}
         found += [
             self.task(case, WITNESSED, self._own_paths, settings, cost_s=60.0),
-            self.task(
-                case,
-                WITNESS,
-                self._their_paths,
-                settings | {"paths": WITNESS_PATHS},
-                baseline=WITNESSED,
-                cost_s=90.0,
+            *(
+                self.task(
+                    case,
+                    name,
+                    partial(self._their_paths, lifted_mm),
+                    settings | {"paths": WITNESS_PATHS},
+                    baseline=WITNESSED,
+                    cost_s=90.0,
+                )
+                for name, lifted_mm in WITNESSES.items()
             ),
         ]
         return found
@@ -114,7 +122,7 @@ class LightPlan(Plan, suite="light"):
         own, timing = self._own
         return Measured(timing, counters={"noise a pixel": own.noise})
 
-    def _their_paths(self) -> Measured:
+    def _their_paths(self, lifted_mm: float | None) -> Measured:
         """Measure Mitsuba to our noise; UnavailableError where its light differs.
 
         Time goes with one over the square of the noise, which independent passes
@@ -130,6 +138,7 @@ class LightPlan(Plan, suite="light"):
             passes=self._batches,
             bounces=BOUNCES,
             refined=2,
+            lifted_mm=lifted_mm,
         )
         passes, cpu_s = jobs.passes(job)
         theirs = Estimate.of_passes(passes)

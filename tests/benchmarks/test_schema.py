@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,6 +47,13 @@ def test_machine_and_sources_are_told_once(row: Row) -> None:
     text = results_text(Results(rows=rows))
     assert text.count('"abc"') == text.count('"def"') == 1
     assert len([line for line in text.splitlines() if '"mode"' in line]) == len(rows)
+
+
+def test_numbers_of_numpy_are_kept(row: Row, tmp_path: Path) -> None:
+    told = {"median_us": np.float64(12.5)}
+    path = tmp_path / "results.json"
+    save_results(Results(rows=[msgspec.structs.replace(row, counters=told)]), path)
+    assert load_results(path).rows[0].counters == {"median_us": 12.5}
 
 
 def test_an_absent_file_is_an_empty_one(tmp_path: Path) -> None:
