@@ -42,8 +42,7 @@ divided by their opacity where they are cut, which lowers these errors (the peer
 0.008 and does not divide)."""
 
 OF_PEER = "of the peer's picture"
-OF_UNLIT = "of the unlit picture that chose the step"
-OF_PEERS_UNLIT = "of the peer's unlit picture"
+OF_PEER_ALONE = f"of the peer's picture, against {PEER_REFERENCE_NAME}"
 
 SURFACE_SIZE = 512
 
@@ -206,33 +205,29 @@ class ArtPlan(Plan, suite="art"):
     ) -> Measured:
         """Draw with the coarsest step that errs no more than the peer's picture.
 
-        Pictures under lights go by the step found without them: the peer's shading is
-        another. Both errors are told: the row's own is of the picture that was timed,
-        the one that chose the step stands beside it.
+        Under lights each is judged by its own finest picture: the peer's shading is
+        another.
         """
-        compared = "wall" if quantity == "shaded" else quantity
         subject = source.subject
         camera = subject.views[view].camera(self._size, Projection.PERSPECTIVE)
-        plain = subject.in_mode(compared)
-        reference = source.references.picture(view, compared, lambda: plain, camera)
-        allowed = self._peer.error(source, view, compared, step)
+        scene = subject.in_mode(quantity)
+        reference = source.references.picture(view, quantity, lambda: scene, camera)
+        allowed = self._peer.error(source, view, quantity, step)
         for own_step in EQUAL_STEPS:
             quality = Quality(own_step, EQUAL_CUTOFF, renormalise=True, compact=True)
-            tracer = ActiveRayTracer(plain, quality, threads=1)
-            image = tracer.render(camera)
-            error = image_error(rgb_over_black(image.rgba), reference)
+            tracer = ActiveRayTracer(scene, quality, threads=1)
+            picture = rgb_over_black(tracer.render(camera).rgba)
+            error = image_error(picture, reference)
             if error.rmse <= allowed:
                 break
-        further = {OF_PEER: allowed}
-        if quantity != compared:
-            further = {OF_UNLIT: error.rmse, OF_PEERS_UNLIT: allowed}
-            scene = subject.in_mode(quantity)
-            tracer = ActiveRayTracer(scene, quality, threads=1)
-            reference = source.references.picture(view, quantity, lambda: scene, camera)
-        timing, image = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
-        picture = rgb_over_black(image.rgba)
-        error = image_error(picture, reference)
-        further |= self._from_peer(source, view, quantity, picture)
+        else:
+            raise UnavailableError(
+                f"no step tried errs less than the peer's {allowed:.1e}: the finest by "
+                f"{error.rmse:.1e}"
+            )
+        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
+        told = OF_PEER_ALONE if quantity == "shaded" else OF_PEER
+        further = {told: allowed, **self._from_peer(source, view, quantity, picture)}
         return Measured(timing, error, "linear", {"own_step": own_step}, further)
 
     def _surface(

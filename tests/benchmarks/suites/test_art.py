@@ -8,7 +8,7 @@ from benchmarks.peers.volume_peer import PEER, PEER_REFERENCE_NAME
 from benchmarks.plan import Measured, UnavailableError
 from benchmarks.references import REFERENCE_NAME
 from benchmarks.scenes import SubjectSource
-from benchmarks.suites.art import OF_PEER, OF_PEERS_UNLIT, OF_UNLIT, ArtPlan
+from benchmarks.suites.art import OF_PEER, OF_PEER_ALONE, ArtPlan
 
 
 def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> ArtPlan:
@@ -61,13 +61,8 @@ def test_finer_steps_are_nearer_to_the_reference(
         assert len(equal) == 12
         for (case, _), made in equal.items():
             assert made.error is not None
-            if case.endswith("/shaded"):
-                # the lit picture's error, beside the one that chose the step
-                unlit = made.further_rmse[OF_UNLIT]
-                assert 0 < unlit <= made.further_rmse[OF_PEERS_UNLIT]
-                assert made.error.rmse != unlit
-            else:
-                assert 0 < made.error.rmse <= made.further_rmse[OF_PEER]
+            told = OF_PEER_ALONE if case.endswith("/shaded") else OF_PEER
+            assert 0 < made.error.rmse <= made.further_rmse[told]
         for (case, mode), made in found.items():
             if case.rpartition("/")[2] in ("see-through", "shaded"):
                 # each against its own reference, and against the other's
