@@ -11,6 +11,8 @@ END = "<!-- end of figures -->"
 
 QUOTED = ("ART, equal error", "FSR gaussian")
 PEERS = "VTK"
+WITHIN = ("inside", "nasopharynx")
+"""Views from within the nose; the others stand in the measurements."""
 
 
 def quotes(results: Results) -> str:
@@ -64,16 +66,19 @@ def filled(text: str, results: Results) -> str:
 
 def _is_quoted(row: Row) -> bool:
     baseline = row.baseline or ""
+    is_within = bool(set(WITHIN) & set(row.case.split("/")))
     is_ours = row.settings.get("series") in QUOTED and row.ratio is not None
     is_medium = ", step" not in baseline or baseline.endswith("step 0.5")
-    return is_ours and is_medium and baseline.startswith(PEERS)
+    return is_within and is_ours and is_medium and baseline.startswith(PEERS)
 
 
 def _where(results: Results) -> str:
-    told = sorted(
-        {
-            f"{row.machine.cpu}, {row.machine.cores} cores, sources {row.commit}"
-            for row in results.rows
-        }
-    )
+    sources: dict[str, set[str]] = {}
+    for row in results.rows:
+        machine = f"{row.machine.cpu}, {row.machine.cores} cores"
+        sources.setdefault(machine, set()).add(row.commit)
+    told = [
+        f"{machine}, sources {', '.join(sorted(commits))}"
+        for machine, commits in sorted(sources.items())
+    ]
     return f"Measured on {'; '.join(told)}; one thread, CPU time.\n"

@@ -1,5 +1,6 @@
 """The results in sections: page and documents take all that they say from here."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
@@ -119,9 +120,10 @@ def _fronts(compared: Sequence[Panel]) -> Section:
         "Who is on the front",
         ["Nothing on one thread equals or beats these in both time and error."],
     )
+    told = Counter(panel.title for panel in compared)
     section.tables = [
         Table(
-            panel.title,
+            panel.title if told[panel.title] == 1 else _against(panel),
             ("who", "time", f"RMSE, {panel.unit}"),
             [
                 (row.mode, duration(row.seconds), f"{row.rmse:.2e}")
@@ -132,6 +134,10 @@ def _fronts(compared: Sequence[Panel]) -> Section:
         if panel.front
     ]
     return _or_nothing(section)
+
+
+def _against(panel: Panel) -> str:
+    return f"{panel.title}, against {panel.reference}"
 
 
 def _limits(rows: Sequence[Row]) -> Section:

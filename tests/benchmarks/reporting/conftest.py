@@ -56,7 +56,7 @@ def compared_rows(row: Row) -> list[Row]:
 def quoted_rows(row: Row) -> list[Row]:
     peer = {"series": "VTK fixed-point", "reference": "R"}
     equal = {"series": "ART, equal error", "reference": "R"}
-    case = "phantom/outside/wall"
+    case = "phantom/nasopharynx/wall"
     return [
         changed(row, told=peer, case=case, mode="VTK fixed-point, step 0.5"),
         changed(

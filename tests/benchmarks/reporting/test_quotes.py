@@ -10,7 +10,7 @@ from tests.benchmarks.reporting.test_markdown_page import tables
 def test_what_is_quoted_stands_in_the_rows(results: Results) -> None:
     head, _, cells = tables(quotes(results))
     assert head[-1] == "times faster"
-    assert cells[:2] == ["phantom/outside/wall", "ART, no more error"]
+    assert cells[:2] == ["phantom/nasopharynx/wall", "ART, no more error"]
     assert cells[-1] == "7.25"
     assert "1 of 2 rows" in quotes(results)
 
