@@ -92,17 +92,23 @@ class TransformReader:
         """Bytes that belong to no message."""
         self._buffer = bytearray()
         self._skip = 0
+        self._is_lost = False
 
     def restart(self) -> None:
         """Forget a message that came in part: another line begins."""
         self._buffer.clear()
         self._skip = 0
+        self._is_lost = False
 
     def feed(self, data: bytes) -> list[ToolTransform]:
         """Return the transforms that are complete now."""
         self._buffer += data
         found: list[ToolTransform] = []
-        while self._pass_over() and len(self._buffer) >= _HEADER.size:
+        while (
+            self._pass_over()
+            and self._is_at_message()
+            and len(self._buffer) >= _HEADER.size
+        ):
             version, kind, name, *_, length, crc = self._fields()
             if not _is_plausible(version, kind, name, length):
                 self._resynchronise()
@@ -132,12 +138,26 @@ class TransformReader:
         return self._skip == 0
 
     def _resynchronise(self) -> None:
-        """Drop bytes up to the next one that may begin a TRANSFORM, at least one."""
-        at = self._buffer.find(_MARK, 3)
+        """Give up what the buffer begins with."""
+        del self._buffer[:1]
+        self.garbage += 1
+        self._is_lost = True
+
+    def _is_at_message(self) -> bool:
+        """Drop bytes up to the next TRANSFORM after what was no message.
+
+        Until then nothing is read: what looks like another message may be a piece of
+        something.
+        """
+        if not self._is_lost:
+            return True
+        at = self._buffer.find(_MARK, 2)
         # The mark may be cut at the end; its message begins two bytes before it.
-        dropped = at - 2 if at >= 0 else max(len(self._buffer) - len(_MARK) - 1, 1)
+        dropped = at - 2 if at >= 0 else max(len(self._buffer) - len(_MARK) - 1, 0)
         del self._buffer[:dropped]
         self.garbage += dropped
+        self._is_lost = at < 0
+        return not self._is_lost
 
     def _take(self, length: int, found: list[ToolTransform]) -> None:
         version, _, name, seconds, fraction, *_ = self._fields()

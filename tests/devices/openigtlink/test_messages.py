@@ -155,6 +155,20 @@ def test_damage_costs_the_damaged_messages_and_no_other(
         assert reader.garbage > 0
 
 
+@pytest.mark.parametrize("before", range(58, 120))
+def test_what_looks_like_a_message_within_garbage_is_not_passed_over(
+    before: int,
+) -> None:
+    """Byte by byte, reading once began again anywhere, not at the next TRANSFORM."""
+    other = struct.pack(">H12s20sIIQQ", 1, b"IMAGE", b"", 0, 0, 1000, 0)
+    data = b"\xff" * before + other + encode(ToolTransform("scope", 1.0, np.eye(4)))
+    reader = TransformReader()
+    found = [one for k in range(len(data)) for one in reader.feed(data[k : k + 1])]
+    assert [one.name for one in found] == ["scope"]
+    assert reader.garbage == before + len(other)
+    assert reader.foreign == 0
+
+
 def test_other_messages_are_passed_over_whatever_their_size() -> None:
     first, second = numbered(2)
     image = ImageMessage(np.zeros((40, 300, 200), np.uint8), device_name="CT")
