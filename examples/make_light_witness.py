@@ -5,7 +5,7 @@
 Needs Mitsuba, see docs/light.md. Prints the table that stands there and makes
 ``docs/pictures/light_witness.png``: in each row ours, then Mitsuba's by its own way and
 with paths that leave walls as ours do, either with the difference of the red light,
-blue where theirs is darker. Takes eight minutes.
+blue where theirs is darker. Takes ten to twenty minutes.
 """
 
 from contextlib import closing

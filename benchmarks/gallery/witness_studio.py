@@ -20,7 +20,8 @@ PASSES = 8
 PATHS = 16
 RIGHT_MEAN, RIGHT_ERROR = 0.02, 0.01
 """Mitsuba's mean light must be within the first of ours, and its standard error below
-the second, for its time to count. By noise alone the two differ (docs/light.md)."""
+the second, for its time to count. Its own way of leaving rough walls parts the two by
+more than noise (docs/light.md)."""
 
 MITSUBA = "Mitsuba, to our noise"
 LIFTED = "Mitsuba, off walls as ours"

@@ -1,5 +1,6 @@
 """The README quotes rows, between two marks and nowhere else."""
 
+import msgspec
 import pytest
 
 from benchmarks.reporting.quotes import BEGIN, END, filled, quotes
@@ -13,6 +14,15 @@ def test_what_is_quoted_stands_in_the_rows(results: Results) -> None:
     assert cells[:2] == ["phantom/nasopharynx/wall", "ART, no more error"]
     assert cells[-1] == "7.25"
     assert "1 of 2 rows" in quotes(results)
+
+
+def test_views_from_outside_are_left_to_the_measurements(results: Results) -> None:
+    outside = [
+        msgspec.structs.replace(row, case=row.case.replace("nasopharynx", "outside"))
+        for row in results.rows
+    ]
+    assert "ART, no more error" in quotes(results)
+    assert "ART, no more error" not in quotes(Results(rows=outside))
 
 
 def test_only_the_part_between_the_marks_changes(results: Results) -> None:
