@@ -30,14 +30,18 @@ def foreign_file(file: Path | str, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (ForeignFileError, NameError, ImportError):
-        raise  # a name that is missing is no file's fault
+    except (ForeignFileError, ImportError):
+        raise
     except MemoryError as error:
         raise ForeignFileError(
             f"{file} cannot be read as {what}: it asks for more memory than there is."
         ) from error
     except Exception as error:
         if isinstance(error, OSError) and error.strerror:
+            raise
+        # A name that is missing is no file's fault, but a variable that a library has
+        # not set yet is: trimesh meets it in a damaged PLY.
+        if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
             raise
         if isinstance(error, UserError) and str(file) in str(error):
             raise  # our own sentence about this file

@@ -5,6 +5,7 @@ one of two frames without a word about the other.
 """
 
 import gzip
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -25,6 +26,8 @@ SAME_SIDE = float(np.cos(np.radians(45.0)))
 
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
+MOST_DIMENSIONS = 7
+
 HEADER_BYTES = 348
 """Of the first version of the format, the only one that the reader knows."""
 
@@ -41,6 +44,8 @@ _FIELDS = {
 }
 """Type and offset of each field."""
 
+_QFORM = ("pixdim", "quatern", "qoffset")
+
 
 @dataclass(frozen=True, slots=True)
 class NiftiHeader:
@@ -56,7 +61,10 @@ class NiftiHeader:
 
 
 def read_nifti_header(path: Path | str) -> NiftiHeader:
-    """Read a header; ValueError for a file that has none."""
+    """Read a header.
+
+    Raise ValueError for a file that has none, or one whose frames are not finite.
+    """
     name = str(path)
     packed = name.lower().endswith(".gz")
     with (
@@ -67,30 +75,51 @@ def read_nifti_header(path: Path | str) -> NiftiHeader:
     orders: tuple[Literal["little", "big"], ...] = ("little", "big")
     for order in orders:
         if len(head) == HEADER_BYTES == int.from_bytes(head[:4], order):
-            return _header(head, order)
+            return _header(name, _record(head, order))
     raise UserError(f"{name} is no NIfTI file: its header has no known length")
 
 
-def _header(head: bytes, order: Literal["little", "big"]) -> NiftiHeader:
+def header_file(path: Path | str) -> str:
+    """Return where the header is: beside an ``.img``, else in the file itself."""
+    return re.sub(r"\.img(?=(\.gz)?$)", ".hdr", str(path), flags=re.IGNORECASE)
+
+
+def _record(head: bytes, order: Literal["little", "big"]) -> Any:
     fields: Any = {
         "names": list(_FIELDS),
         "formats": [np.dtype(kind).newbyteorder(order) for kind, _ in _FIELDS.values()],
         "offsets": [offset for _, offset in _FIELDS.values()],
         "itemsize": HEADER_BYTES,
     }
-    record: Any = np.frombuffer(head, np.dtype(fields), 1)[0]
-    extent = [int(n) for n in record["dim"][1 : 1 + max(int(record["dim"][0]), 0)]]
+    return np.frombuffer(head, np.dtype(fields), 1)[0]
+
+
+def _header(name: str, record: Any) -> NiftiHeader:
+    dimensions = int(record["dim"][0])
+    # By this number the reader tells the order of the bytes.
+    if not 1 <= dimensions <= MOST_DIMENSIONS:
+        raise UserError(f"{name} is no NIfTI file: it says {dimensions} dimensions")
+    extent = [int(n) for n in record["dim"][1 : 1 + dimensions]]
     voxels = 1
     for n in extent:
         voxels *= max(n, 1)
     start = _first_byte(float(record["vox_offset"]))
-    return NiftiHeader(
-        start + voxels * int(record["bitpix"]) // 8,
-        _qform(record) if record["qform_code"] > 0 else None,
-        _LPS_FROM_RAS @ np.array(record["srow"], np.float64)
-        if record["sform_code"] > 0
-        else None,
-    )
+    qform = sform = None
+    if record["qform_code"] > 0:
+        _check_finite(name, "qform", *(record[key] for key in _QFORM))
+        qform = _qform(record)
+    if record["sform_code"] > 0:
+        _check_finite(name, "sform", record["srow"])
+        sform = _LPS_FROM_RAS @ np.array(record["srow"], np.float64)
+    return NiftiHeader(start + voxels * int(record["bitpix"]) // 8, qform, sform)
+
+
+def _check_finite(name: str, frame: str, *numbers: NDArray[np.float32]) -> None:
+    if not all(np.isfinite(one).all() for one in numbers):
+        raise UserError(
+            f"{name} has a {frame} with numbers that are not finite, so its place is "
+            "unknown; convert the DICOM images again"
+        )
 
 
 def _first_byte(told: float) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from anatomy.files.data_files import check_data_files
+from anatomy.files.nifti_header import header_file, read_nifti_header
 from anatomy.files.volume_header import check_header
 from disk import UserError, foreign_file, whole_file
 from renderers.scene import AIR_HU, Volume
@@ -58,6 +59,9 @@ def _load(name: str, background: float, most_layers: int) -> tuple[Volume, ...]:
         if kind not in FORMATS:
             raise RuntimeError(f"{kind or 'nothing'} is not among {FORMATS}")
         reader.SetImageIO(kind)
+        if kind == "NiftiImageIO":
+            # Its reader never comes back from an sform with NaN.
+            read_nifti_header(header_file(name))
         reader.ReadImageInformation()
     except RuntimeError as error:
         raise UserError(

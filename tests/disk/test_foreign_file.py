@@ -22,6 +22,7 @@ from disk import ForeignFileError, UserError, foreign_file
         MemoryError("Unable to allocate 8 EiB"),
         OSError("Not a gzipped file"),
         KeyError("state"),
+        UnboundLocalError("cannot access local variable 'prop_pop'"),
         AssertionError(),
         UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"),
     ],
@@ -60,3 +61,9 @@ def test_own_words_and_the_system_pass(tmp_path: Path) -> None:
         (tmp_path / "none").read_bytes()
     with pytest.raises(KeyboardInterrupt), foreign_file("a.bin", "a scan"):
         raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("error", [NameError("name 'x'"), ImportError("no module x")])
+def test_what_is_missing_in_the_program_is_no_files_fault(error: Exception) -> None:
+    with pytest.raises(type(error)), foreign_file("a.bin", "a scan"):
+        raise error

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from anatomy.files.nifti_header import frame_notes, read_nifti_header
+from anatomy.files.nifti_header import frame_notes, header_file, read_nifti_header
 from anatomy.files.volumes import load_volume, save_volume
 from anatomy.scan.scan import Modality, read_scan
 from renderers.scene.volume import Volume
@@ -86,6 +86,49 @@ def test_frames_that_exchange_the_sides_are_refused(tmp_path: Path) -> None:
     file.write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.nii .* left and right are unknown"):
         read_scan(file)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    ("offset", "count", "frame"),
+    [(76, 4, "qform"), (256, 6, "qform"), (280, 12, "sform")],
+)
+def test_a_frame_that_is_not_finite_is_refused(
+    tmp_path: Path, offset: int, count: int, frame: str, number: float
+) -> None:
+    """The last of them is the one by which ITK's reader never came back."""
+    content = write(tmp_path / "a.nii")
+    for place in range(offset, offset + 4 * count, 4):
+        broken = bytearray(content)
+        struct.pack_into("<f", broken, place, number)
+        (tmp_path / "a.nii").write_bytes(broken)
+        with pytest.raises(ValueError, match=rf"a\.nii has a {frame} .* not finite"):
+            load_volume(tmp_path / "a.nii")
+
+
+def test_a_frame_that_is_not_used_may_hold_anything(tmp_path: Path) -> None:
+    content = write(tmp_path / "a.nii")
+    struct.pack_into("<h", content, 254, 0)
+    struct.pack_into("<12f", content, 280, *[np.nan] * 12)
+    (tmp_path / "a.nii").write_bytes(content)
+    assert load_volume(tmp_path / "a.nii").origin_mm == pytest.approx(
+        head().origin_mm, abs=1e-4
+    )
+
+
+def test_a_header_that_says_two_orders_of_bytes_is_refused(tmp_path: Path) -> None:
+    """Its length says one, its number of dimensions the other."""
+    content = write(tmp_path / "a.nii")
+    struct.pack_into(">h", content, 40, 3)
+    (tmp_path / "a.nii").write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.nii .* 768 dimensions"):
+        load_volume(tmp_path / "a.nii")
+
+
+def test_the_header_lies_beside_an_img() -> None:
+    assert header_file("a.img") == "a.hdr"
+    assert header_file(Path("b.IMG.gz")) == "b.hdr.gz"
+    assert header_file("a.img.nii.gz") == "a.img.nii.gz"
 
 
 def test_what_is_none_is_refused(tmp_path: Path) -> None:
