@@ -39,8 +39,6 @@ class Hand:
     tremor_mm: float = 0.1
     seat_mm: float = 0.25
     """Off the middle of the hole into which the tip is put, anew for each touch."""
-    dent_mm: float = 0.15
-    """By which skin gives way under the tip that traces it."""
 
 
 @dataclass(slots=True)
@@ -83,7 +81,8 @@ def rehearse(
     """Return the path of a registration, patient LPS.
 
     ``landmarks_mm`` (n, 3) are touched in order, after the stylus has been turned in
-    a hole at ``pivot_mm`` (3,); at last ``traced_mm`` (m, 3) are followed in order.
+    a hole at ``pivot_mm`` (3,); at last ``traced_mm`` (m, 3) are followed in order:
+    where the tip is, which lies in the skin that it dents.
     """
     person = hand or Hand()
     rng = np.random.default_rng(seed)
@@ -98,7 +97,7 @@ def rehearse(
         script.rest(HOLD_S, MEASURE_PEDAL)
         script.rest(SETTLE_S, 0)
     if traced_mm is not None and len(traced_mm):
-        _trace(script, traced_mm + person.dent_mm * DOWN)
+        _trace(script, traced_mm)
     script.travel(begin + LIFT_MM * AWAY, DOWN)
     return _as_path(script, person, rng)
 

@@ -19,7 +19,12 @@ from paravol.inputs.open_arm import arm_at
 from paravol.inputs.pose_sources import CancellableSource, HomedSource
 from paravol.patient import load_patient
 from paravol.registration.at_start import head_of
-from paravol.registration.fit import Touched, describe_registration, fit_registration
+from paravol.registration.fit import (
+    DENT_MM,
+    Touched,
+    describe_registration,
+    fit_registration,
+)
 from paravol.registration.rehearsed_arm import (
     RehearsedTruth,
     rehearsed_arm,
@@ -172,7 +177,7 @@ def _opened(
     path = rehearse(
         points,
         pivot_mm=points[0] if order.pivot else None,
-        traced_mm=None if plan.skin is None else plan.skin.raster(),
+        traced_mm=None if plan.skin is None else plan.skin.raster(DENT_MM),
         seed=order.seed,
     )
     truth = rehearsed_truth(path, ParameterSpread(), order.seed)

@@ -44,8 +44,11 @@ class Skin:
         ]
         return np.stack(slopes, axis=1) / (2.0 * HALF_STEP_MM)
 
-    def raster(self) -> NDArray[np.float64]:
-        """Return points ``(n, 3)`` of the face, row after row, to and fro."""
+    def raster(self, dent_mm: float = 0.0) -> NDArray[np.float64]:
+        """Return points ``(n, 3)`` of the face, row after row, to and fro.
+
+        dent_mm: how far each is pressed in, along the skin's normal.
+        """
         rows = []
         columns = np.arange(SIDES_MM[0], SIDES_MM[1] + COLUMN_MM / 2, COLUMN_MM)
         depths = np.arange(*FRONT_MM, LOOK_MM)
@@ -53,7 +56,10 @@ class Skin:
             found = [self._first(float(x), z, depths) for x in columns]
             row = [point for point in found if point is not None]
             rows += row if number % 2 == 0 else row[::-1]
-        return np.array(rows)
+        points = np.array(rows)
+        inward = self.normal(points)
+        inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+        return np.asarray(points + dent_mm * inward, dtype=np.float64)
 
     def _first(
         self, x: float, z: float, depths: NDArray[np.float64]

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from anatomy.kernels.wall_depth import wall_depth
 from surgery.kernels.solid_distance import solids_distance
 
 Shorts = NDArray[np.int16]
@@ -118,6 +119,23 @@ def depth_mm(
         weight = (u if f else 1 - u) * (v if g else 1 - v) * (w if h else 1 - w)
         total += weight * values[k + h, j + g, i + f]
     return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _depth_in_wall(
+    values: Floats, voxel: Doubles, x: float, y: float, z: float
+) -> float:
+    """Return the depth as `depth_mm` does, and in the middle of a thin wall all of it.
+
+    Interpolation alone would never find such a wall's bone to be passed.
+    """
+    depth = depth_mm(values, voxel, x, y, z)
+    spacing, place = np.empty(3), np.empty(3)
+    for axis in range(3):
+        a, b, c, shift = voxel[axis]
+        spacing[axis] = 1.0 / math.sqrt(a * a + b * b + c * c)
+        place[axis] = a * x + b * y + c * z + shift
+    return wall_depth(values, spacing, place[0], place[1], place[2], depth)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -272,13 +290,13 @@ def _is_covered(
     p: the tool's foremost place; inward: direction to the hazard. A thin plate is
     through, too, where the tool is past its middle: it is nearer to the air beyond.
     """
-    depth = depth_mm(pristine, voxel, p[0], p[1], p[2])
+    depth = _depth_in_wall(pristine, voxel, p[0], p[1], p[2])
     if depth <= 0.0:
         return True
     if depth >= plate_mm(wall, thickness, voxel, p[0], p[1], p[2]) - COVER_MM:
         return False
     h = ALONG_MM
-    before = depth_mm(
+    before = _depth_in_wall(
         pristine, voxel, p[0] - h * inward[0], p[1] - h * inward[1],
         p[2] - h * inward[2],
     )  # fmt: skip
@@ -499,7 +517,7 @@ def reach_of_cut(
         if air > STEEPEST * reach:
             continue
         if solid <= 0.0 and air <= 0.0 and here < min(best, OPEN_MM):
-            depth = depth_mm(pristine, head_voxel, x, y, z)
+            depth = _depth_in_wall(pristine, head_voxel, x, y, z)
             plate = plate_mm(wall, thickness, head_voxel, x, y, z)
             if depth > 0.0 and (
                 depth >= plate - COVER_MM or _is_middle(pristine, head_voxel, x, y, z)

@@ -13,7 +13,7 @@ from devices.microscribe.wire.link import ArmDescription
 from devices.registration.held_point import HeldPoint
 from devices.registration.pivot import calibrate_pivot
 from devices.registration.rehearsal import rehearse
-from paravol.registration.fit import Touched
+from paravol.registration.fit import DENT_MM, Touched
 from paravol.registration.rehearsed_arm import RehearsedTruth, rehearsed_truth
 from paravol.registration.skin import Skin
 
@@ -51,7 +51,7 @@ def sampled_registration(
     path = rehearse(
         points,
         pivot_mm=points[0] if pivot else None,
-        traced_mm=None if skin is None else skin.raster(),
+        traced_mm=None if skin is None else skin.raster(DENT_MM),
         seed=seed,
     )
     truth = rehearsed_truth(path, spread or ParameterSpread(), seed)

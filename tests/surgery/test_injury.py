@@ -289,6 +289,27 @@ def test_a_septum_is_perforated_past_its_middle() -> None:
         assert len(watched.injuries) == count, reach_mm
 
 
+@given(st.floats(0.0, SPACING_MM), st.floats(0.2, 2.0))
+def test_a_thin_walls_bone_is_passed_in_its_middle(
+    middle_mm: float, radius_mm: float
+) -> None:
+    """Wherever the middle lies between voxels, where interpolation cuts it off."""
+    total = MUCOSA_MM + BONE_MM
+    ridge = total + 0.02 - np.abs(WHERE[..., 0] - middle_mm)
+    face = middle_mm - 0.3
+    hazard = np.rint((face - WHERE[..., 0]) / UNIT_MM).astype(np.int16)
+    for short_mm, count in ((0.2, 0), (0.04, 1)):
+        watched = InjuryWatch(
+            HazardVolumes({"orbit": volume(hazard, 2500.0)}),
+            LAYERS,
+            volume(ridge.astype(np.float32), 6.0),
+            near_mm=np.inf,
+        )
+        end = np.array((middle_mm - short_mm - radius_mm, 0.0, 0.0))
+        stroke(watched, [end - (8.0, 0.0, 0.0), end], radius_mm)
+        assert len(watched.injuries) == count, short_mm
+
+
 def edit(rows: solids.Rows, time_s: float = 3.0) -> Edit:
     corners = np.zeros(3, np.int64), np.ones(3, np.int64)
     return Edit(1, time_s, 1, "punch", rows, {}, {}, 0.0, 1, Change(1, *corners))

@@ -8,7 +8,7 @@ from devices.registration.rehearsal import HALF_CONE_DEG, HOLD_S, TURN_S, Hand, 
 LANDMARKS = np.array(
     [[1.0, -14.0, 50.0], [-40.0, -2.0, 18.0], [43.0, -4.0, 24.0], [2.0, -16.0, -24.0]]
 )
-CALM = Hand(tremor_mm=0.0, seat_mm=0.0, dent_mm=0.0)
+CALM = Hand(tremor_mm=0.0, seat_mm=0.0)
 
 
 def _presses(path: ProbePath) -> list[NDArray[np.intp]]:
@@ -43,7 +43,7 @@ def test_nothing_but_the_landmarks_when_nothing_else_is_wanted() -> None:
 def test_the_hand_errs_as_it_was_told() -> None:
     seats, shakes = [], []
     for seed in range(60):
-        path = rehearse(LANDMARKS, hand=Hand(0.1, 0.3, 0.0), seed=seed)
+        path = rehearse(LANDMARKS, hand=Hand(0.1, 0.3), seed=seed)
         for press, landmark in zip(_presses(path), LANDMARKS, strict=True):
             tips = path.tip_mm[press]
             seats.append(np.sum((tips.mean(axis=0) - landmark) ** 2))

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from paravol.registration.skin import FRONT_MM, ROWS_MM, SIDES_MM, Skin
 from renderers.scene import Volume
@@ -38,6 +40,13 @@ def test_rows_are_drawn_to_and_fro(ball: Skin) -> None:
     assert steps.max() < 15.0
     rows = [raster[raster[:, 2] == z][:, 0] for z in ROWS_MM]
     assert [bool(row[0] < row[-1]) for row in rows] == [True, False, True, False, True]
+
+
+@given(st.floats(0.0, 3.0))
+def test_a_dent_lies_along_the_normal(ball: Skin, dent_mm: float) -> None:
+    raster, pressed = ball.raster(), ball.raster(dent_mm)
+    inward = (CENTRE - raster) / np.linalg.norm(CENTRE - raster, axis=1)[:, None]
+    np.testing.assert_allclose(pressed - raster, dent_mm * inward, atol=0.06)
 
 
 def test_distance_and_normal_are_those_of_the_ball(ball: Skin) -> None:
