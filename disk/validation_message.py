@@ -51,16 +51,21 @@ def decode_untyped(content: bytes) -> Any:
 
 
 def validation_message(error: Exception, kind: Any, value: Any = msgspec.UNSET) -> str:
-    """Say what is wrong; no full stop at the end.
+    """Say what is wrong, on one line; no full stop at the end.
 
     error: of msgspec, or of a record's own check. kind: the type that was wanted.
     value: all that was read, without types.
     """
+    # names and values that are quoted may hold ends of lines
+    return "\\n".join(_message(error, kind, value).splitlines())
+
+
+def _message(error: Exception, kind: Any, value: Any) -> str:
     found = _AT.match(str(error))
     what = found["what"] if found else str(error)
     place = place_of(error)
     name = _name(place)
-    quoted = re.search(r"`(\w+)`|'(.*)'", what)
+    quoted = re.search(r"`([^`]*)`|'(.*)'", what, re.DOTALL)
     word = quoted and (quoted[1] or quoted[2])
     kinds = list(_kinds(kind, place))
     if what.startswith("Object contains unknown field"):

@@ -1,5 +1,6 @@
 """What people write wrong is named: file, line, value, allowed, the nearest word."""
 
+import json
 from typing import Annotated, Literal
 
 import msgspec
@@ -133,3 +134,19 @@ def test_tables_and_keys_are_told_apart() -> None:
     assert toml_line(text, ["c", "d", "a"]) == 5
     assert toml_line(text, ["c", "d", "x y"]) == 6
     assert toml_line(text, ["b", "nothing"]) == 2
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\u2028"])
+@pytest.mark.parametrize(
+    "record",
+    [{"title": "", "paths": "3{}4"}, {"title": "", "3{}4": 4}, {"look": "3{}4"}],
+)
+def test_ends_of_lines_in_what_is_quoted_are_escaped(
+    record: dict[str, object], end: str
+) -> None:
+    text = json.dumps(record).replace("{}", json.dumps(end)[1:-1])
+    with pytest.raises(ForeignFileError) as caught:
+        decode_json(text.encode(), Sketch, "a.json", "a sketch")
+    told = str(caught.value)
+    assert told.splitlines() == [told]
+    assert "3\\" in told

@@ -133,11 +133,12 @@ def test_the_sinuses_are_within_the_budget(room: Room, spread: ParameterSpread) 
 def test_the_expected_error_is_the_true_one(
     room: Room, spread: ParameterSpread, trace: bool
 ) -> None:
-    runs = [_run(room, spread, seed, trace=trace) for seed in range(16)]
+    # A few places of the arm err three times as much as most: of 16 registrations the
+    # ratio spreads by 0.07, of 48 by 0.04. Over 96 it is 0.92 for a plain arm's trace.
+    runs = [_run(room, spread, seed, trace=trace) for seed in range(48)]
     true = _rms(np.stack([run.true_mm for run in runs]))
     expected = _rms(np.stack([run.expected_mm / _doubt(run.fit) for run in runs]))
     print(f"true {true:.3f} mm rms, expected {expected:.3f} mm rms")
-    # over 80 seeds 0.95 and 0.92 with a trace
     assert 0.85 < true / expected < 1.15
     assert true < BUDGET_MM
 
