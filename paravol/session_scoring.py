@@ -16,7 +16,7 @@ from paravol.recorded_gaps import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
 from paravol.versions import versions
 from scenarios import Scenario
-from scenarios.bundle import EditRecord, Recording, write_json
+from scenarios.bundle import EditRecord, Recording, read_recording, write_json
 from scenarios.metrics import DEFINITIONS, Definition
 from scenarios.passing import limited_metrics
 from scenarios.rubrics import (
@@ -26,8 +26,10 @@ from scenarios.rubrics import (
     Rubric,
     assess,
     bundled_populations,
+    load_rubric,
     population_of,
 )
+from scenarios.rubrics.rubric import shipped_rubrics
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Open, Remove
 
@@ -55,11 +57,12 @@ class Scored(msgspec.Struct, frozen=True):
 class BatchOrder(msgspec.Struct, frozen=True):
     """Say how sessions are scored. Travels to other processes.
 
-    case: where the case that was flown through lies now, "" as recorded. exact: step
-    every session again instead of trusting its recording.
+    rubric: None takes for each session the bundled one for what was done in it. case:
+    where the case that was flown through lies now, "" as recorded. exact: step every
+    session again instead of trusting its recording.
     """
 
-    rubric: Rubric
+    rubric: Rubric | None
     out: Path
     arm: str = ""
     case: str = ""
@@ -177,7 +180,9 @@ def sessions_in(folder: Path) -> list[Path]:
 def scoring_key(session: Path, order: BatchOrder) -> str:
     """Return a hash of all that a score depends on: bundle, rubric, program."""
     digest = xxh3_128(f"{SCORING_VERSION} {versions()}".encode())
-    digest.update(order.rubric.sha256().encode())
+    rubrics = [order.rubric] if order.rubric else map(load_rubric, shipped_rubrics())
+    for rubric in rubrics:
+        digest.update(rubric.sha256().encode())
     digest.update(f"{order.arm} {order.case} {order.exact}".encode())
     for population in bundled_populations().values():
         digest.update(population.read_bytes())
@@ -195,7 +200,9 @@ def scoring_key(session: Path, order: BatchOrder) -> str:
 def kept_file(session: str, order: BatchOrder) -> Path:
     """Return where a session's line is kept."""
     name = session.removesuffix(SUFFIX).replace("/", "__") or "session"
-    rubric = f"{order.rubric.name}-{order.rubric.version}"
+    rubric = "usual"
+    if order.rubric is not None:
+        rubric = f"{order.rubric.name}-{order.rubric.version}"
     return order.out / f"{name}.{rubric}.assessment.json"
 
 
@@ -233,9 +240,10 @@ def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
     try:
         key = scoring_key(folder, order)
         case = Path(order.case) if order.case else None
+        rubric = order.rubric or load_rubric(usual_rubric(read_recording(folder)))
         assessment, found = score_session(
             folder,
-            order.rubric,
+            rubric,
             arm=order.arm,
             case=case,
             exact=order.exact,

@@ -1,7 +1,7 @@
 """From what was touched to a registration and how far to trust it."""
 
 import datetime
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,12 +84,12 @@ def fit_registration(
     tips, places = frames[:, :3, 3], np.stack(list(landmarks.values()))
     first = register(tips, places, list(landmarks))
     constants = swing_ratio(arm, spread, touched.pivot)
-    errors = arm_errors(arm, spread, touched.pivot)
+    errors = arm_errors(arm, spread, touched.pivot).held_as(frames[0])
     seat = np.eye(3) * SEAT_MM**2
     own = np.stack([held.noise + seat for held in touched.held])
     at_touch = errors.at(frames, first.world_from_device, own)
     # What the swing told of the constants is no fault of the touches.
-    doubted = arm_errors(arm, spread.scaled(constants), touched.pivot)
+    doubted = replace(errors, spread=spread.scaled(constants))
     judged = landmark_consistency(
         *_fitted(first.world_from_device, tips, places),
         doubted.at(frames, first.world_from_device, own),

@@ -1,11 +1,13 @@
 """Recordings that are trusted give what stepping gives; others are told, not scored."""
 
+import csv
 import re
 import shutil
 from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
+from io import StringIO
 from pathlib import Path
 
 import msgspec
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.cli.score_command import as_csv
 from paravol import session_scoring
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
@@ -31,7 +34,7 @@ from scenarios.bundle import (
     read_recording,
     write_json,
 )
-from scenarios.instrument_state import InstrumentState
+from scenarios.instrument_state import EMPTY_HAND, InstrumentState
 from scenarios.rubrics import Verdict, load_rubric
 from tests.paravol.operated_head import head_round_an_orbit
 
@@ -277,6 +280,41 @@ def test_workers_find_the_same(folder: Path) -> None:
         order = BatchOrder(RUBRIC, folder / "b")
         together = by_name(list(score_all(folder, order, executor)))
     assert together == alone
+
+
+@pytest.mark.usefixtures("heads")
+def test_each_session_is_scored_for_what_was_done(
+    flight: Flight, tmp_path: Path
+) -> None:
+    """By the rubric of who cut or who only looked; a table has the items of both."""
+    folder = tmp_path / "sessions"
+    shutil.copytree(flight.folder, folder / "cut.paravol")
+    scenario, _ = load_scenario("first_flight")
+    info = describe_session(
+        scenario, flight.patient, in_the_patient(), size=32, has_instrument=False
+    )
+    session = build_session(scenario, flight.patient, np.eye(4), (32, 32), None)
+    with SessionRecorder(folder / "looked.paravol", info) as recorder:
+        for number in range(80):
+            sample = sample_at(number, flight.patient.scene.volume.center_mm)
+            sample = replace(sample, instrument=EMPTY_HAND)
+            session.step(sample)
+            recorder.add(SampleRecord.of(sample))
+        recorder.close({"score": asdict(session.score())})
+    found = list(score_all(folder, BatchOrder(None, tmp_path / "out"), None))
+    used = {line.session: line.assessment.rubric for line in found if line.assessment}
+    assert used == {"cut.paravol": "operation", "looked.paravol": "endoscopy"}
+    again = list(score_all(folder, BatchOrder(None, tmp_path / "out"), None))
+    assert by_name(again) == by_name(found)
+    rows = {
+        row["Session"]: row for row in csv.DictReader(StringIO(as_csv(found, None)))
+    }
+    for line in found:
+        assert line.assessment is not None
+        for part in line.assessment.parts:
+            told = rows[line.session][part.name]
+            assert told == (repr(part.points) if part.counts else "")
+    assert rows["looked.paravol"]["blood"] == ""
 
 
 @pytest.mark.usefixtures("heads")

@@ -1,10 +1,12 @@
 """Errors of touched points and of targets, from what is known of the arm.
 
-Joint angles are found anew from the poses; of the ways to hold the same pose the one
-nearest to the rest is taken, which is how an arm stands beside a patient.
+Joint angles are found anew from the poses. An arm can hold most poses in several ways,
+by its elbow and its wrist, and an error of its constants moves each in its own way.
+What touches and targets share cancels only where one way is taken for all: see
+`ArmErrors.held_as`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,15 @@ class ArmErrors:
     """(3,) calibrated tip in the frame of the stated one."""
     tip_covariance: NDArray[np.float64]
     """(3, 3) mm^2 in the same frame; zeros for a tip that is known."""
+    near: NDArray[np.float64] | None = None
+    """(6,) radians from which a pose's joint angles are looked for; None for rest."""
+
+    def held_as(self, device_from_tip: NDArray[np.float64]) -> "ArmErrors":
+        """Return the errors of an arm whose elbow and wrist stay as in a pose (4, 4).
+
+        Which of several ways that is, a pose does not tell: the first that is found.
+        """
+        return replace(self, near=self.angles(device_from_tip[None])[0])
 
     def at(
         self,
@@ -57,8 +68,10 @@ class ArmErrors:
         Raise UnreachableError for a frame that the arm cannot have.
         """
         solver = InverseKinematics(self._on_tip())
-        angles = self.encoders.angles(np.array(HOME_COUNTS))
-        angles[JOINTS - 1] = 0.0
+        angles = self.near
+        if angles is None:
+            angles = self.encoders.angles(np.array(HOME_COUNTS))
+            angles[JOINTS - 1] = 0.0
         found = []
         for frame in device_from_tip:
             angles = solver.solve_afresh(frame[:3, 3], -frame[:3, 2], angles)

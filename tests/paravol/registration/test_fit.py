@@ -98,12 +98,6 @@ def _agreement(fit: Fit) -> Agreement:
     return fit.agreement
 
 
-def _doubt(fit: Fit) -> float:
-    """Return how much more is told where touches or swing agree badly by chance."""
-    agreement = _agreement(fit)
-    return agreement.landmarks_ratio * agreement.constants_ratio
-
-
 def _rms(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
@@ -133,14 +127,21 @@ def test_the_sinuses_are_within_the_budget(room: Room, spread: ParameterSpread) 
 def test_the_expected_error_is_the_true_one(
     room: Room, spread: ParameterSpread, trace: bool
 ) -> None:
-    # A few places of the arm err three times as much as most: of 16 registrations the
-    # ratio spreads by 0.07, of 48 by 0.04. Over 96 it is 0.92 for a plain arm's trace.
-    runs = [_run(room, spread, seed, trace=trace) for seed in range(48)]
+    runs = [_run(room, spread, seed, trace=trace) for seed in range(16)]
     true = _rms(np.stack([run.true_mm for run in runs]))
-    expected = _rms(np.stack([run.expected_mm / _doubt(run.fit) for run in runs]))
+    expected = _rms(np.stack([run.expected_mm for run in runs]))
     print(f"true {true:.3f} mm rms, expected {expected:.3f} mm rms")
     assert 0.85 < true / expected < 1.15
     assert true < BUDGET_MM
+
+
+@pytest.mark.parametrize("seed", [4, 11])
+def test_one_way_to_hold_the_arm_is_taken_for_all_poses(room: Room, seed: int) -> None:
+    """From these places touches, trace and targets were once explained by different
+    elbows: errors that they share did not cancel, and 0.45 and 0.57 mm were told."""
+    run = _run(room, PLAIN, seed)
+    assert _rms(run.true_mm) < 0.3
+    assert _rms(run.expected_mm) < 0.35
 
 
 def test_the_record_tells_the_fit(room: Room) -> None:

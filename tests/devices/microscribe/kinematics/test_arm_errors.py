@@ -36,6 +36,20 @@ def test_the_angles_of_a_frame_are_found_again() -> None:
     assert _errors().angles(np.zeros((0, 4, 4))).shape == (0, 6)
 
 
+def test_an_elbow_and_a_wrist_stay_on_their_side() -> None:
+    """Poses of an arm that is held the other way round are found on that way."""
+    flipped = HOME + np.array([0.0, 0.0, 0.0, np.pi, 0.0, 0.0])
+    flipped[4] = -HOME[4]
+    angles = flipped + (_angles(6) - HOME)
+    frames = _frames(angles)
+    held = _errors().held_as(frames[0])
+    assert held.near is not None
+    found = held.angles(frames)
+    assert np.abs(np.diff(found, axis=0)).max() < np.radians(60.0)
+    for frame, one in zip(frames, found, strict=True):
+        np.testing.assert_allclose(held.angles(frame[None])[0], one, atol=1e-6)
+
+
 def test_points_move_as_the_constants_say() -> None:
     angles = _angles(4)
     frames = _frames(angles)
