@@ -12,12 +12,15 @@ LONGEST_HEADER = 1 << 20
 
 MOST_FILES = 20_000
 
+LONGEST_NAME = 255
+"""Bytes; file systems hold no longer one, and raise an error of their own."""
+
 LOCAL = ("local", "list")
 """What a header says in place of a name: in this file, or in the lines that follow."""
 
 _NRRD = re.compile(rb"data ?file\s*:=?\s*(.*)", re.IGNORECASE)
 _META = re.compile(rb"\s*ElementDataFile\s*[=:]\s*(.*)", re.IGNORECASE)
-_PATTERN = re.compile(r"%\d*d")
+_PATTERN = re.compile(r"%\d{0,2}d")
 
 
 def check_data_files(path: Path) -> None:
@@ -80,6 +83,10 @@ def _check_named(path: Path, words: str) -> None:
 
 
 def _check(path: Path, name: str) -> None:
+    if len(name.encode()) > LONGEST_NAME:
+        raise UserError(
+            f"{path} takes its values from {name[:40]!r}..., no file's name"
+        )
     folder = path.parent.resolve()
     target = Path(name)
     if target.is_absolute() or not (folder / target).resolve().is_relative_to(folder):

@@ -68,6 +68,10 @@ def test_neighbours_are_read(folder: Path, header: str, name: str) -> None:
         ("pipe", "no plain file"),
         ("sub", "no plain file"),
         ("absent.raw", "not there"),
+        ("a" * 300, "no file's name"),
+        ("LIST\n" + "a" * 5000, "no file's name"),
+        # as wide a number would fill the memory
+        ("s%099999999999d.raw 0 9 1", "not there"),
     ],
 )
 def test_what_lies_elsewhere_is_not_read(
