@@ -98,6 +98,15 @@ def test_a_header_without_an_end_is_refused(folder: Path) -> None:
         load_volume(folder / "scan.nhdr")
 
 
+@pytest.mark.parametrize("line", ["NDims = -3", "  NDims:-1", "NDims = 3\nNDims=-3"])
+def test_a_negative_number_of_dimensions_is_refused(folder: Path, line: str) -> None:
+    """ITK's reader of MetaImage never comes back from it."""
+    file = folder / "scan.mha"
+    file.write_text(META.format("LOCAL").replace("NDims = 3", line))
+    with pytest.raises(ValueError, match=r"scan\.mha has a negative number"):
+        load_volume(file)
+
+
 def test_other_formats_are_not_tried(folder: Path) -> None:
     """A format that nobody asked for is one more parser for foreign bytes."""
     (folder / "scan.vtk").write_text(
