@@ -20,7 +20,7 @@ LOCAL = ("local", "list")
 
 _NRRD = re.compile(rb"data ?file\s*:=?\s*(.*)", re.IGNORECASE)
 _META = re.compile(rb"\s*ElementDataFile\s*[=:]\s*(.*)", re.IGNORECASE)
-_NEGATIVE = re.compile(rb"NDims\s*[=:]\s*-")
+_DIMENSIONS = re.compile(rb"\s*NDims\s*[=:]\s*\d{1,2}\s*")
 _PATTERN = re.compile(r"%\d{0,2}d")
 
 
@@ -46,9 +46,9 @@ def check_data_files(path: Path) -> None:
         return
     lines = text.splitlines()
     for n, line in enumerate(lines):
-        if found is _META and _NEGATIVE.search(line):
-            # ITK's reader never comes back from it
-            raise UserError(f"{path} has a negative number of dimensions")
+        if found is _META and b"NDims" in line and not _DIMENSIONS.fullmatch(line):
+            # ITK's reader never comes back from a negative number, or a huge one
+            raise UserError(f"{path} does not say how many dimensions it has")
         match = found.match(line)
         if match is None:
             continue
