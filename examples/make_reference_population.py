@@ -20,7 +20,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from devices import ProbePath, Registration, load_probe_path
 from disk import whole_file
+from paravol.inputs.jaw import Jaw
 from paravol.inputs.pose_completer import AWAY_MM, PATH_WORK, path_instrument
 from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.scripted_hand import ScriptedHand
@@ -39,6 +40,7 @@ from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import EditRecord, EventRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.metrics import Metric, Settings
+from scenarios.rubrics import load_rubric
 from scenarios.rubrics.population import Group, Population, Quantiles
 
 Floats = NDArray[np.float64]
@@ -131,6 +133,15 @@ def main() -> None:
 
 
 @cache
+def usual_settings(exercise: str) -> Settings:
+    """Return the thresholds of the rubric by which such a session is scored."""
+    scenario, folder = load_scenario(exercise)
+    path = load_probe_path(folder / scenario.path) if scenario.path else None
+    operates = path is not None and bool(np.any(path.buttons & PATH_WORK))
+    return load_rubric("operation" if operates else "endoscopy").settings
+
+
+@cache
 def flown(exercise: str) -> tuple[Scenario, PatientScene, ProbePath]:
     """Return an exercise, its head and the plan in it, made once in each process."""
     scenario, folder = load_scenario(exercise)
@@ -145,7 +156,9 @@ def measured_run(
     scenario, patient, path = flown(exercise)
     bundle = place / skill.name / f"{skill.name}_{number:03d}.paravol"
     record(bundle, scenario, patient, path, skill, number)
-    found = session_metrics(bundle, patient=patient, trusts=True)
+    found = session_metrics(
+        bundle, settings=usual_settings(exercise), patient=patient, trusts=True
+    )
     return list(summary(found.metrics))
 
 
@@ -196,8 +209,12 @@ def record(
     if operates:
         patient, operation = operate_on(patient)
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
+    jaw = Jaw()
     with SessionRecorder(bundle, info) as recorder:
-        for sample in run(path, skill, number, has_hand=bool(scenario.path)):
+        for held in run(path, skill, number, has_hand=bool(scenario.path)):
+            tool = held.instrument
+            closed = jaw.at(held.time_s, tool.is_working)
+            sample = replace(held, instrument=replace(tool, jaw=closed))
             session.step(sample)
             recorder.add(SampleRecord.of(sample))
             if operation is not None:
@@ -328,7 +345,9 @@ def write(
         )
         for name, runs, values in groups
     )
-    population = Population(SOURCE, True, scenario, SEED, Settings(), found)
+    population = Population(
+        SOURCE, True, scenario, SEED, usual_settings(scenario), found
+    )
     text = json.dumps(msgspec.to_builtins(population), indent=1)
     # four numbers stand in one line
     text = re.sub(r"\[\s+([^][{}]*?)\s+\]", _one_line, text)

@@ -33,7 +33,7 @@ from scenarios.rubrics.rubric import shipped_rubrics
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Open, Remove
 
-SCORING_VERSION = 2
+SCORING_VERSION = 3
 """Grows when the same session and rubric may get other points."""
 
 SUFFIX = ".paravol"

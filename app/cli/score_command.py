@@ -53,8 +53,9 @@ def run_score(options: ScoreOptions, *, as_json: bool) -> int:
     for file in (options.csv, options.table):
         if file is not None:
             demand_place(file)
+    rubric = load_rubric(options.rubric) if options.rubric else None
     order = BatchOrder(
-        load_rubric(options.rubric),
+        rubric,
         _out(options.sessions, options.out),
         options.arm,
         "" if options.case is None else str(options.case),
@@ -63,7 +64,7 @@ def run_score(options: ScoreOptions, *, as_json: bool) -> int:
     lines = _lines(options.sessions, order, options.jobs, mpi=options.mpi)
     if options.csv is not None:
         with whole_file(options.csv) as beside:
-            beside.write_text(as_csv(lines, order.rubric), "utf-8")
+            beside.write_text(as_csv(lines, rubric), "utf-8")
     if options.table is not None:
         write_json(options.table, lines)
     if as_json:
@@ -71,7 +72,9 @@ def run_score(options: ScoreOptions, *, as_json: bool) -> int:
     elif len(lines) == 1 and lines[0].assessment is not None:
         print_assessment(lines[0].assessment, lines[0].source)
     else:
-        title = f"{order.rubric.title} ({order.rubric.name} {order.rubric.version})"
+        title = "Scores, each session by the rubric for what was done"
+        if rubric is not None:
+            title = f"{rubric.title} ({rubric.name} {rubric.version})"
         print_table(title, [(line.session, line_text(line)) for line in lines])
     return 1 if any(line.assessment is None for line in lines) else 0
 
@@ -153,11 +156,19 @@ def _when(intervals: tuple[tuple[float, float], ...]) -> str:
     return f" at {', '.join(told)} s{more}"
 
 
-def as_csv(lines: list[Scored], rubric: Rubric) -> str:
-    """Return a row a session: total, verdict, points of each item, problem."""
+def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
+    """Return a row a session: total, verdict, points of each item, problem.
+
+    rubric: None where each session had its own: then a column belongs to an item of
+    any of them.
+    """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    items = [item.name for item in rubric.items]
+    if rubric is not None:
+        items = [item.name for item in rubric.items]
+    else:
+        told = [line.assessment.parts for line in lines if line.assessment is not None]
+        items = list(dict.fromkeys(part.name for parts in told for part in parts))
     head = ["Session", "Percent", "Sigma", "Verdict", "Exercise", "HardFails"]
     head.append("Problem")
     writer.writerow([*head, *items])
@@ -170,8 +181,8 @@ def as_csv(lines: list[Scored], rubric: Rubric) -> str:
         fails = ";".join(fail.name for fail in found.fails)
         row = [line.session, percent, repr(found.percent_sigma), str(found.verdict)]
         row.append("" if found.exercise is None else str(found.exercise.verdict))
-        points = [repr(p.points) if p.counts else "" for p in found.parts]
-        writer.writerow([*row, fails, "", *points])
+        points = {p.name: repr(p.points) for p in found.parts if p.counts}
+        writer.writerow([*row, fails, "", *(points.get(item, "") for item in items)])
     return text.getvalue()
 
 

@@ -18,7 +18,7 @@ Jobs = Annotated[
 def score(
     sessions: Path,
     *,
-    rubric: str = "endoscopy",
+    rubric: str = "",
     out: Path | None = None,
     jobs: Jobs = 1,
     mpi: Flag = False,
@@ -39,7 +39,8 @@ def score(
     sessions
         A folder NAME.paravol, or a folder of such folders.
     rubric
-        Name of a bundled rubric (endoscopy, operation), or a .toml file of your own.
+        Name of a bundled rubric (endoscopy, operation), or a .toml file of your own;
+        for each session by itself "operation" or, where nothing was cut, "endoscopy".
     out
         Where scores are kept; a folder "assessments" beside the sessions otherwise.
     mpi

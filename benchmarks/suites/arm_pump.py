@@ -5,7 +5,8 @@
 prints its port's name. Signing on and questions go to the emulated arm; once asked for
 reports it sends a packet every 1/hz seconds, faster than a real line could if need be,
 and notes when. On the end of its standard input it writes the notes: pairs of float64,
-the timer's ticks counted on and the monotonic time at which the packet was written.
+the timer's ticks counted on and the monotonic time just before the packet was written:
+a reader on another core may have it before the writer looks at the clock again.
 """
 
 import argparse
@@ -67,8 +68,9 @@ def pump(master: int, watched: int, hz: float) -> "array[float]":
             last = ticks
             packet = standard_packet(0x23, Reading(counts, 0), ticks % 16384, codes)
             try:
+                written_s = time.monotonic()
                 os.write(master, packet)
-                notes.extend((float(ticks), time.monotonic()))
+                notes.extend((float(ticks), written_s))
             except BlockingIOError:
                 # The reader is a terminal's buffer behind: this packet is lost.
                 notes.extend((float(ticks), float("nan")))

@@ -21,6 +21,7 @@ from paravol.inputs.instrument_input import (
     WORK_BUTTON,
     InstrumentInput,
 )
+from paravol.inputs.jaw import Jaw
 from paravol.inputs.pose_completer import AWAY_MM, PoseCompleter
 from paravol.inputs.second_device import SecondDevice
 from paravol.inputs.tool_hold import (
@@ -34,9 +35,6 @@ from paravol.inputs.turns import DeviceTurns
 from renderers.scene import Volume
 from scenarios import Endoscope, InstrumentState, Sample, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, FIRST_TOOL, NO_TOOL
-
-CLOSING_S, OPENING_S = 0.25, 0.35
-"""Times in which jaws close and open."""
 
 FIRST_AHEAD_MM = 14.0
 NEAREST_MM, FARTHEST_MM = 4.0, 40.0
@@ -85,8 +83,7 @@ class OperatingHand:
         self.tools = tuple(tools)
         self._wish = _Wish()
         self._lock = threading.Lock()
-        self._jaw = 0.0
-        self._last_s: float | None = None
+        self._jaw = Jaw()
         self._reach_mm = math.inf
         self.world_from_device: NDArray[np.float64] = np.eye(4)
         """The registration, 4x4, once it is known."""
@@ -216,7 +213,7 @@ class OperatingHand:
             name,
             given.roll_deg + wish.roll_deg,
             # one that was recorded comes with its jaw
-            max(self._jaw_at(sample.time_s, is_working), given.jaw),
+            max(self._jaw.at(sample.time_s, is_working), given.jaw),
             is_working,
             wish.is_sucking or given.is_sucking,
             given.undone + wish.undone,
@@ -303,16 +300,6 @@ class OperatingHand:
     def _change(self, **changes: Any) -> None:
         with self._lock:
             self._wish = replace(self._wish, **changes)
-
-    def _jaw_at(self, time_s: float, is_working: bool) -> float:
-        """Move the jaw towards open or closed in the samples' time."""
-        elapsed_s = 0.0 if self._last_s is None else max(time_s - self._last_s, 0.0)
-        self._last_s = time_s
-        if is_working:
-            self._jaw = min(self._jaw + elapsed_s / CLOSING_S, 1.0)
-        else:
-            self._jaw = max(self._jaw - elapsed_s / OPENING_S, 0.0)
-        return self._jaw
 
     def _carried(self, sample: Sample, ahead_mm: float) -> Sample:
         """Place the tool before the lens, on the axis of the picture."""

@@ -16,6 +16,7 @@ from paravol.session_setup import build_session, operate_on
 from renderers.scene import Volume
 from scenarios import Sample, load_scenario
 from scenarios.operation import Operation
+from scenarios.rubrics.population import population_of
 from scenarios.scoring import OperationFigures
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -78,6 +79,18 @@ def test_the_uncinate_is_taken_and_nothing_is_hurt(
     # an arm's error and tremor take a tenth
     assert operation.injuries.approaches["nasolacrimal duct"].gap_mm > 0.1
     assert 0.0 < figures.sucked_ml < figures.bled_ml
+
+
+def test_generated_experts_take_about_as_much(
+    operated: tuple[Operation, OperationFigures],
+) -> None:
+    """They fly the same path; hands whose jaws never closed took a tenth."""
+    _, figures = operated
+    population = population_of("first_operation")
+    assert population is not None
+    (experts,) = (group for group in population.groups if group.name == "expert")
+    taken = experts.values["patient/tissue removed: in all"].middle
+    assert taken == pytest.approx(sum(figures.removed_mm3.values()), rel=0.3)
 
 
 def test_the_path_is_what_the_script_makes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from disk import UserError
+from paravol.inputs.jaw import CLOSING_S
 from paravol.inputs.operating_hand import (
-    CLOSING_S,
     FIRST_AHEAD_MM,
     NEAREST_MM,
     OperatingHand,
