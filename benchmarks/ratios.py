@@ -3,7 +3,8 @@
 Times of two days cannot be compared; ratios of two measurements of one run can.
 """
 
-from collections.abc import Iterable
+import statistics
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import msgspec
@@ -14,6 +15,9 @@ from benchmarks.schema import Measurement, Results, Setting, row_key
 from disk import UserError, whole_file
 
 RELEASED = ROOT / "benchmarks" / "results" / "ratios.json"
+Key = tuple[str, str, str, str]
+"""What tells one measurement from another; see `row_key`."""
+
 RMSE = "RMSE"
 COUNTED = (DIFFER, "failed")
 """Counters of which any is an error."""
@@ -22,7 +26,8 @@ COUNTED = (DIFFER, "failed")
 class Ratio(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Hold what is compared of one row. ratio: above one is faster than the baseline.
 
-    errors: by name; smaller is better.
+    errors: by name; smaller is better. scatter: highest ratio over the least, of the
+    rounds in which a release was measured.
     """
 
     suite: str
@@ -32,9 +37,10 @@ class Ratio(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     baseline: str | None = None
     ratio: float | None = None
     errors: dict[str, float] = msgspec.field(default_factory=dict)
+    scatter: float = 1.0
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
+    def key(self) -> Key:
         """Return what tells one measurement from another."""
         return row_key(self.suite, self.case, self.mode, self.settings)
 
@@ -81,12 +87,28 @@ def ratios_of(rows: Iterable[Measurement]) -> list[Ratio]:
 
 def best_of(runs: Iterable[Results]) -> list[Ratio]:
     """Merge runs: of every row the higher ratio and the smaller errors."""
-    found: dict[tuple[str, str, str, str], Ratio] = {}
+    found: dict[Key, Ratio] = {}
     for run in runs:
         for ratio in ratios_of(run.rows):
             first = found.get(ratio.key)
             found[ratio.key] = ratio if first is None else first.better_of(ratio)
     return list(found.values())
+
+
+def middle_of(runs: Sequence[Results]) -> list[Ratio]:
+    """Merge runs: of every row the middle ratio, its scatter, the smaller errors."""
+    rounds: dict[Key, list[float]] = {}
+    for run in runs:
+        for row in ratios_of(run.rows):
+            if row.ratio is not None:
+                rounds.setdefault(row.key, []).append(row.ratio)
+    kept = []
+    for best in best_of(runs):
+        if found := rounds.get(best.key):
+            middle, scatter = statistics.median(found), max(found) / min(found)
+            best = msgspec.structs.replace(best, ratio=middle, scatter=scatter)
+        kept.append(best)
+    return kept
 
 
 def load_ratios(path: Path) -> Ratios:

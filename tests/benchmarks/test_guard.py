@@ -107,11 +107,26 @@ def test_failures_are_laid_out_in_a_table(row: Row) -> None:
     assert "1 rows compared, 2 failed" in said
 
 
+@pytest.mark.parametrize(("share", "fails"), [(0.31, True), (0.29, False)])
+def test_a_row_that_scattered_is_held_to_its_scatter(
+    row: Row, share: float, fails: bool
+) -> None:
+    (released,) = ratios_of([row])
+    released = replace(released, scatter=1.3)
+    verdict = compare([released], ratios_of([slowed(row, share)]))
+    assert [failure.what for failure in verdict.failures] == ["ratio"] * fails
+    out = io.StringIO()
+    print_verdict(verdict, Console(file=out, width=140))
+    assert "1 of them scattered by more than 10%" in out.getvalue()
+
+
 @pytest.mark.parametrize(("again", "fails"), [(0.2, True), (0.05, False)])
-def test_a_row_must_fail_twice(row: Row, again: float, fails: bool) -> None:
+def test_a_row_must_fail_three_times(row: Row, again: float, fails: bool) -> None:
     other = replace(row, mode="other")
     released = ratios_of([row, other])
-    answers = iter([[slowed(row, 0.2), other], [slowed(row, again)]])
+    answers = iter(
+        [[slowed(row, 0.2), other], [slowed(row, 0.3)], [slowed(row, again)]]
+    )
     asked: list[Callable[[Task], bool] | None] = []
 
     def measure(wants: Callable[[Task], bool] | None) -> Results:
@@ -121,14 +136,16 @@ def test_a_row_must_fail_twice(row: Row, again: float, fails: bool) -> None:
     verdict = judge(released, measure)
     assert bool(verdict.failures) == fails
     assert (verdict.compared, verdict.missing) == (2, [])
-    first, second = asked
+    first, second, third = asked
     assert first is None
     assert second is not None
+    assert third is not None
     tasks = [
         Task(r.suite, r.case, r.mode, lambda: Measured(Timing(1, 1, 1, 1)), r.settings)
         for r in (row, other)
     ]
-    assert [second(task) for task in tasks] == [True, False]
+    for wants in (second, third):
+        assert [wants(task) for task in tasks] == [True, False]
 
 
 def test_what_passes_is_measured_once(row: Row) -> None:

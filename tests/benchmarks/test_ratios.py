@@ -11,6 +11,7 @@ from benchmarks.ratios import (
     Ratios,
     best_of,
     load_ratios,
+    middle_of,
     ratios_of,
     save_ratios,
 )
@@ -38,6 +39,15 @@ def test_the_better_of_two_runs_is_kept(row: Row) -> None:
     again = msgspec.structs.replace(row, ratio=1.5, rmse=5e-4)
     (found,) = best_of([Results(rows=[row]), Results(rows=[again])])
     assert (found.ratio, found.errors[RMSE]) == (2.0, 5e-4)
+
+
+def test_the_middle_of_a_releases_rounds_is_kept_with_its_scatter(row: Row) -> None:
+    rounds = [msgspec.structs.replace(row, ratio=r) for r in (2.0, 1.0, 1.6, 1.5, 1.2)]
+    (found,) = middle_of([Results(rows=[one]) for one in rounds])
+    assert (found.ratio, found.scatter) == (1.5, 2.0)
+    bare = msgspec.structs.replace(row, ratio=None)
+    (found,) = middle_of([Results(rows=[bare])])
+    assert (found.ratio, found.scatter) == (None, 1.0)
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"rows": 3}'])
