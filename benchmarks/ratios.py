@@ -14,10 +14,10 @@ from benchmarks.machine import ROOT, Machine
 from benchmarks.schema import Measurement, Results, Setting, row_key
 from disk import UserError, whole_file
 
-RELEASED = ROOT / "benchmarks" / "results" / "ratios.json"
 Key = tuple[str, str, str, str]
 """What tells one measurement from another; see `row_key`."""
 
+RELEASED = ROOT / "benchmarks" / "results" / "ratios.json"
 RMSE = "RMSE"
 COUNTED = (DIFFER, "failed")
 """Counters of which any is an error."""

@@ -132,13 +132,18 @@ def main() -> None:
             write(exercise, groups, options.out / f"{exercise}.json")
 
 
+def operates(path: ProbePath) -> bool:
+    """Return whether a path's tool takes tissue."""
+    return bool(np.any(path.buttons & PATH_WORK))
+
+
 @cache
 def usual_settings(exercise: str) -> Settings:
     """Return the thresholds of the rubric by which such a session is scored."""
     scenario, folder = load_scenario(exercise)
     path = load_probe_path(folder / scenario.path) if scenario.path else None
-    operates = path is not None and bool(np.any(path.buttons & PATH_WORK))
-    return load_rubric("operation" if operates else "endoscopy").settings
+    cuts = path is not None and operates(path)
+    return load_rubric("operation" if cuts else "endoscopy").settings
 
 
 @cache
@@ -203,10 +208,10 @@ def record(
         scenario, patient, registration, size=64, has_instrument=False
     )
     # where nobody takes anything, the head stays as it is: stepped much faster
-    operates = bool(np.any(path.buttons & PATH_WORK))
-    info = msgspec.structs.replace(info, operated=operates, has_instrument=operates)
+    cuts = operates(path)
+    info = msgspec.structs.replace(info, operated=cuts, has_instrument=cuts)
     operation = None
-    if operates:
+    if cuts:
         patient, operation = operate_on(patient)
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     jaw = Jaw()
@@ -244,7 +249,7 @@ def run(
     off_mm += drawn(skill.tremor_mm) * tremor(count, rng)
     off_mm += ARM_MM * rng.standard_normal((count, 3))
     turn = np.radians(drawn(skill.wander_deg)) * slow_noise(count, rng)
-    works = bool(np.any(path.buttons & PATH_WORK))
+    works = operates(path)
     tool_mm = np.zeros((count, 3))
     if works:
         # the second hand is as steady as the first, by numbers of its own

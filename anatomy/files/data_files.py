@@ -3,6 +3,7 @@
 A header of text may name any path of the machine, and a pipe that never ends.
 """
 
+import os
 import re
 from pathlib import Path
 
@@ -12,8 +13,8 @@ LONGEST_HEADER = 1 << 20
 
 MOST_FILES = 20_000
 
-LONGEST_NAME = 255
-"""Bytes; file systems hold no longer one, and raise an error of their own."""
+LONGEST_TOLD = 200
+"""Characters of a name that an error repeats."""
 
 LOCAL = ("local", "list")
 """What a header says in place of a name: in this file, or in the lines that follow."""
@@ -87,18 +88,16 @@ def _check_named(path: Path, words: str) -> None:
 
 
 def _check(path: Path, name: str) -> None:
-    if len(name.encode()) > LONGEST_NAME:
-        raise UserError(
-            f"{path} takes its values from {name[:40]!r}..., no file's name"
-        )
+    told = f"{path} takes its values from {name[:LONGEST_TOLD]}"
     folder = path.parent.resolve()
     target = Path(name)
     if target.is_absolute() or not (folder / target).resolve().is_relative_to(folder):
         raise UserError(
-            f"{path} takes its values from {name}, outside its own folder; put both "
-            "into one folder, and name the file alone"
+            f"{told}, outside its own folder; put both into one folder, and name the "
+            "file alone"
         )
-    if not (folder / target).exists():
-        raise UserError(f"{path} takes its values from {name}, which is not there")
+    # a name that no file system holds is not there either; Path.exists would raise
+    if not os.path.exists(folder / target):
+        raise UserError(f"{told}, which is not there")
     if not (folder / target).is_file():
-        raise UserError(f"{path} takes its values from {name}, which is no plain file")
+        raise UserError(f"{told}, which is no plain file")

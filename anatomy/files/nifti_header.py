@@ -27,6 +27,7 @@ SAME_SIDE = float(np.cos(np.radians(45.0)))
 _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
 MOST_DIMENSIONS = 7
+"""That the format knows."""
 
 HEADER_BYTES = 348
 """Of the first version of the format, the only one that the reader knows."""
@@ -43,8 +44,6 @@ _FIELDS = {
     "srow": ("(3,4)f4", 280),
 }
 """Type and offset of each field."""
-
-_QFORM = ("pixdim", "quatern", "qoffset")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,8 @@ def _header(name: str, record: Any) -> NiftiHeader:
     start = _first_byte(float(record["vox_offset"]))
     qform = sform = None
     if record["qform_code"] > 0:
-        _check_finite(name, "qform", *(record[key] for key in _QFORM))
+        placing = record["pixdim"][:4], record["quatern"], record["qoffset"]
+        _check_finite(name, "qform", *placing)
         qform = _qform(record)
     if record["sform_code"] > 0:
         _check_finite(name, "sform", record["srow"])

@@ -106,7 +106,8 @@ def save_volume(
     """Write a volume, atomically, in the format that the file's name ends with.
 
     metadata: extra header fields, which NRRD keeps. Raise ValueError for a name that
-    SimpleITK has no format for, OSError if the folder cannot be written to.
+    SimpleITK has no format for, or that needs a second file; OSError if the folder
+    cannot be written to.
     """
     sitk = _simple_itk()
 
@@ -125,6 +126,11 @@ def save_volume(
             raise UserError(
                 f"{target} cannot be written as a volume: {_last_line(error)}"
             ) from error
+        if len(os.listdir(folder)) > 1:
+            raise UserError(
+                f"{target} would be two files, header and values; save it as .nrrd, "
+                ".nii.gz or .mha"
+            )
         os.replace(temporary, target)
 
 

@@ -56,7 +56,7 @@ class Skin:
             found = [self._first(float(x), z, depths) for x in columns]
             row = [point for point in found if point is not None]
             rows += row if number % 2 == 0 else row[::-1]
-        points = np.array(rows)
+        points = np.array(rows).reshape(-1, 3)
         inward = self.normal(points)
         inward /= np.linalg.norm(inward, axis=1, keepdims=True)
         return np.asarray(points + dent_mm * inward, dtype=np.float64)

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from anatomy.files.volumes import load_volume
+from anatomy.files.volumes import load_volume, save_volume
+from renderers.scene import Volume
 
 VALUES = np.arange(1000, dtype="<i2")
 
@@ -68,8 +69,9 @@ def test_neighbours_are_read(folder: Path, header: str, name: str) -> None:
         ("pipe", "no plain file"),
         ("sub", "no plain file"),
         ("absent.raw", "not there"),
-        ("a" * 300, "no file's name"),
-        ("LIST\n" + "a" * 5000, "no file's name"),
+        ("a" * 300, "not there"),
+        ("LIST\n" + "a" * 5000, "not there"),
+        ("LIST\n" + "a/" * 5000, "not there"),
         # as wide a number would fill the memory
         ("s%099999999999d.raw 0 9 1", "not there"),
     ],
@@ -107,6 +109,14 @@ def test_dimensions_that_cannot_be_are_refused(folder: Path, line: str) -> None:
     file.write_text(META.format("LOCAL").replace("NDims = 3", line))
     with pytest.raises(ValueError, match=r"scan\.mha does not say how many"):
         load_volume(file)
+
+
+@pytest.mark.parametrize("name", ["a.mhd", "a.nhdr", "a.hdr", "a.img"])
+def test_a_volume_of_two_files_is_not_saved_by_half(tmp_path: Path, name: str) -> None:
+    volume = Volume(VALUES.reshape(10, 10, 10), np.ones(3), np.zeros(3))
+    with pytest.raises(ValueError, match=rf"{name} would be two files"):
+        save_volume(volume, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_other_formats_are_not_tried(folder: Path) -> None:

@@ -106,8 +106,24 @@ def test_a_frame_that_is_not_finite_is_refused(
             load_volume(tmp_path / "a.nii")
 
 
-def test_a_frame_that_is_not_used_may_hold_anything(tmp_path: Path) -> None:
+def test_a_pair_of_files_is_checked_by_its_header(tmp_path: Path) -> None:
     content = write(tmp_path / "a.nii")
+    content[344:347] = b"ni1"
+    struct.pack_into("<f", content, 108, 0.0)
+    (tmp_path / "a.hdr").write_bytes(content[:352])
+    (tmp_path / "a.img").write_bytes(content[352:])
+    assert np.array_equal(load_volume(tmp_path / "a.img").values, head().values)
+    struct.pack_into("<f", content, 280, np.nan)
+    (tmp_path / "a.hdr").write_bytes(content[:352])
+    for name in ("a.img", "a.hdr"):
+        with pytest.raises(ValueError, match=r"a\.hdr has a sform .* not finite"):
+            load_volume(tmp_path / name)
+
+
+def test_what_places_no_voxel_may_hold_anything(tmp_path: Path) -> None:
+    content = write(tmp_path / "a.nii")
+    # lengths along axes that are not there, and a frame that is not used
+    struct.pack_into("<4f", content, 92, *[np.nan] * 4)
     struct.pack_into("<h", content, 254, 0)
     struct.pack_into("<12f", content, 280, *[np.nan] * 12)
     (tmp_path / "a.nii").write_bytes(content)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -37,17 +39,22 @@ def test_the_angles_of_a_frame_are_found_again() -> None:
 
 
 def test_an_elbow_and_a_wrist_stay_on_their_side() -> None:
-    """Poses of an arm that is held the other way round are found on that way."""
+    """An arm that is held the other way round has the same poses by other angles."""
     flipped = HOME + np.array([0.0, 0.0, 0.0, np.pi, 0.0, 0.0])
     flipped[4] = -HOME[4]
     angles = flipped + (_angles(6) - HOME)
     frames = _frames(angles)
-    held = _errors().held_as(frames[0])
-    assert held.near is not None
-    found = held.angles(frames)
-    assert np.abs(np.diff(found, axis=0)).max() < np.radians(60.0)
-    for frame, one in zip(frames, found, strict=True):
-        np.testing.assert_allclose(held.angles(frame[None])[0], one, atol=1e-6)
+    held = replace(_errors(), near=flipped).held_as(frames[0])
+    np.testing.assert_allclose(held.angles(frames), angles, atol=1e-7)
+    for frame, one in zip(frames[::-1], angles[::-1], strict=True):
+        np.testing.assert_allclose(held.angles(frame[None])[0], one, atol=1e-7)
+    from_rest = _errors().angles(frames)
+    assert np.abs(from_rest - angles).max() > 1.0
+    np.testing.assert_allclose(
+        DX40937.geometry.with_tip(TipChange(14.0)).device_from_tip(from_rest)[:, :3, 3],
+        frames[:, :3, 3],
+        atol=1e-6,
+    )
 
 
 def test_points_move_as_the_constants_say() -> None:
