@@ -19,6 +19,7 @@ import msgspec
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
+from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Pace, Timing, fly
 from paravol.inputs.flight_input import FlightInput
@@ -40,7 +41,7 @@ from paravol.inputs.pose_sources import (
 )
 from paravol.inputs.scope_rack import ScopeRack
 from paravol.operation_rehearsal import STAGE, rehearse
-from paravol.patient import PatientScene, check_for_head, load_patient
+from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.preparation import Preparation
@@ -290,7 +291,7 @@ class Flight:
         order, observer = self.order, self._observer
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
-        check_for_head(scenario, before)
+        check_fit(scenario, before)
         self.head = before
         # kernels may be compiled from here on: no bar stands full meanwhile
         self._progress("Preparing the tissue", 0.0)

@@ -6,14 +6,19 @@ compiler, for half a minute.
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.wall_layers import WallLayers
 from paravol.patient import PatientScene, Progress
-from paravol.session_setup import LIVE_TIER, SEED, build_session, operate_on
+from paravol.session_setup import (
+    LIVE_TIER,
+    SEED,
+    aimless,
+    build_session,
+    operate_on,
+)
 from paravol.view import EndoscopeView
 from renderers.scene import AirSurface, Volume
 from renderers.shading import Tier
@@ -39,8 +44,7 @@ def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> N
     progress(STAGE, 0.0)
     piece, place = _piece(patient)
     operated, operation = operate_on(piece)
-    aimless = msgspec.structs.replace(scenario, targets=())
-    session = build_session(aimless, operated, np.eye(4), (64, 64), operation)
+    session = build_session(aimless(scenario), operated, np.eye(4), (64, 64), operation)
     view = EndoscopeView(
         operated,
         ring_radius_mm=scenario.scope.ring_radius_mm,

@@ -28,10 +28,8 @@ from machine import usable_cores
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
 from scenarios import Endoscope, Scenario, Structures, View, tip_frame
-from scenarios.exercise_check import HeadNames, head_problems
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
-from scenarios.tasks.checks import sentence
 from surgery.decongestion import BLOOD_BIAS, decongest
 
 if TYPE_CHECKING:
@@ -351,22 +349,6 @@ def decongested(patient: PatientScene) -> PatientScene:
         surface_sha256=surface_hash(surface),
         structures=replace(structures, distance=surface.distance),
         blood_bias=BLOOD_BIAS,
-    )
-
-
-def check_for_head(scenario: Scenario, patient: PatientScene) -> None:
-    """Raise UserError where an exercise names what its head does not have."""
-    for problem in head_problems(scenario, head_names(patient)):
-        raise UserError(f"The exercise {scenario.name!r}: {sentence(problem)}")
-
-
-def head_names(patient: PatientScene) -> HeadNames:
-    """Return the names that an exercise may use of a head."""
-    hazards, layers = patient.hazards, patient.layers
-    return HeadNames(
-        patient.landmarks,
-        None if hazards is None else hazards.volumes,
-        None if layers is None else {kind.name for kind in layers.kinds if kind.name},
     )
 
 

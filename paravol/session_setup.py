@@ -1,7 +1,6 @@
 """The parts of a session, built from its description or from its scenario."""
 
 import datetime
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -30,11 +29,10 @@ from scenarios import (
     tip_frame,
 )
 from scenarios.bundle import SessionInfo
-from scenarios.coverage import SITE_NAMES, CoverageWatch, Mucosa, mucosa_of
+from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
-from scenarios.tasks.task import Survey, Task
 from surgery.patient import OperatedPatient
 
 SEED = 1
@@ -160,16 +158,14 @@ def build_session(
     """Start a session of the scenario under a registration, 4x4.
 
     operation: what the second hand does to the patient; see `operate_on`. Where there
-    is one, or there are tasks, what mucosa is seen is watched. UserError where a survey
-    names a site that the head does not have.
+    is one, or there are tasks, what mucosa is seen is watched. Whether the exercise
+    fits the head is asked before, see `paravol.exercise_fit`.
     """
     surface = patient.surface if operation is None else operation.patient.surface
     tasks = None
     if scenario.tasks:
         tasks = TaskEngine(scenario.tasks, patient.landmarks)
     watch = coverage_watch(patient, operation) if tasks or operation else None
-    if watch is not None:
-        _check_sites(scenario.tasks, watch)
     return Session(
         scenario.scope.endoscope(),
         world_from_device,
@@ -183,6 +179,11 @@ def build_session(
         nostrils(patient),
         watch,
     )
+
+
+def aimless(scenario: Scenario) -> Scenario:
+    """Return the exercise's scope alone: for what looks or cuts, and asks nothing."""
+    return Scenario(scenario.name, scenario.title, scope=scenario.scope)
 
 
 def coverage_watch(
@@ -205,24 +206,6 @@ def coverage_watch(
     return CoverageWatch(mucosa, patient.landmarks)
 
 
-def _check_sites(tasks: Sequence[Task], watch: CoverageWatch) -> None:
-    known = watch.mucosa.members
-    for task in tasks:
-        if isinstance(task, Survey):
-            for name in task.sites:
-                if name in known:
-                    continue
-                if name.partition(", ")[0] not in SITE_NAMES:
-                    raise UserError(
-                        f"The task {task.name!r} names the site {name!r}, which is "
-                        f"none; known are: {'; '.join(SITE_NAMES)}."
-                    )
-                raise UserError(
-                    f"The task {task.name!r} names the site {name!r}, which this head "
-                    f"does not have; it has: {'; '.join(sorted(known))}."
-                )
-
-
 @dataclass(frozen=True, slots=True)
 class _Head:
     """Hold a head's surface and names, told apart by their hashes."""
@@ -232,9 +215,9 @@ class _Head:
     structures: Structures | None = field(compare=False)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _divided(head: _Head) -> Mucosa:
-    """Return a head's patches; of the newest head they are kept."""
+    """Return a head's patches; kept of a head, and of the piece rehearsed on."""
     return mucosa_of(head.distance, head.structures)
 
 
@@ -311,7 +294,7 @@ def path_view(
         at.instrument_axis,
         at.buttons,
     )
-    return build_session(scenario, patient, np.eye(4), size).view(sample)
+    return build_session(aimless(scenario), patient, np.eye(4), size).view(sample)
 
 
 def flight_pose(

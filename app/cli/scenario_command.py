@@ -1,6 +1,6 @@
 """`paravol scenario`: list the exercises, check a file, show one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +10,10 @@ from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
 from disk.typed_record import decode_json
 from scenarios import Scenario, load_scenario
-from scenarios.exercise_check import head_problems, told
+from scenarios.exercise_check import told
 from scenarios.ladder import LAST_RUNS, LEAST_RATE, Door, Rung, false_unlock, rungs
 from scenarios.scenario import CameraHold, Level, Scope, bundled_scenarios
 from scenarios.tasks import Task
-from scenarios.tasks.task import Survey
 
 RARE = 0.3
 """Pass rate of somebody who is not there yet."""
@@ -73,19 +72,15 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
 
 def run_check(file: Path, *, as_json: bool) -> int:
     """Check an exercise's file against its schema, the catalogue and its head."""
-    from paravol.patient import head_names, load_patient
-    from paravol.session_setup import coverage_watch
+    from paravol.exercise_fit import fit_problems
+    from paravol.patient import load_patient
 
     if file.suffix != ".toml":
         raise UserError(f"A scenario file ends in .toml; got {file}.")
     scenario, _ = load_scenario(str(file))
     with Stages(quiet=as_json) as stages:
         patient = load_patient(scenario, stages)
-        names = head_names(patient)
-        if any(isinstance(task, Survey) for task in scenario.tasks):
-            sites = coverage_watch(patient).mucosa.members
-            names = replace(names, sites=sites)
-    problems = list(head_problems(scenario, names))
+        problems = list(fit_problems(scenario, patient))
     lines = [told(file, file.read_bytes(), problem) for problem in problems]
     if as_json:
         print_json({"file": str(file), "problems": lines})

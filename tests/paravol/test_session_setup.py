@@ -4,16 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import msgspec
-import numpy as np
-import pytest
-
-from disk import UserError
-from paravol.patient import PatientScene, load_patient
-from paravol.session_setup import build_session, coverage_watch, operate_on
+from paravol.patient import load_patient
+from paravol.session_setup import coverage_watch, operate_on
 from scenarios import load_scenario
-from scenarios.tasks.task import Survey
-from tests.scenes import make_scene
 
 SCRIPT = """
 import gc, sys
@@ -60,18 +53,6 @@ def test_no_kernel_is_compiled_in_flight(coarse_scenario: Path) -> None:
     warm, late = done.stdout.splitlines()
     assert int(warm) > 20
     assert late == "[]"
-
-
-def test_a_survey_of_a_site_that_is_none_is_told() -> None:
-    scenario, _ = load_scenario("first_flight")
-    patient = PatientScene(
-        make_scene(), dict.fromkeys(scenario.targets, np.zeros(3)), ""
-    )
-    for site, said in (("middle meatos", "known are"), ("choana, left", "it has:")):
-        survey = Survey(name="look", title="Look", sites={site: 50.0})
-        asked = msgspec.structs.replace(scenario, tasks=(survey,))
-        with pytest.raises(UserError, match=said):
-            build_session(asked, patient, np.eye(4), (8, 8))
 
 
 def test_mucosa_divided_before_the_operation_is_that_of_the_flight(

@@ -6,7 +6,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from paravol.patient import check_for_head, load_patient, no_progress
+from paravol.exercise_fit import check_fit
+from paravol.patient import load_patient, no_progress
 from paravol.scripted_hand import ScriptedHand, undone
 from scenarios import Scenario, load_scenario
 from scenarios.scenario import CURRICULUM, bundled_scenarios
@@ -45,7 +46,7 @@ def test_the_ladder_has_steps_of_every_level() -> None:
 def test_an_exercise_can_be_done(name: str) -> None:
     scenario, _ = load_scenario(name)
     patient = load_patient(scenario, no_progress)
-    check_for_head(scenario, patient)
+    check_fit(scenario, patient)
     hand = ScriptedHand(scenario, patient, operates=bool(scenario.tools))
     hand.do_all()
     assert undone(hand) == []
