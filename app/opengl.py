@@ -16,6 +16,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from machine import use_c_numbers
+
 PATIENCE_S = 60.0
 """A cold disk needs several seconds to load the libraries for the first time."""
 
@@ -233,6 +235,7 @@ def _try_window() -> None:
         raise RuntimeError("there is no display")
     _report(step="display")
     application = QGuiApplication(["paravol"])
+    use_c_numbers()
     _report(step="context")
     _try_offscreen()
     application.quit()

@@ -2,6 +2,7 @@
 
 from disk.foreign_file import ForeignFileError, foreign_file
 from disk.place import demand_place
+from disk.simple_itk import simple_itk
 from disk.user_error import UserError
 from disk.whole_file import whole_file
 
@@ -10,5 +11,6 @@ __all__ = [
     "UserError",
     "demand_place",
     "foreign_file",
+    "simple_itk",
     "whole_file",
 ]

@@ -1,5 +1,6 @@
-"""What differs between operating systems: locks, processes, resources, typing."""
+"""What differs between operating systems: locks, numbers, processes, typing."""
 
+from machine.c_numbers import use_c_numbers
 from machine.file_lock import NoLocksError, lock_file, locked
 from machine.processes import (
     be_punctual,
@@ -24,5 +25,6 @@ __all__ = [
     "memory_bytes",
     "typed_text",
     "usable_cores",
+    "use_c_numbers",
     "user_number",
 ]

@@ -1,6 +1,5 @@
 """Volumes in the files that other programs read and write."""
 
-import importlib
 import os
 import tempfile
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 from anatomy.files.data_files import check_data_files
 from anatomy.files.nifti_header import header_file, read_nifti_header
 from anatomy.files.volume_header import check_header
-from disk import UserError, foreign_file, whole_file
+from disk import UserError, foreign_file, simple_itk, whole_file
 from renderers.scene import AIR_HU, Volume
 
 _HEADER_TOLERANCE = 1e-3
@@ -47,7 +46,7 @@ def load_layers(path: Path | str, background: float = AIR_HU) -> tuple[Volume, .
 
 
 def _load(name: str, background: float, most_layers: int) -> tuple[Volume, ...]:
-    sitk = _simple_itk()
+    sitk = simple_itk()
 
     if not Path(name).is_file():
         raise UserError(f"there is no volume file {name}")
@@ -109,7 +108,7 @@ def save_volume(
     SimpleITK has no format for, or that needs a second file; OSError if the folder
     cannot be written to.
     """
-    sitk = _simple_itk()
+    sitk = simple_itk()
 
     target = Path(path)
     image = sitk.GetImageFromArray(volume.values)
@@ -138,11 +137,6 @@ def write_file(path: Path, content: bytes) -> None:
     """Write a small file as a whole or not at all, readable by all as usual."""
     with whole_file(path) as beside:
         beside.write_bytes(content)
-
-
-def _simple_itk() -> Any:
-    """Import SimpleITK late: half a second that most commands can save."""
-    return importlib.import_module("SimpleITK")
 
 
 def _last_line(error: Any) -> str:

@@ -5,7 +5,6 @@ are separated by width: a ball of 8 mm radius rolls everywhere outside and nowhe
 inside the nose.
 """
 
-import importlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,7 @@ from scipy import ndimage
 
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM, redistance
 from anatomy.tissue import SURFACE_HU
-from disk import UserError
+from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU, Volume
 
 BALL_MM = 8.0
@@ -232,7 +231,7 @@ def _remove_specks(field: NDArray[np.float32], spacing: float) -> None:
 
 def _distance_to(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float32]:
     """Return the distance in mm to the nearest marked voxel, 0 in it."""
-    sitk = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     image = sitk.GetImageFromArray(mask.astype(np.uint8))
     distance = sitk.SignedMaurerDistanceMap(image, False, False, False)
     values: NDArray[np.float32] = sitk.GetArrayFromImage(distance)

@@ -4,7 +4,6 @@ The functional groups of an enhanced file place its frames: those of one frame, 
 that all frames share. In other files the main header does.
 """
 
-import importlib
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU
 
 if TYPE_CHECKING:
@@ -213,8 +212,7 @@ def _decoded(piece: bytes, image: "Dataset", file: Path) -> NDArray[Any]:
     single["PixelData"].VR = "OB"
     single.file_meta = pydicom.dataset.FileMetaDataset()
     single.file_meta.TransferSyntaxUID = image.file_meta.TransferSyntaxUID
-    # typed as Any, for it carries no annotations
-    sitk = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     with tempfile.TemporaryDirectory() as folder:
         name = f"{folder}/frame.dcm"
         single.save_as(name, enforce_file_format=True)

@@ -5,7 +5,6 @@ TotalSegmentator in an XML extension. Other label maps need their names beside t
 """
 
 import gzip
-import importlib
 import json
 import re
 from collections.abc import Mapping
@@ -18,7 +17,7 @@ from anatomy.files.volumes import load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
-from disk import UserError
+from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
 
 MOST_HEADER_BYTES = 1 << 20
@@ -164,7 +163,7 @@ def hazards_from_labels(labels: LabelMap, grid: Volume) -> HazardVolumes:
     Labels are taken from the nearest voxel; the distance is that to the staircase of
     their voxels, so it is off by up to half a voxel of the label map.
     """
-    sitk = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     image = sitk.GetImageFromArray(labels.volume.values)
     image.SetSpacing(labels.volume.spacing_mm.tolist())
     image.SetOrigin(labels.volume.origin_mm.tolist())

@@ -7,7 +7,6 @@ sinus begins above the nasofrontal beak, 50 to 55 mm over the floor; ethmoid cel
 6 to 20 mm from the midline between them. Nothing is named by what it looks like.
 """
 
-import importlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +19,7 @@ from anatomy.scan.midplane import Midplane
 from anatomy.scan.nose_frame import NoseFrame
 from anatomy.scan.scan import inside
 from anatomy.tissue import Label, Side
+from disk import simple_itk
 from renderers.scene.volume import Volume
 
 NECK_MM = 0.6
@@ -197,7 +197,7 @@ def _name_pieces(
 
 def _pieces(depth: NDArray[np.float32], inner: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Number the basins of a signed distance, parted where air is narrow."""
-    sitk = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     image = sitk.GetImageFromArray(np.where(inner, depth, np.float32(1)))
     basins = sitk.MorphologicalWatershed(image, NECK_MM, False)
     numbers = np.where(inner, sitk.GetArrayFromImage(basins), 0)

@@ -4,7 +4,6 @@ MR has no CT numbers. It is brought onto their scale by its two levels, air and 
 tissue; cortical bone is as dark as air there, so walls look thinner than they are.
 """
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -24,7 +23,7 @@ from anatomy.scan.dicom import (
 from anatomy.scan.dicom_folder import is_dicom
 from anatomy.scan.slice_stack import Layout
 from anatomy.tissue import SURFACE_HU, TISSUES
-from disk import UserError
+from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU, Volume
 
 ARCHIVES = (".zip", ".tar", ".tar.gz", ".tar.bz2", ".tar.xz", ".tgz", ".7z", ".rar")
@@ -307,7 +306,7 @@ def isotropic(
     low_mm, high_mm: corners of the box, LPS. Trilinear; outside is air. Raises
     ValueError for a box that needs more memory than a workstation has.
     """
-    sitk = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     count = np.maximum(np.ceil((high_mm - low_mm) / spacing_mm).astype(int) + 1, 2)
     if count.prod() > MOST_VOXELS:
         raise UserError(

@@ -5,7 +5,6 @@ Mattes et al. 2003). From coarse to fine, and then once more from places that ar
 purpose: a registration that does not come back to the same place is refused.
 """
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from anatomy.scan.scan import isotropic, patient_box
 from anatomy.tissue import SURFACE_HU
-from disk import UserError
+from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
 
 Image: TypeAlias = Any
@@ -75,7 +74,7 @@ def register_volumes(
     Both hold CT numbers or what was brought onto their scale. Raises ValueError, with
     the figure that is bad, when the scans cannot be brought together.
     """
-    sitk = _simple_itk()
+    sitk = simple_itk()
     fixed, moving = _image(first), _image(second)
     start = sitk.CenteredTransformInitializer(
         # the head, not the air around it, has its middle laid onto the other's
@@ -122,7 +121,7 @@ def register_volumes(
 
 def resampled(second: Volume, registration: VolumeRegistration, grid: Volume) -> Volume:
     """Sample the second scan on a grid of the first one's world, trilinear, int16."""
-    sitk = _simple_itk()
+    sitk = simple_itk()
     second_from_first = np.linalg.inv(registration.first_from_second)
     transform = sitk.AffineTransform(3)
     transform.SetMatrix(second_from_first[:3, :3].ravel().tolist())
@@ -142,11 +141,6 @@ def resampled(second: Volume, registration: VolumeRegistration, grid: Volume) ->
     return grid.with_values(whole, second.background)
 
 
-def _simple_itk() -> Any:
-    """Import SimpleITK late: it takes half a second."""
-    return importlib.import_module("SimpleITK")
-
-
 def _image(volume: Volume) -> Image:
     """Bring a scan to the working size, limited to where tissues differ."""
     low, high = patient_box(volume)
@@ -156,7 +150,7 @@ def _image(volume: Volume) -> Image:
 
 
 def _as_image(volume: Volume) -> Image:
-    image = _simple_itk().GetImageFromArray(volume.values)
+    image = simple_itk().GetImageFromArray(volume.values)
     image.SetSpacing(volume.spacing_mm.tolist())
     image.SetOrigin(volume.origin_mm.tolist())
     image.SetDirection(volume.direction.ravel().tolist())
@@ -166,7 +160,7 @@ def _as_image(volume: Volume) -> Image:
 def _optimized(
     fixed: Image, moving: Image, start: Transform, levels: tuple[Level, ...]
 ) -> Transform:
-    sitk = _simple_itk()
+    sitk = simple_itk()
     method = sitk.ImageRegistrationMethod()
     # sums in one order, for the same result every time
     method.SetNumberOfThreads(1)
@@ -216,7 +210,7 @@ def _agreement(
     fixed: Image, moving: Image, transform: Transform
 ) -> tuple[float, float]:
     """Measure shared information and overlap on the working grid."""
-    sitk = _simple_itk()
+    sitk = simple_itk()
     outside = -2000.0
     moved = sitk.GetArrayFromImage(
         sitk.Resample(moving, fixed, transform, sitk.sitkLinear, outside)

@@ -27,12 +27,11 @@ def run_page(
         raise UserError(graphics.problem)
 
     # Only here: where libraries are missing, loading Qt fails.
-    from PySide6.QtWidgets import QApplication
-
+    from app.window.application import make_application
     from app.window.main_window import MainWindow
     from paravol.window_preferences import read_preferences
 
-    application = QApplication(["paravol"])
+    application = make_application()
     window = MainWindow(preferences=read_preferences())
     interrupted = False
 

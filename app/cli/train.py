@@ -80,12 +80,12 @@ def _train(
 
     # Only here: where libraries are missing, loading Qt fails.
     from PySide6.QtCore import QTimer
-    from PySide6.QtWidgets import QApplication
 
+    from app.window.application import make_application
     from app.window.desk import Desk
     from app.window.main_window import MainWindow
 
-    application = QApplication(["paravol"])
+    application = make_application()
     window = MainWindow(options.screenshot, chosen_looks(options))
     desk = Desk(window, _desk_order(options, setup, graphics.is_software))
     interrupted = False

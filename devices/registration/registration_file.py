@@ -1,9 +1,8 @@
 """A registration on disk: JSON for us, an ITK transform for other programs."""
 
-import importlib
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -14,7 +13,7 @@ from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )
-from disk import ForeignFileError, UserError, whole_file
+from disk import ForeignFileError, UserError, simple_itk, whole_file
 from disk.typed_record import decode_json
 
 LARGEST_FILE_BYTES = 10_000_000
@@ -136,8 +135,7 @@ def save_itk_transform(path: Path, world_from_device: NDArray[np.float64]) -> No
     the device; 3D Slicer inverts them when it loads them, so that a model in the
     device's frame under this transform appears in the patient.
     """
-    # Imported late: the library takes half a second to load. It carries no types.
-    sitk: Any = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
     if path.suffix != ".tfm":
         raise UserError(f"an ITK transform is a .tfm file, got {path}")
     device_from_world = np.linalg.inv(world_from_device)

@@ -1,13 +1,11 @@
 """Pictures with all their bits, for other programs: OpenEXR and NRRD."""
 
-import importlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError, whole_file
+from disk import UserError, simple_itk, whole_file
 
 
 def save_exr(
@@ -60,8 +58,7 @@ def save_depth_nrrd(
 
     Row 0 at the top; +inf where nothing is. text: key-value pairs of the header.
     """
-    # untyped, and half a second that most commands can save
-    sitk: Any = importlib.import_module("SimpleITK")
+    sitk = simple_itk()
 
     if depth_mm.ndim != 2 or depth_mm.dtype != np.float32:
         raise UserError(
