@@ -13,6 +13,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QStackedWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from app.window.page import Page
 from app.window.settings_dialog import SettingsDialog
 from app.window.style import style_sheet, take_theme
@@ -116,7 +118,7 @@ class MainWindow(QMainWindow):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Open the settings on F2, on every page that has no other use for the key."""
-        if event.key() == Qt.Key.Key_F2:
+        if KEYS.action(event) is Act.SETTINGS:
             self.show_settings()
         else:
             super().keyPressEvent(event)

@@ -1,37 +1,27 @@
-"""Keyboard and mouse as controls of a scope. Knows keys by their names, no window."""
+"""Keyboard and mouse as controls of a scope. Knows what keys ask for, no window."""
 
 from dataclasses import dataclass, field
 
 from devices.controls.steering import Freedom, SteeringEvents
 
-KEYS: dict[str, tuple[Freedom, int]] = {
-    "W": (Freedom.INSERT, 1),
-    "S": (Freedom.INSERT, -1),
-    "Left": (Freedom.YAW, -1),
-    "Right": (Freedom.YAW, 1),
-    "Up": (Freedom.PITCH, 1),
-    "Down": (Freedom.PITCH, -1),
-    "D": (Freedom.ROLL, 1),
-    "A": (Freedom.ROLL, -1),
+MOVES: dict[str, tuple[Freedom, int]] = {
+    "move in": (Freedom.INSERT, 1),
+    "move out": (Freedom.INSERT, -1),
+    "tilt left": (Freedom.YAW, -1),
+    "tilt right": (Freedom.YAW, 1),
+    "tilt up": (Freedom.PITCH, 1),
+    "tilt down": (Freedom.PITCH, -1),
+    "turn right": (Freedom.ROLL, 1),
+    "turn left": (Freedom.ROLL, -1),
 }
-"""What each key asks for while it is down."""
+"""What keys ask for while they are down."""
 
-FINE_KEY = "Shift"
+FINE = "slowly"
 FINE_SHARE = 0.25
-"""Speed of the keys while the fine key is down."""
+"""Speed of the keys while the one is down that slows them."""
 
-PEDAL_KEYS = {"1": 1, "2": 2}
-"""Keys that stand for the right and the left pedal."""
-
-HELP = {
-    "W S": "move in, move out",
-    "← → ↑ ↓": "tilt about the nostril",
-    "A D": "turn the light post",
-    "Shift": "slowly",
-    "Drag": "tilt; right button: turn the post",
-    "Wheel": "move in and out",
-}
-"""What to show to whoever sits at the keyboard."""
+PEDALS = {"right pedal": 1, "left pedal": 2}
+"""Keys that stand for pedals, and the pedals' bits."""
 
 TILT_DEG_PER_PIXEL = 0.06
 """A picture 800 pixels wide covers the whole cone of a nostril."""
@@ -53,12 +43,12 @@ class MouseKeys:
     _down: set[str] = field(default_factory=set)
 
     def key(self, name: str, is_down: bool, at_s: float) -> bool:
-        """Take a key that went down or up; tell whether it belongs to the scope.
+        """Take what a key asks for, going down or up; tell whether it is steering.
 
         Repeats of a key that is held change nothing. Two keys that ask for opposite
         things cancel while both are down.
         """
-        if name not in KEYS and name not in PEDAL_KEYS and name != FINE_KEY:
+        if name not in MOVES and name not in PEDALS and name != FINE:
             return False
         if (name in self._down) == is_down:
             return True
@@ -66,13 +56,13 @@ class MouseKeys:
             self._down.add(name)
         else:
             self._down.discard(name)
-        if name in PEDAL_KEYS:
-            self.steering.press(PEDAL_KEYS[name], is_down, at_s)
-        elif name == FINE_KEY:
+        if name in PEDALS:
+            self.steering.press(PEDALS[name], is_down, at_s)
+        elif name == FINE:
             for freedom in Freedom:
                 self._hold(freedom, at_s)
         else:
-            self._hold(KEYS[name][0], at_s)
+            self._hold(MOVES[name][0], at_s)
         return True
 
     def drag(self, right_px: float, down_px: float, rolls: bool, at_s: float) -> None:
@@ -95,8 +85,8 @@ class MouseKeys:
     def _hold(self, freedom: Freedom, at_s: float) -> None:
         asked = sum(
             sign
-            for name, (what, sign) in KEYS.items()
+            for name, (what, sign) in MOVES.items()
             if what == freedom and name in self._down
         )
-        share = FINE_SHARE if FINE_KEY in self._down else 1.0
+        share = FINE_SHARE if FINE in self._down else 1.0
         self.steering.hold(freedom, asked * share, at_s)

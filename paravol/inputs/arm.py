@@ -17,8 +17,6 @@ from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
 
-KEYS = {"← →": "turn the light post"}
-
 
 class ArmInput(FlightInput):
     """Open the arm at a serial port, or the emulated one when there is none.
@@ -51,7 +49,6 @@ class ArmInput(FlightInput):
         self._faults = faults
         self._roll = roll
         self._hand = HandChannel()
-        self.keys = KEYS
         self.touch_hint = "Hold the stylus on it and press the right pedal."
         self.name = device or "emulated arm"
         if device is not None and not follows_path:

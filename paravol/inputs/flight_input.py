@@ -2,8 +2,9 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +27,10 @@ POST_IS_Y_DEG = -90.0
 class FlightInput(ABC):
     """Say what an input needs and gives, before it is opened.
 
-    name: for the window. keys: its controls, to be shown. completer: makes samples of
-    its poses. until_s: when the flight is over. registration: where its frame lies in
-    the patient; None when fiducials must be touched, ``touch_hint`` says how.
+    name: for the window. keys: its own buttons, to be shown; those of the keyboard are
+    the window's. completer: makes samples of its poses. until_s: when the flight is
+    over. registration: where its frame lies in the patient; None when fiducials must be
+    touched, ``touch_hint`` says how.
     controls: takes keys and mouse, where those steer. turns: gives its device to the
     tool and back, once it is open; None where that cannot be. is_held_by_walls: whether
     walls hold a hand that feels nothing. rumble: of the pad that steers, None where it
@@ -38,7 +40,7 @@ class FlightInput(ABC):
 
     name: str
     completer: PoseCompleter
-    keys: dict[str, str]
+    keys: Mapping[str, str] = MappingProxyType({})
     has_instrument: bool = False
     until_s: float = math.inf
     registration: Registration | None = None

@@ -20,7 +20,7 @@ from devices import ProbePath
 from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
 from devices.controls.gamepad import open_gamepad
 from devices.controls.handover import Handover
-from devices.controls.keyboard import HELP, MouseKeys
+from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
@@ -157,7 +157,6 @@ class MouseInput(_HandInput):
     def __init__(self, scenario: Scenario, path: ProbePath | None) -> None:
         super().__init__(scenario, path, None)
         self.name = "mouse and keyboard"
-        self.keys = HELP
         self.controls = MouseKeys(self._handover)
 
 

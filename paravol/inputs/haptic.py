@@ -214,7 +214,6 @@ class ForceDeviceInput(_HapticInput):
         super().__init__(radius_mm)
         self._device = device
         self.name = device.name
-        self.keys = {"← →": "turn the light post"}
         self.completer = HandChannel()
         self.touch_hint = "Hold the tip on it and press the device's first button."
 

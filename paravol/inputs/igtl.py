@@ -40,7 +40,6 @@ class LinkInput(FlightInput):
         self._address = (host, port)
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
-        self.keys = {"← →": "turn the light post"}
         self.turns = ClutchTurns()
         self.completer = framed_hand(self.registration.world_from_device)
 

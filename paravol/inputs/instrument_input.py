@@ -1,10 +1,11 @@
 """A second device as input: what moves the tool while another one moves the scope."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from devices import Pose, ProbePath
 from devices.controls.gamepad import open_gamepad
-from devices.controls.keyboard import HELP, MouseKeys
+from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from devices.controls.steering import Steering
 from devices.recording.player import RecordedArm
@@ -41,14 +42,15 @@ WORK_BUTTON, SUCTION_BUTTON = 1, 2
 class InstrumentInput(ABC):
     """Say what a second device is, before it is opened.
 
-    name: for messages. keys: its controls, to be shown. controls: takes keys and mouse,
-    where those steer. hold: walls that hold the tool, once it is open; None where it is
-    where its device is. knows_roll: whether its poses tell the turn about the shaft.
-    moves_shaft: whether they are those of the straight shaft, not of the tip.
+    name: for messages. keys: its own buttons, to be shown. controls: takes keys
+    and mouse, where those steer. hold: walls that hold the tool, once it is open; None
+    where it is where its device is. knows_roll: whether its poses tell the turn about
+    the shaft. moves_shaft: whether they are those of the straight shaft, not of its
+    tip.
     """
 
     name: str
-    keys: dict[str, str]
+    keys: Mapping[str, str] = MappingProxyType({})
     controls: MouseKeys | None = None
     hold: ToolHold | None = None
     knows_roll: bool = True
@@ -118,7 +120,6 @@ class MouseInstrument(_SteeredInstrument):
     def __init__(self, path: ProbePath | None, start: Start, side: str | None) -> None:
         super().__init__(path, start, side)
         self.name = "mouse and keyboard"
-        self.keys = HELP
         self.controls = MouseKeys(self._steering)
 
 
@@ -137,9 +138,9 @@ class GamepadInstrument(_SteeredInstrument):
         self._which = file, number
         self._pad = open_gamepad(file, number)
         self.name = self._pad.name
-        self.keys = dict(self._pad.layout.help)
+        shown = self._pad.layout.help
         # the last of them are the buttons: here they belong to the tool
-        self.keys[[*self.keys][-1]] = "work the tool; suction"
+        self.keys = shown | {[*shown][-1]: "work the tool; suction"}
 
     def _handset(self) -> Handset:
         return self._pad
@@ -165,7 +166,6 @@ class LinkInstrument(InstrumentInput):
             tool = self._record.arm_serial or None
         self._tool = tool
         self.name = f"OpenIGTLink {host}:{port}"
-        self.keys = {}
 
     @contextmanager
     def open(self, patient: PatientScene) -> Iterator[SecondDevice]:
@@ -218,7 +218,6 @@ class RecordedInstrument(InstrumentInput):
     def __init__(self, file: Path) -> None:
         """Read it; UserError when it holds no tool."""
         self.name = f"recording {file.name}"
-        self.keys = {}
         held = [s for s in recorded_samples(file) if s.instrument.name != NO_TOOL]
         if not held:
             raise UserError(f"{file} holds no tool beside the scope; choose another.")

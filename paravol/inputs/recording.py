@@ -35,7 +35,6 @@ class RecordingInput(FlightInput):
     def __init__(self, file: Path) -> None:
         """Read it; ValueError, in one sentence, when it cannot be played."""
         self.name = f"recording {file.name}"
-        self.keys = {"← →": "turn the light post"}
         self._surface_sha256: str | None = None
         if file.is_dir():
             samples = self._read_bundle(file)

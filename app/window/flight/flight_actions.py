@@ -2,66 +2,53 @@
 
 from functools import partial
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from app.window.flight.flight_thread import DisplayedFrame
 from app.window.flight.scope_keys import ScopeKeys, scope_use
 from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys, tool_use
+from app.window.keyboard.actions import Act
 from app.window.panels.action_bar import ActionBar, ActionButton, Choice
 from scenarios.instrument_state import NO_TOOL
 
-Key = Qt.Key
-
 STEERING = (
-    ActionButton("In", Key.Key_W, "W", "Moves the scope in while held", is_held=True),
-    ActionButton("Out", Key.Key_S, "S", "Draws the scope back while held", True),
-    ActionButton("Post ↺", Key.Key_A, "A", "Turns the light post to the left", True),
-    ActionButton("Post ↻", Key.Key_D, "D", "Turns the light post to the right", True),
+    ActionButton(Act.MOVE_IN, "In", is_held=True),
+    ActionButton(Act.MOVE_OUT, "Out", is_held=True),
+    ActionButton(Act.TURN_LEFT, "Post ↺", is_held=True),
+    ActionButton(Act.TURN_RIGHT, "Post ↻", is_held=True),
 )
 """Where mouse and keys move the scope."""
 
 POST = (
-    ActionButton("Post ↺", Key.Key_Left, "←", "Turns the light post", repeats=True),
-    ActionButton("Post ↻", Key.Key_Right, "→", "Turns the light post", repeats=True),
+    ActionButton(Act.TURN_LEFT, "Post ↺", repeats=True),
+    ActionButton(Act.TURN_RIGHT, "Post ↻", repeats=True),
 )
 """Where another device moves it."""
 
 SCOPE = (
-    ActionButton(
-        "Head ↺", Key.Key_BracketLeft, "[", "Turns the camera head", repeats=True
-    ),
-    ActionButton(
-        "Head ↻", Key.Key_BracketRight, "]", "Turns the camera head", repeats=True
-    ),
-    ActionButton("Scope", Key.Key_O, "O", "Puts in a scope of another angle"),
-    ActionButton("Wash", Key.Key_L, "L", "Washes the lens"),
+    ActionButton(Act.HEAD_LEFT, "Head ↺", repeats=True),
+    ActionButton(Act.HEAD_RIGHT, "Head ↻", repeats=True),
+    ActionButton(Act.NEXT_SCOPE, "Scope"),
 )
+WASH = (ActionButton(Act.WASH, "Wash"),)
+"""Who washes is the second hand."""
+
 TOOLS = (
-    ActionButton(
-        "Tool", Key.Key_T, "T", "Puts another tool into the second hand", is_wide=True
-    ),
-    ActionButton(
-        "Work", Key.Key_B, "B", "Bites, cuts or injects while held", is_held=True
-    ),
-    ActionButton("Ahead", Key.Key_PageUp, "Pg↑", "Moves the tool ahead", repeats=True),
-    ActionButton("Back", Key.Key_PageDown, "Pg↓", "Draws the tool back", repeats=True),
-    ActionButton("Suction", Key.Key_N, "N", "Turns the tool's suction on or off"),
-    ActionButton("Undo", Key.Key_Z, "Z", "Takes the last cut back"),
-    ActionButton("Hold", Key.Key_H, "H", "Holds the scope: its controls move the tool"),
+    ActionButton(Act.NEXT_TOOL, "Tool", is_wide=True),
+    ActionButton(Act.WORK, "Work", is_held=True),
+    ActionButton(Act.TOOL_AHEAD, "Ahead", repeats=True),
+    ActionButton(Act.TOOL_BACK, "Back", repeats=True),
+    ActionButton(Act.SUCTION, "Suction"),
+    ActionButton(Act.UNDO, "Undo"),
+    ActionButton(Act.HOLD, "Hold"),
 )
-TASKS = (
-    ActionButton("Freeze", Key.Key_P, "P", "Stops the clock; nothing counts"),
-    ActionButton("Hint", Key.Key_I, "I", "Says what helps now"),
-)
+TASKS = (ActionButton(Act.FREEZE, "Freeze"), ActionButton(Act.HINT, "Hint"))
 REST = (
-    ActionButton(
-        "Moment", Key.Key_Space, "Space", "Keeps this moment, drawn at high quality"
-    ),
-    ActionButton("Sound", Key.Key_U, "U", "Turns the sound on or off"),
-    ActionButton("Screen", Key.Key_F, "F", "Fills the screen, or no longer"),
-    ActionButton("End", Key.Key_Q, "Q", "Ends the flight and shows its result"),
+    ActionButton(Act.MOMENT, "Moment"),
+    ActionButton(Act.SOUND, "Sound"),
+    ActionButton(Act.FULL_SCREEN, "Screen"),
+    ActionButton(Act.END, "End"),
 )
 
 
@@ -86,13 +73,12 @@ class FlightActions:
         self._tools = tools
         self._sound = sound
         buttons = (STEERING if is_steered else POST) + SCOPE
-        buttons += (() if tools is None else TOOLS) + (TASKS if has_tasks else ())
-        if tools is None:
-            # who washes is the second hand
-            buttons = tuple(b for b in buttons if b.key is not Key.Key_L)
+        buttons += (() if tools is None else WASH + TOOLS) + (
+            TASKS if has_tasks else ()
+        )
         self.bar = ActionBar(page, buttons + REST)
         self.bar.offer(
-            Key.Key_O,
+            Act.NEXT_SCOPE,
             [
                 Choice(_scope_name(deg), scope_use(deg), partial(scopes.take, deg))
                 for deg in scopes.choices_deg
@@ -100,7 +86,7 @@ class FlightActions:
         )
         if tools is not None:
             self.bar.offer(
-                Key.Key_T,
+                Act.NEXT_TOOL,
                 [
                     Choice(_tool_name(n), tool_use(n), partial(tools.take, n))
                     for n in tools.names
@@ -109,14 +95,14 @@ class FlightActions:
 
     def show_frame(self, frame: DisplayedFrame, *, has_hint: bool) -> None:
         """Show what is in hand and what is on."""
-        self.bar.name(Key.Key_O, _scope_name(frame.view.scope_deg))
-        self.bar.mark(Key.Key_P, frame.is_frozen)
-        self.bar.mark(Key.Key_I, has_hint)
-        self.bar.mark(Key.Key_U, self._sound.is_on)
+        self.bar.name(Act.NEXT_SCOPE, _scope_name(frame.view.scope_deg))
+        self.bar.mark(Act.FREEZE, frame.is_frozen)
+        self.bar.mark(Act.HINT, has_hint)
+        self.bar.mark(Act.SOUND, self._sound.is_on)
         if self._tools is not None:
-            self.bar.name(Key.Key_T, _tool_name(frame.tool.name))
-            self.bar.mark(Key.Key_N, frame.tool.is_sucking)
-            self.bar.mark(Key.Key_H, self._tools.holds_scope)
+            self.bar.name(Act.NEXT_TOOL, _tool_name(frame.tool.name))
+            self.bar.mark(Act.SUCTION, frame.tool.is_sucking)
+            self.bar.mark(Act.HOLD, self._tools.holds_scope)
 
 
 def _scope_name(angle_deg: float) -> str:

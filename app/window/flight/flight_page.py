@@ -13,14 +13,16 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 from app.window.flight.flight_actions import FlightActions
 from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.flight.help_overlay import HelpOverlay
-from app.window.flight.keys import TASK_KEYS, WINDOW_KEYS, HandEvents
+from app.window.flight.keys import HandEvents
 from app.window.flight.large_view import LargeView
-from app.window.flight.scope_keys import SCOPE_KEYS, ScopeKeys
+from app.window.flight.scope_keys import ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
-from app.window.flight.sound_keys import SOUND_KEYS, SoundKeys
-from app.window.flight.tool_keys import TOOL_KEYS, ToolKeys
-from app.window.flight.view_keys import SLICE_KEYS, VIEW_KEYS, ViewKeys
+from app.window.flight.sound_keys import SoundKeys
+from app.window.flight.tool_keys import ToolKeys
+from app.window.flight.view_keys import ViewKeys
+from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
+from app.window.keyboard.key_map import KEYS
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
@@ -29,7 +31,7 @@ from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.style import OVER
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import shaft_heading
-from paravol.flight import FlightEnd, FlightOrder
+from paravol.flight import FlightEnd
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews
@@ -121,7 +123,7 @@ class FlightPage(Page):
         )
         self._view_keys = ViewKeys(self, self._slices, self, told)
         self._large = LargeView(self._lay_out(), self.picture, self._side)
-        self._help = HelpOverlay(self, _keys_of(order))
+        self._help = HelpOverlay(self, self._all_keys)
         self._injury = ""
         self._injured_until_s = 0.0
         # not before anything is flown or touched: its libraries take a second
@@ -182,9 +184,29 @@ class FlightPage(Page):
         """Show all keys, or hide them."""
         self._help.switch()
 
+    def _all_keys(self) -> dict[str, list[tuple[str, str]]]:
+        """Return the keys of this flight by what they are for."""
+        order, hidden = self._order, set[Act]()
+        if self._hand is None:
+            hidden |= STEERING - {Act.TURN_LEFT, Act.TURN_RIGHT}
+        if not order.scenario.tasks:
+            hidden |= {Act.FREEZE, Act.HINT}
+        groups = {group: rows(group, KEYS.label, hidden) for group in Group}
+        groups[Group.SLICES] += GESTURES[Group.SLICES]
+        if self._hand is not None:
+            groups[Group.SCOPE] += GESTURES[Group.SCOPE]
+        for device in (order.input, order.instrument):
+            groups[Group.SCOPE] += [] if device is None else device.keys.items()
+        groups[Group.TOOL] += GESTURES[Group.TOOL]
+        if order.has_own_tool:
+            groups[Group.TOOL] = []
+        return {group.value: told for group, told in groups.items()}
+
     def switch_large(self) -> None:
         """Make the next view large: the scope's picture, slices or the overview."""
-        self._notices.notify(self._large.next(), "F4 makes the next view large.")
+        self._notices.notify(
+            self._large.next(), f"{KEYS.label(Act.LARGE)} makes the next view large."
+        )
 
     def switch_second_screen(self) -> None:
         """Show the scope's picture on another screen, or take it away."""
@@ -196,7 +218,10 @@ class FlightPage(Page):
         for listener in (self._hand, self._tools):
             if listener is not None:
                 self._screen.installEventFilter(listener)
-        self._notices.notify(self._screen.fill(), "F3 or Esc there closes it.")
+        self._notices.notify(
+            self._screen.fill(),
+            f"{KEYS.label(Act.SECOND_SCREEN)} or Esc there closes it.",
+        )
 
     @Slot()
     def _on_screen_closed(self) -> None:
@@ -213,37 +238,50 @@ class FlightPage(Page):
                 self._help.switch()
             case Qt.Key.Key_Escape if self.window().isFullScreen():
                 self.full_screen_wanted.emit()
-            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
-                if self.may_leave():
-                    self.left.emit()
-            case Qt.Key.Key_F:
+            case Qt.Key.Key_Escape:
+                self._ask_to_leave()
+            case _ if not self._obey(KEYS.action(event)):
+                super().keyPressEvent(event)
+
+    def _obey(self, act: Act | None) -> bool:
+        """Do what a key asks of the page; return whether it is the page's."""
+        match act:
+            case Act.END:
+                self._ask_to_leave()
+            case Act.FULL_SCREEN:
                 self.full_screen_wanted.emit()
-            case Qt.Key.Key_Left | Qt.Key.Key_Down:
+            # that get here where no hand at this keyboard tilts the scope
+            case Act.TURN_LEFT | Act.TILT_LEFT | Act.TILT_DOWN:
                 self._flight.roll.turn_deg -= ROLL_STEP_DEG
-            case Qt.Key.Key_Right | Qt.Key.Key_Up:
+            case Act.TURN_RIGHT | Act.TILT_RIGHT | Act.TILT_UP:
                 self._flight.roll.turn_deg += ROLL_STEP_DEG
-            case Qt.Key.Key_BracketLeft:
+            case Act.HEAD_LEFT:
                 self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
-            case Qt.Key.Key_BracketRight:
+            case Act.HEAD_RIGHT:
                 self._flight.camera_head.turn_deg += ROLL_STEP_DEG
-            case Qt.Key.Key_M:
+            case Act.IMAGING:
                 self._notices.notify(self._slices.switch(), "Slices at the tip")
-            case Qt.Key.Key_C:
+            case Act.OPEN_HEAD:
                 self._notices.notify(
                     self._overview.switch(), "The side wall of the nose"
                 )
-            case Qt.Key.Key_Space:
+            case Act.MOMENT:
                 self._keep_moment()
-            case Qt.Key.Key_K if self._moments.times_s:
+            case Act.ENLARGE if self._moments.times_s:
                 self._moments.enlarge(self._moments.times_s[0])
-            case Qt.Key.Key_P if self._order.scenario.tasks:
+            case Act.FREEZE if self._order.scenario.tasks:
                 self._freeze()
-            case Qt.Key.Key_I if self._order.scenario.tasks:
+            case Act.HINT if self._order.scenario.tasks:
                 self._side.tasks.switch_hint()
-            case Qt.Key.Key_V if self._frame is not None:
+            case Act.KEEP_VIEW if self._frame is not None:
                 self._flight.keep_view()
             case _:
-                super().keyPressEvent(event)
+                return False
+        return True
+
+    def _ask_to_leave(self) -> None:
+        if self.may_leave():
+            self.left.emit()
 
     def may_leave(self) -> bool:
         """Ask while a flight is under way.
@@ -299,7 +337,10 @@ class FlightPage(Page):
         hand = self._flight.hand
         hand.freeze(not hand.is_frozen)
         if hand.is_frozen:
-            self._notices.say(FROZEN, "The clock stands and nothing counts; P goes on.")
+            key = KEYS.label(Act.FREEZE)
+            self._notices.say(
+                FROZEN, f"The clock stands and nothing counts; {key} goes on."
+            )
         else:
             self._notices.say("")
 
@@ -551,18 +592,3 @@ def _shown_places(view: View) -> NDArray[np.float64]:
     tools = (view.world_from_tip, view.world_from_instrument)
     places = [tool[:3] @ _OF_A_TOOL for tool in tools]
     return np.column_stack([*places, eye + AHEAD_MM * forward])
-
-
-def _keys_of(order: FlightOrder) -> dict[str, dict[str, str]]:
-    """Return the keys of a flight by what they are for."""
-    keys = dict(order.input.keys)
-    if order.instrument is not None:
-        keys |= order.instrument.keys
-    tasks = TASK_KEYS if order.scenario.tasks else {}
-    return {
-        "Scope": keys | SCOPE_KEYS,
-        "Tool": {} if order.has_own_tool else TOOL_KEYS,
-        "Flight": tasks | WINDOW_KEYS | SOUND_KEYS,
-        "Views": VIEW_KEYS,
-        "Slices": SLICE_KEYS,
-    }

@@ -1,22 +1,31 @@
 """All keys of a flight, over the page: F1 or ? shows and hides them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, Qt, Slot
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
+
 COLUMNS = 3
 
-CLOSING = "F1, ? or Esc hides this. The flight goes on."
+Rows = Sequence[tuple[str, str]]
+"""Keys, and what they do."""
 
 
 class HelpOverlay(QWidget):
     """Lie over a page with groups of keys and what they do; hidden at first."""
 
-    def __init__(self, page: QWidget, groups: Mapping[str, Mapping[str, str]]) -> None:
-        """Lay groups of keys out, each below its name; empty ones are left out."""
+    def __init__(self, page: QWidget, told: Callable[[], Mapping[str, Rows]]) -> None:
+        """Lay groups of keys out, each below its name; empty ones are left out.
+
+        told: says them, and says them again when keys have changed.
+        """
         super().__init__(page)
+        self._told = told
+        self._keys: list[QLabel] = []
         self.setObjectName("help")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._rows = QVBoxLayout(self)
@@ -26,26 +35,38 @@ class HelpOverlay(QWidget):
         self._columns = QHBoxLayout()
         self._rows.addLayout(self._columns)
         self._tables: list[QGridLayout] = []
-        for column in _balanced({n: g for n, g in groups.items() if g}):
+        for column in _balanced({n: g for n, g in told().items() if g}):
             stack = QVBoxLayout()
             for name, keys in column:
                 stack.addLayout(self._table(name, keys))
             stack.addStretch(1)
             self._columns.addLayout(stack, 1)
-        closing = QLabel(CLOSING)
-        self._rows.addWidget(closing)
+        self._closing = QLabel()
+        self._rows.addWidget(self._closing)
         page.installEventFilter(self)
+        KEYS.changed.connect(self._tell)
+        self._tell()
         self.hide()
 
-    def _table(self, name: str, keys: Mapping[str, str]) -> QGridLayout:
+    @Slot()
+    def _tell(self) -> None:
+        """Name the keys as they are now."""
+        shown = [key for group in self._told().values() for key, _ in group]
+        for label, key in zip(self._keys, shown, strict=True):
+            label.setText(key)
+        key = KEYS.label(Act.HELP)
+        self._closing.setText(f"{key}, ? or Esc hides this. The flight goes on.")
+
+    def _table(self, name: str, keys: Rows) -> QGridLayout:
         table = QGridLayout()
         table.setColumnStretch(1, 1)
         heading = QLabel(name)
         heading.setObjectName("task")
         table.addWidget(heading, 0, 0, 1, 2)
-        for row, (key, does) in enumerate(keys.items(), 1):
+        for row, (key, does) in enumerate(keys, 1):
             left, right = QLabel(key), QLabel(does)
             left.setObjectName("key")
+            self._keys.append(left)
             right.setWordWrap(True)
             table.addWidget(left, row, 0, Qt.AlignmentFlag.AlignTop)
             table.addWidget(right, row, 1, Qt.AlignmentFlag.AlignTop)
@@ -97,11 +118,11 @@ class HelpOverlay(QWidget):
 
 
 def _balanced(
-    groups: Mapping[str, Mapping[str, str]],
-) -> list[list[tuple[str, Mapping[str, str]]]]:
+    groups: Mapping[str, Rows],
+) -> list[list[tuple[str, Rows]]]:
     """Share groups out over columns of about one height, in their order."""
     sizes = [len(keys) + 2 for keys in groups.values()]
-    columns: list[list[tuple[str, Mapping[str, str]]]] = [[]]
+    columns: list[list[tuple[str, Rows]]] = [[]]
     taken, each = 0, sum(sizes) / COLUMNS
     for size, group in zip(sizes, groups.items(), strict=True):
         if columns[-1] and taken + size / 2 > each * len(columns) < each * COLUMNS:

@@ -1,4 +1,4 @@
-"""Keys of the trainee's window: what they do, and where they go."""
+"""Keys and mouse that steer, on their way from the window to the controls."""
 
 import time
 
@@ -6,19 +6,10 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from devices.controls.keyboard import FINE_KEY, KEYS, PEDAL_KEYS, MouseKeys
+from app.window.keyboard.actions import STEERING
+from app.window.keyboard.key_map import KEYS
+from devices.controls.keyboard import MouseKeys
 
-WINDOW_KEYS = {
-    "[ ]": "turn the camera head",
-    "Space K": "keep this moment; enlarge it",
-    "V": "save this view",
-    "Q": "end the flight",
-}
-
-TASK_KEYS = {"P": "freeze, go on", "I": "hint"}
-"""Of exercises with tasks."""
-
-_NAMES = {Qt.Key[f"Key_{name}"]: name for name in (*KEYS, *PEDAL_KEYS, FINE_KEY)}
 _NOTCH = 120.0
 """Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""
 
@@ -50,11 +41,11 @@ class HandEvents(QObject):
         return False
 
     def _take_key(self, event: QKeyEvent, now: float) -> bool:
-        name = _NAMES.get(Qt.Key(event.key()))
-        if name is None or event.type() == QEvent.Type.ShortcutOverride:
+        act = KEYS.action(event)
+        if act not in STEERING or event.type() == QEvent.Type.ShortcutOverride:
             return False
         is_down = event.type() == QEvent.Type.KeyPress
-        return event.isAutoRepeat() or self._controls.key(name, is_down, now)
+        return event.isAutoRepeat() or self._controls.key(act, is_down, now)
 
     def _take_mouse(self, event: QMouseEvent, now: float) -> bool:
         position = event.position()

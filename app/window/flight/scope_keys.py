@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from paravol.inputs.scope_rack import ScopeRack
-
-SCOPE_KEYS = {"O": "next scope; Shift: the one before"}
 
 
 class ScopeKeys(QObject):
@@ -30,14 +30,14 @@ class ScopeKeys(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the scope; let the rest pass."""
-        if not isinstance(event, QKeyEvent) or event.key() != Qt.Key.Key_O:
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        if event.type() != QEvent.Type.KeyPress:
+        act = KEYS.action(event)
+        if act not in (Act.NEXT_SCOPE, Act.PREVIOUS_SCOPE):
             return False
         if not event.isAutoRepeat():
             if len(self._scopes.choices_deg) > 1:
-                back = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-                self._tell(self._scopes.step(-1 if back else 1))
+                self._tell(self._scopes.step(1 if act is Act.NEXT_SCOPE else -1))
             else:
                 self._notify("There is no other scope", "The exercise allows one only.")
         return True

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from paravol.feedback import SoundPlayer
-
-SOUND_KEYS = {"U + -": "sound on or off; its volume"}
 
 
 class SoundKeys(QObject):
@@ -49,8 +49,8 @@ class SoundKeys(QObject):
         """Take what belongs to the sound; let the rest pass."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        match event.key():
-            case Qt.Key.Key_U if not event.isAutoRepeat():
+        match KEYS.action(event):
+            case Act.SOUND if not event.isAutoRepeat():
                 if self._problem:
                     self.fail(self._problem)
                 else:
@@ -59,11 +59,11 @@ class SoundKeys(QObject):
                         f"Sound {'on' if is_on else 'off'}",
                         "High and quick: a hazard is near. Low: force.",
                     )
-            case Qt.Key.Key_U:
+            case Act.SOUND:
                 pass
-            case Qt.Key.Key_Plus | Qt.Key.Key_Equal:
+            case Act.LOUDER:
                 self._say_volume(self._sound.louder(1))
-            case Qt.Key.Key_Minus:
+            case Act.SOFTER:
                 self._say_volume(self._sound.louder(-1))
             case _:
                 return False

@@ -6,32 +6,29 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from paravol.inputs.operating_hand import OperatingHand
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, Action
 
-TOOL_KEYS = {
-    "T": "next tool; Shift: the one before",
-    "B, wheel": "bite or cut, while pressed",
-    "N L": "suction; wash the lens",
-    "Z": "undo the last cut",
-    "Pg↑ Pg↓": "tool ahead, back",
-    "Home End": "turn the tool",
-    "H": "hold the scope; back",
+_ONCE = {
+    *(Act.NEXT_TOOL, Act.PREVIOUS_TOOL, Act.WORK, Act.UNDO),
+    *(Act.SUCTION, Act.WASH, Act.HOLD),
 }
-"""What to show to whoever has a free second hand."""
+"""What a key that is held does not do again."""
 
 AHEAD_MM, TURN_DEG = 1.0, 15.0
 """Steps of a key that is pressed or held."""
 
 _USES = {
-    Action.BITE: "Hold B: its jaws close and bite.",
-    Action.POWERED: "N turns its suction on; hold B: it cuts.",
-    Action.SCRAPE: "Hold B and drag: it scrapes.",
-    Action.CUT: "Hold B and drag: it cuts.",
-    Action.INJECT: "Put its tip into the mucosa; hold B: it injects.",
+    Action.BITE: "Hold {work}: its jaws close and bite.",
+    Action.POWERED: "{suction} turns its suction on; hold {work}: it cuts.",
+    Action.SCRAPE: "Hold {work} and drag: it scrapes.",
+    Action.CUT: "Hold {work} and drag: it cuts.",
+    Action.INJECT: "Put its tip into the mucosa; hold {work}: it injects.",
     Action.FEEL: "It takes nothing.",
-    Action.SUCK: "N turns its suction on and off.",
+    Action.SUCK: "{suction} turns its suction on and off.",
 }
 
 
@@ -39,7 +36,8 @@ def tool_use(name: str) -> str:
     """Return how a tool of the catalogue is used, in words."""
     if name == NO_TOOL:
         return "The second hand is free."
-    return _USES[INSTRUMENTS[name].action]
+    said = _USES[INSTRUMENTS[name].action]
+    return said.format(work=KEYS.label(Act.WORK), suction=KEYS.label(Act.SUCTION))
 
 
 class ToolKeys(QObject):
@@ -79,7 +77,7 @@ class ToolKeys(QObject):
             match event.type():
                 case QEvent.Type.KeyPress:
                     return self._press(event)
-                case QEvent.Type.KeyRelease if event.key() == Qt.Key.Key_B:
+                case QEvent.Type.KeyRelease if KEYS.action(event) is Act.WORK:
                     if not event.isAutoRepeat():
                         self._hand.work(False)
                     return True
@@ -93,55 +91,63 @@ class ToolKeys(QObject):
         return False
 
     def _press(self, event: QKeyEvent) -> bool:
-        hand, key = self._hand, event.key()
-        match key:
-            case Qt.Key.Key_PageUp:
+        hand, act = self._hand, KEYS.action(event)
+        match act:
+            case Act.TOOL_AHEAD:
                 hand.advance(AHEAD_MM)
-            case Qt.Key.Key_PageDown:
+            case Act.TOOL_BACK:
                 hand.advance(-AHEAD_MM)
-            case Qt.Key.Key_Home:
+            case Act.TOOL_LEFT:
                 hand.roll(TURN_DEG)
-            case Qt.Key.Key_End:
+            case Act.TOOL_RIGHT:
                 hand.roll(-TURN_DEG)
-            case Qt.Key.Key_T | Qt.Key.Key_B | Qt.Key.Key_N | Qt.Key.Key_Z:
+            case _ if act in _ONCE:
                 if not event.isAutoRepeat():
-                    self._do(Qt.Key(key), event.modifiers())
-            case Qt.Key.Key_H:
-                if not event.isAutoRepeat():
-                    self._swap()
-            case Qt.Key.Key_L:
-                if not event.isAutoRepeat():
-                    hand.wash()
-                    self._notify("Washing the lens", "")
+                    self._do(act)
             case _:
                 return False
         return True
 
-    def _do(self, key: Qt.Key, modifiers: Qt.KeyboardModifier) -> None:
-        if key == Qt.Key.Key_T:
-            back = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
-            self._choose(-1 if back else 1)
-        elif key == Qt.Key.Key_B:
-            self._hand.work(True)
-        elif key == Qt.Key.Key_Z:
-            self._hand.undo()
-            self._notify("Undone", "The last cut was taken back, if there was one.")
-        else:
-            self.is_sucking = not self.is_sucking
-            self._hand.suck(self.is_sucking)
-            self._notify(f"Suction {'on' if self.is_sucking else 'off'}", "")
+    def _do(self, act: Act) -> None:
+        match act:
+            case Act.NEXT_TOOL:
+                self._choose(1)
+            case Act.PREVIOUS_TOOL:
+                self._choose(-1)
+            case Act.WORK:
+                self._hand.work(True)
+            case Act.UNDO:
+                self._hand.undo()
+                self._notify("Undone", "The last cut was taken back, if there was one.")
+            case Act.SUCTION:
+                self.is_sucking = not self.is_sucking
+                self._hand.suck(self.is_sucking)
+                self._notify(f"Suction {'on' if self.is_sucking else 'off'}", "")
+            case Act.WASH:
+                self._hand.wash()
+                self._notify("Washing the lens", "")
+            case Act.HOLD:
+                self._swap()
 
     def _swap(self) -> None:
         """Hold the scope and move the tool, or the other way round."""
         if not self._hand.swap():
+            key = KEYS.label(Act.NEXT_TOOL)
             self._notify(
                 "The scope cannot be held",
-                "Take a tool first (T); a tool with a device of its own needs no hand.",
+                f"Take a tool first ({key}); a tool with a device of its own needs no "
+                "hand.",
             )
         elif self._hand.holds_scope:
-            self._notify("The scope is held", "Its controls move the tool; H: back.")
+            self._notify(
+                "The scope is held",
+                f"Its controls move the tool; {KEYS.label(Act.HOLD)}: back.",
+            )
         else:
-            self._notify("The scope moves", "The tool stays; T puts another one in.")
+            self._notify(
+                "The scope moves",
+                f"The tool stays; {KEYS.label(Act.NEXT_TOOL)} puts another one in.",
+            )
 
     def _choose(self, step: int) -> None:
         names = self.names

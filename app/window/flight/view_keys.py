@@ -3,44 +3,29 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from app.window.panels.slices_panel import SlicesView
-
-VIEW_KEYS = {
-    "F1 ?": "these keys",
-    "F2": "settings: theme, size of texts",
-    "F3": "the scope's picture on a second screen",
-    "F4": "large: scope, slices, overview",
-    "F": "full screen",
-    "C": "open the head; drag turns it, wheel zooms",
-}
-
-SLICE_KEYS = {
-    "M": "CT, MR, both",
-    "F5": "stay at a place; follow the scope",
-    "F6": "choose axial, coronal, sagittal",
-    "F7": "bone, soft tissue, air to bone",
-    "Ctrl ← →": "contrast: narrow, wide window",
-    "Ctrl ↑ ↓": "brighter, darker",
-    "Alt ← → ↑ ↓": "move the place",
-    "Alt Pg↑ Pg↓": "through the slices",
-    "Click": "look a place up; twice: follow",
-    "Right drag": "contrast and brightness",
-    "Wheel": "through the slices",
-}
 
 WINDOW_STEP_HU = 50.0
 PLACE_STEP = 2.0
 """Voxels of a key that moves the place."""
 
-_WAYS = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
+_WINDOWS = {
+    Act.NARROW: (-1, 0),
+    Act.WIDE: (1, 0),
+    Act.BRIGHTER: (0, -1),
+    Act.DARKER: (0, 1),
+}
+_PLACES = {
+    Act.PLACE_LEFT: (-1, 0),
+    Act.PLACE_RIGHT: (1, 0),
+    Act.PLACE_UP: (0, -1),
+    Act.PLACE_DOWN: (0, 1),
 }
 
 
@@ -58,10 +43,7 @@ class Views(Protocol):
 
 
 class ViewKeys(QObject):
-    """Pass a window's keys on to what it shows. Install it after all that share keys.
-
-    Arrows belong to it only with Ctrl or Alt.
-    """
+    """Pass a window's keys on to what it shows."""
 
     def __init__(
         self,
@@ -81,46 +63,31 @@ class ViewKeys(QObject):
         """Take what belongs to the views; let the rest pass."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
-        modifiers = event.modifiers()
-        if modifiers & Qt.KeyboardModifier.ControlModifier:
-            return self._change_window(Qt.Key(event.key()))
-        if modifiers & Qt.KeyboardModifier.AltModifier:
-            return self._move(Qt.Key(event.key()))
-        match event.key():
-            case Qt.Key.Key_F1 | Qt.Key.Key_Question:
+        match act := KEYS.action(event):
+            case Act.HELP:
                 self._views.switch_help()
-            case Qt.Key.Key_F3:
+            case Act.SECOND_SCREEN:
                 self._views.switch_second_screen()
-            case Qt.Key.Key_F4:
+            case Act.LARGE:
                 self._views.switch_large()
-            case Qt.Key.Key_F5:
+            case Act.FOLLOW:
                 self._notify(self._slices.switch_following(), self._slices.info)
-            case Qt.Key.Key_F6:
+            case Act.PLANE:
                 self._notify(self._slices.next_plane(), "Keys go through these slices.")
-            case Qt.Key.Key_F7:
+            case Act.WINDOW:
                 self._notify(self._slices.next_window(), "")
-            case _:
-                return False
-        return True
-
-    def _change_window(self, key: Qt.Key) -> bool:
-        if key not in _WAYS:
-            return False
-        right, down = _WAYS[key]
-        told = self._slices.change_window(
-            WINDOW_STEP_HU * right, -WINDOW_STEP_HU / 2 * down
-        )
-        self._notify(told, "")
-        return True
-
-    def _move(self, key: Qt.Key) -> bool:
-        match key:
-            case Qt.Key.Key_PageUp:
+            case Act.SLICE_AHEAD:
                 self._slices.step(1)
-            case Qt.Key.Key_PageDown:
+            case Act.SLICE_BACK:
                 self._slices.step(-1)
-            case _ if key in _WAYS:
-                right, down = _WAYS[key]
+            case _ if act in _WINDOWS:
+                right, down = _WINDOWS[act]
+                told = self._slices.change_window(
+                    WINDOW_STEP_HU * right, -WINDOW_STEP_HU / 2 * down
+                )
+                self._notify(told, "")
+            case _ if act in _PLACES:
+                right, down = _PLACES[act]
                 self._slices.nudge(PLACE_STEP * right, PLACE_STEP * down)
             case _:
                 return False

@@ -17,6 +17,7 @@ from app.window.home.exercise_card import ExerciseCard
 from app.window.home.exercise_list import ExerciseList, ListEntry
 from app.window.home.home_bar import HomeBar
 from app.window.home.recovery_card import RecoveryCard
+from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.tour import Tour, TourStop
@@ -106,7 +107,7 @@ class HomePage(TextPage):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key that no part of the page takes."""
         ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        match event.key():
+        match american(event):
             case Qt.Key.Key_F1:
                 self.start_tour()
             case Qt.Key.Key_F11:

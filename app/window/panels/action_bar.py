@@ -7,10 +7,11 @@ learned by the way.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt, Slot
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QCoreApplication, QPoint, Qt, Slot
 from PySide6.QtWidgets import QGridLayout, QMenu, QToolButton, QWidget
 
+from app.window.keyboard.actions import OF, Act
+from app.window.keyboard.key_map import KEYS
 from app.window.style import BACKGROUND, EDGE, INK, PANEL, QUIET, READY
 
 COLUMNS, BUTTON = 2, (62, 38)
@@ -24,15 +25,13 @@ REPEAT_MS = 120
 class ActionButton:
     """Describe a button.
 
-    label: what stands on it. key: it presses, and tells. does: what for, in words.
-    is_held: it counts while it is held. repeats: the key is pressed again and again
-    meanwhile. is_wide: it takes a row of its own.
+    act: whose key it presses, and tells. label: what stands on it. is_held: it counts
+    while it is held. repeats: the key is pressed again and again meanwhile. is_wide: it
+    takes a row of its own.
     """
 
+    act: Act
     label: str
-    key: Qt.Key
-    key_name: str
-    does: str
     is_held: bool = False
     repeats: bool = False
     is_wide: bool = False
@@ -59,10 +58,10 @@ class ActionBar(QWidget):
         self.setObjectName("actions")
         self._window = window
         self._scale = 1.0
-        self._buttons: dict[Qt.Key, QToolButton] = {}
-        self._menus: dict[Qt.Key, QMenu] = {}
+        self._buttons: dict[Act, QToolButton] = {}
+        self._menus: dict[Act, QMenu] = {}
         self._grid = QGridLayout(self)
-        self._wide = {button.key for button in buttons if button.is_wide}
+        self._wide = {button.act for button in buttons if button.is_wide}
         place = 0
         for said in buttons:
             if said.is_wide:
@@ -72,20 +71,21 @@ class ActionBar(QWidget):
             self._grid.addWidget(self._made(said), row, column, 1, span)
             place += span
         self._grid.setRowStretch(len(buttons), 1)
+        KEYS.changed.connect(self._tell_keys)
         self.set_scale(1.0)
 
-    def button(self, key: Qt.Key) -> QToolButton | None:
-        """Return the button of a key; None where there is none."""
-        return self._buttons.get(key)
+    def button(self, act: Act) -> QToolButton | None:
+        """Return the button of an action; None where there is none."""
+        return self._buttons.get(act)
 
-    def menu(self, key: Qt.Key) -> QMenu | None:
-        """Return what the button of a key opens; None where it presses the key."""
-        return self._menus.get(key)
+    def menu(self, act: Act) -> QMenu | None:
+        """Return what the button of an action opens; None where it presses the key."""
+        return self._menus.get(act)
 
-    def offer(self, key: Qt.Key, choices: Sequence[Choice]) -> None:
-        """Let the button of a key open a menu instead of pressing it."""
-        button = self._buttons[key]
-        menu = self._menus[key] = QMenu(button)
+    def offer(self, act: Act, choices: Sequence[Choice]) -> None:
+        """Let the button of an action open a menu instead of pressing it."""
+        button = self._buttons[act]
+        menu = self._menus[act] = QMenu(button)
         menu.setToolTipsVisible(True)
         for choice in choices:
             action = menu.addAction(f"{choice.title}: {choice.does}")
@@ -93,22 +93,33 @@ class ActionBar(QWidget):
             action.setData(choice.title)
             # Qt adds whether it is checked now
             action.triggered.connect(lambda _=False, take=choice.take: take())
-        button.clicked.connect(lambda: self._open(key))
+        button.clicked.connect(lambda: self._open(act))
 
-    def mark(self, key: Qt.Key, is_on: bool) -> None:
+    def mark(self, act: Act, is_on: bool) -> None:
         """Show whether what a button switches is on."""
-        button = self._buttons.get(key)
+        button = self._buttons.get(act)
         if button is not None and button.isChecked() != is_on:
             button.setChecked(is_on)
 
-    def name(self, key: Qt.Key, label: str) -> None:
-        """Put another label on the button of a key, such as what is chosen."""
-        button = self._buttons.get(key)
+    def name(self, act: Act, label: str) -> None:
+        """Put another label on the button of an action, such as what is chosen."""
+        button = self._buttons.get(act)
         if button is not None:
-            told = button.property("told")
-            text = f"{label}\n{told}"
-            if button.text() != text:
-                button.setText(text)
+            button.setProperty("label", label)
+            self._tell(act)
+
+    def _tell(self, act: Act) -> None:
+        """Say a button's key, as it is now."""
+        button, key = self._buttons[act], KEYS.label(act)
+        text = f"{button.property('label')}\n{key}"
+        if button.text() != text:
+            button.setText(text)
+            button.setToolTip(f"{OF[act].does} (key {key})")
+
+    @Slot()
+    def _tell_keys(self) -> None:
+        for act in self._buttons:
+            self._tell(act)
 
     def set_scale(self, scale: float) -> None:
         """Scale the bar; 1 is the designed size."""
@@ -118,8 +129,8 @@ class ActionBar(QWidget):
         self._grid.setSpacing(gap)
         width, height = (round(length * scale) for length in BUTTON)
         self.setFixedWidth(COLUMNS * width + (COLUMNS - 1) * gap + 2 * margin)
-        for key, button in self._buttons.items():
-            columns = COLUMNS if key in self._wide else 1
+        for act, button in self._buttons.items():
+            columns = COLUMNS if act in self._wide else 1
             button.setFixedSize(columns * (width + gap) - gap, height)
         sheet = bar_sheet(scale)
         self.setStyleSheet(sheet)
@@ -127,39 +138,35 @@ class ActionBar(QWidget):
             menu.setStyleSheet(sheet)
 
     def _made(self, said: ActionButton) -> QToolButton:
-        button = self._buttons[said.key] = QToolButton(self)
-        button.setText(f"{said.label}\n{said.key_name}")
-        button.setProperty("told", said.key_name)
-        button.setToolTip(f"{said.does} (key {said.key_name})")
+        button = self._buttons[said.act] = QToolButton(self)
+        self.name(said.act, said.label)
         button.setAccessibleName(said.label)
-        button.setAccessibleDescription(said.does)
+        button.setAccessibleDescription(OF[said.act].does)
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         button.setCheckable(not (said.is_held or said.repeats))
         if said.is_held:
-            button.pressed.connect(lambda: self._send(said.key, True))
-            button.released.connect(lambda: self._send(said.key, False))
+            button.pressed.connect(lambda: self._send(said.act, True))
+            button.released.connect(lambda: self._send(said.act, False))
         else:
             button.setAutoRepeat(said.repeats)
             button.setAutoRepeatInterval(REPEAT_MS)
-            button.clicked.connect(lambda: self._click(said.key))
+            button.clicked.connect(lambda: self._click(said.act))
         return button
 
-    def _click(self, key: Qt.Key) -> None:
-        if key in self._menus:
+    def _click(self, act: Act) -> None:
+        if act in self._menus:
             return
-        self._send(key, True)
-        self._send(key, False)
+        self._send(act, True)
+        self._send(act, False)
         # what is on is told by `mark`, not by how often it was clicked
-        self._buttons[key].setChecked(False)
+        self._buttons[act].setChecked(False)
 
-    def _send(self, key: Qt.Key, is_down: bool) -> None:
-        kind = QEvent.Type.KeyPress if is_down else QEvent.Type.KeyRelease
-        event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier)
-        QCoreApplication.sendEvent(self._window, event)
+    def _send(self, act: Act, is_down: bool) -> None:
+        QCoreApplication.sendEvent(self._window, KEYS.press(act)[not is_down])
 
     @Slot()
-    def _open(self, key: Qt.Key) -> None:
-        button, menu = self._buttons[key], self._menus[key]
+    def _open(self, act: Act) -> None:
+        button, menu = self._buttons[act], self._menus[act]
         chosen = button.text().partition("\n")[0].casefold()
         for action in menu.actions():
             action.setChecked(str(action.data()).casefold() == chosen)

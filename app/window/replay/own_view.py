@@ -18,16 +18,16 @@ WHEEL_MM, KEY_MM, KEY_ROLL_DEG = 1.0, 0.5, 5.0
 _NOTCH = 120.0
 
 MOVES = {
-    Qt.Key.Key_W: CameraMove(ahead_mm=KEY_MM),
-    Qt.Key.Key_S: CameraMove(ahead_mm=-KEY_MM),
-    Qt.Key.Key_A: CameraMove(right_mm=-KEY_MM),
-    Qt.Key.Key_D: CameraMove(right_mm=KEY_MM),
-    Qt.Key.Key_R: CameraMove(up_mm=KEY_MM),
-    Qt.Key.Key_F: CameraMove(up_mm=-KEY_MM),
-    Qt.Key.Key_Z: CameraMove(roll_deg=-KEY_ROLL_DEG),
-    Qt.Key.Key_X: CameraMove(roll_deg=KEY_ROLL_DEG),
+    "W": CameraMove(ahead_mm=KEY_MM),
+    "S": CameraMove(ahead_mm=-KEY_MM),
+    "A": CameraMove(right_mm=-KEY_MM),
+    "D": CameraMove(right_mm=KEY_MM),
+    "R": CameraMove(up_mm=KEY_MM),
+    "F": CameraMove(up_mm=-KEY_MM),
+    "Z": CameraMove(roll_deg=-KEY_ROLL_DEG),
+    "X": CameraMove(roll_deg=KEY_ROLL_DEG),
 }
-"""Of keys, while one looks around."""
+"""Of keys, by their places, while one looks around."""
 
 
 class LookEvents(QObject):

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.vtk.head_model import HeadModel
+from app.window.keyboard.places import american, place_of
 from app.window.page import Page, problem_label
 from app.window.page_style import replay_sheet
 from app.window.panels.endoscope_panel import PictureView
@@ -605,9 +606,9 @@ class ReplayPage(Page):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key."""
-        key = Qt.Key(event.key())
-        if self._is_free and key in MOVES:
-            self._look(MOVES[key])
+        key, place = american(event), place_of(event)
+        if self._is_free and place in MOVES:
+            self._look(MOVES[place])
             return
         is_long = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         match key:

@@ -1,5 +1,6 @@
 """The column beside a replay: where the scope is, what happened, figures, notes."""
 
+import re
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
@@ -18,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.keyboard import key_map
 from app.window.panels.moments import MomentView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
@@ -40,8 +42,8 @@ KEYS = (
     ("Home End", "to the begin, to the end"),
     ("V", "leave the recorded view, come back"),
     ("drag, wheel", "look around, go ahead"),
-    ("W S A D", "ahead, back, left, right"),
-    ("R F  Z X", "up, down; roll"),
+    ("@W @S @A @D", "ahead, back, left, right"),
+    ("@R @F @Z @X", "up, down; roll"),
     ("K", "draw this moment at high quality"),
     ("N", "write a note"),
     ("B  L", "compare with another; align"),
@@ -244,7 +246,9 @@ def _keys() -> QWidget:
     words.setColumnCount(2)
     words.setHeaderHidden(True)
     for key, does in KEYS:
-        words.addTopLevelItem(QTreeWidgetItem([key, does]))
+        # of a place, what the user's keyboard prints there
+        shown = re.sub("@(.)", lambda found: key_map.KEYS.printed[found[1]], key)
+        words.addTopLevelItem(QTreeWidgetItem([shown, does]))
     words.resizeColumnToContents(0)
     return words
 

@@ -16,6 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QColorDialog, QWidget
 
+from app.window.keyboard.places import american
 from app.window.style import BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from paravol.volume import LookPoint, Scan, VolumeLook
 
@@ -144,7 +145,7 @@ class TransferEditor(QWidget):
         if self._look is None or self._scan is None:
             super().keyPressEvent(event)
             return
-        points, key = self._look.points, event.key()
+        points, key = self._look.points, american(event)
         is_fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         step = STEP / 5 if is_fine else STEP
         wide = step * (self._scan.high - self._scan.low)
@@ -156,7 +157,7 @@ class TransferEditor(QWidget):
             Qt.Key.Key_Down: (0.0, -step),
         }
         if key in moves:
-            across, up = moves[Qt.Key(key)]
+            across, up = moves[key]
             self._move_to(point.density + across, point.opacity + up)
         elif key in (Qt.Key.Key_N, Qt.Key.Key_P):
             way = 1 if key == Qt.Key.Key_N else -1

@@ -21,6 +21,7 @@ from app.window.connection.connection_page import ConnectionPage
 from app.window.desk import Desk, DeskOrder
 from app.window.flight.flight_page import FlightPage
 from app.window.home.home_page import HomePage
+from app.window.keyboard.actions import Act
 from app.window.main_window import MainWindow
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
@@ -374,7 +375,7 @@ def do_all_in_flight(way: Journey) -> FlightPage:
     way.until(lambda: moved_mm(page, before) > 0.2)
     way.press(Key.Key_I)
     way.until(lambda: page._side.tasks.has_hint)
-    freeze = page._actions.bar.button(Key.Key_P)
+    freeze = page._actions.bar.button(Act.FREEZE)
     assert freeze is not None
     way.click(freeze)
     way.until(lambda: page._frame is not None and page._frame.is_frozen)

@@ -14,6 +14,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
+from app.window.keyboard.actions import Act
 from scenarios.instruments import INSTRUMENTS
 from tests.app.window.opened_window import OpenedWindow
 
@@ -79,17 +80,17 @@ until("a wheel let go", lambda: not seen[-1].tool.is_working)
 # a button of the bar does what its key does, and a menu takes what it names
 bar = page._actions.bar
 left = Qt.MouseButton.LeftButton
-QTest.mousePress(bar.button(Key.Key_B), left)
+QTest.mousePress(bar.button(Act.WORK), left)
 until("a pressed button", lambda: seen[-1].tool.is_working)
-QTest.mouseRelease(bar.button(Key.Key_B), left)
+QTest.mouseRelease(bar.button(Act.WORK), left)
 until("a button let go", lambda: not seen[-1].tool.is_working)
 QTest.keyClick(page, Key.Key_O)
 until("a scope of 30 degrees", lambda: seen[-1].view.scope_deg == 30.0)
-bar.menu(Key.Key_O).actions()[0].trigger()
+bar.menu(Act.NEXT_SCOPE).actions()[0].trigger()
 until("a straight scope", lambda: seen[-1].view.scope_deg == 0.0)
 page._refresh()
-assert bar.button(Key.Key_O).text() == "0° scope\\nO"
-bar.menu(Key.Key_T).actions()[1].trigger()
+assert bar.button(Act.NEXT_SCOPE).text() == "0° scope\\nO"
+bar.menu(Act.NEXT_TOOL).actions()[1].trigger()
 assert hand.tool == next(iter(INSTRUMENTS))
 for key, told in ((Key.Key_N, True), (Key.Key_N, False)):
     QTest.keyClick(page, key)

@@ -8,13 +8,14 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 
+from app.window.keyboard.actions import Act
 from app.window.panels.action_bar import ActionBar, ActionButton, Choice
 
 Key = Qt.Key
 BUTTONS = (
-    ActionButton("Suction", Key.Key_N, "N", "Turns the suction on or off"),
-    ActionButton("Work", Key.Key_B, "B", "Cuts while held", is_held=True),
-    ActionButton("Tool", Key.Key_T, "T", "Puts in another tool"),
+    ActionButton(Act.SUCTION, "Suction"),
+    ActionButton(Act.WORK, "Work", is_held=True),
+    ActionButton(Act.NEXT_TOOL, "Tool"),
 )
 
 
@@ -37,27 +38,27 @@ def window(application: QApplication) -> Window:
     return Window()
 
 
-def button(bar: ActionBar, key: Qt.Key) -> QToolButton:
-    found = bar.button(key)
+def button(bar: ActionBar, act: Act) -> QToolButton:
+    found = bar.button(act)
     assert found is not None
     return found
 
 
 def test_a_button_presses_its_key_and_tells_it(window: Window) -> None:
     bar = ActionBar(window, BUTTONS)
-    suction = button(bar, Key.Key_N)
-    assert suction.toolTip() == "Turns the suction on or off (key N)"
+    suction = button(bar, Act.SUCTION)
+    assert suction.toolTip() == "Turns the tool's suction on or off (key N)"
     assert suction.focusPolicy() is Qt.FocusPolicy.NoFocus
     QTest.mouseClick(suction, Qt.MouseButton.LeftButton)
     assert window.came == [(Key.Key_N, True), (Key.Key_N, False)]
     # what is on is what the flight says, not how often it was clicked
     assert not suction.isChecked()
-    bar.mark(Key.Key_N, True)
+    bar.mark(Act.SUCTION, True)
     assert suction.isChecked()
 
 
 def test_a_held_button_holds_its_key(window: Window) -> None:
-    work = button(ActionBar(window, BUTTONS), Key.Key_B)
+    work = button(ActionBar(window, BUTTONS), Act.WORK)
     QTest.mousePress(work, Qt.MouseButton.LeftButton)
     assert window.came == [(Key.Key_B, True)]
     QTest.mouseRelease(work, Qt.MouseButton.LeftButton)
@@ -70,11 +71,11 @@ def test_a_menu_offers_what_its_button_steps_through(window: Window) -> None:
         Choice(name, f"does {name}", partial(taken.append, name))
         for name in ("Curette", "Ball probe")
     ]
-    bar.offer(Key.Key_T, choices)
-    bar.name(Key.Key_T, "Ball probe")
-    tool = button(bar, Key.Key_T)
+    bar.offer(Act.NEXT_TOOL, choices)
+    bar.name(Act.NEXT_TOOL, "Ball probe")
+    tool = button(bar, Act.NEXT_TOOL)
     QTest.mouseClick(tool, Qt.MouseButton.LeftButton)
-    menu = bar.menu(Key.Key_T)
+    menu = bar.menu(Act.NEXT_TOOL)
     assert menu is not None
     assert menu.isVisible()
     assert not window.came

@@ -1,0 +1,160 @@
+"""Which action a key asks for, by the table and by what the user changed in it."""
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+
+from app.window.keyboard.actions import ACTIONS, OF, Act
+from app.window.keyboard.places import SCAN_CODES, name_of, place_of
+from app.window.keyboard.printed_keys import PrintedKeys
+
+_MODIFIERS = {
+    "Ctrl": Qt.KeyboardModifier.ControlModifier,
+    "Alt": Qt.KeyboardModifier.AltModifier,
+    "Shift": Qt.KeyboardModifier.ShiftModifier,
+}
+_SIGNS = {
+    **{"Left": "←", "Right": "→", "Up": "↑", "Down": "↓"},
+    **{"PageUp": "Pg↑", "PageDown": "Pg↓", "Return": "Enter", "Escape": "Esc"},
+}
+
+
+class KeyMap(QObject):
+    """Tell the action of a key event, and the keys of an action."""
+
+    changed = Signal()
+    """Keys have other actions, or print something else than was believed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.printed = PrintedKeys()
+        self._down: dict[str, Act | None] = {}
+        self._keys: dict[Act, tuple[str, ...]] = {}
+        self._acts: dict[str, Act] = {}
+        self._moved: dict[str, str] | None = None
+        self.follow({})
+
+    def follow(self, chosen: Mapping[str, str]) -> None:
+        """Take the user's keys, by the names of actions; the rest is as in the table.
+
+        What is not known is passed over. A key that was chosen for one action is no
+        other's; an action never loses its last key to another's second one.
+        """
+        self._keys = {action.act: action.keys for action in ACTIONS}
+        taken = {key: Act(name) for name, key in chosen.items() if name in OF}
+        for key, act in taken.items():
+            self._keys[act] = (key, *self._keys[act][1:])
+        self._acts = {k: act for act, keys in self._keys.items() for k in keys}
+        self._acts |= {keys[0]: act for act, keys in self._keys.items()} | taken
+        self._down.clear()
+        self._moved = None
+        self.changed.emit()
+
+    def action(self, event: QKeyEvent) -> Act | None:
+        """Return what a key asks for when it goes down; the same when it goes up."""
+        place, name = place_of(event), name_of(event)
+        key = place or name
+        match event.type():
+            case QEvent.Type.KeyPress:
+                if self.printed.learn(event):
+                    self._moved = None
+                    self.changed.emit()
+                self._down[key] = self._asked(place, name, event.modifiers())
+                return self._down[key]
+            case QEvent.Type.KeyRelease:
+                return self._down.get(key)
+        return self._asked(place, name, event.modifiers())
+
+    def _asked(
+        self, place: str | None, name: str, modifiers: Qt.KeyboardModifier
+    ) -> Act | None:
+        held = [word for word, bit in _MODIFIERS.items() if modifiers & bit]
+        if name in _NO_PREFIX:
+            held = []
+        ways = [held]
+        if "Shift" in held:
+            # Shift alone makes no other key: it slows, and types signs
+            ways.append(held[:-1])
+        for words in ways:
+            before = "".join(f"{word}+" for word in words)
+            for key in (f"@{place}", self._letter_moved_to(place), name, place):
+                if (act := self._acts.get(f"{before}{key}")) is not None:
+                    return act
+        return None
+
+    def _letter_moved_to(self, place: str | None) -> str | None:
+        """Return the letter that is had at a place as its own is needed as a place.
+
+        On a French keyboard A lies where steering needs it; it has Q's place, where
+        it prints A. So it goes on where that one is needed, too.
+        """
+        if self._moved is None:
+            self._moved = {}
+            for letter in SCAN_CODES:
+                at, seen = self.printed.place(letter), set[str]()
+                while at is not None and f"@{at}" in self._acts and at not in seen:
+                    seen.add(at)
+                    at = self.printed.place(at)
+                if letter in self._acts and at is not None and seen:
+                    self._moved[at] = letter
+        return None if place is None else self._moved.get(place)
+
+    def key(self, act: Act) -> str:
+        """Return the first key of an action, as the table writes it."""
+        return self._keys[act][0]
+
+    def label(self, *acts: Act) -> str:
+        """Return the keys of actions as the user's keyboard prints them."""
+        words = [self._shown(act) for act in acts]
+        common = words[0].rpartition("+")[0] if len(words[0]) > 1 else ""
+        if common and all(word.startswith(f"{common}+") for word in words):
+            rest = " ".join(word.removeprefix(f"{common}+") for word in words)
+            return f"{common} {rest}"
+        return " ".join(words)
+
+    def _shown(self, act: Act) -> str:
+        for key in self._keys[act]:
+            before, sign = _parted(key)
+            if sign[0] == "@" and len(sign) > 1:
+                place: str | None = sign[1:]
+            elif len(sign) > 1:
+                return before.replace("Shift+", "⇧") + _SIGNS.get(sign, sign)
+            else:
+                place = self.printed.place(sign)
+            for at in (place, sign):
+                if at in SCAN_CODES and self._is_at(at, before, act):
+                    return before.replace("Shift+", "⇧") + self.printed[at]
+        return _parted(self._keys[act][0])[1].removeprefix("@")
+
+    def _is_at(self, place: str, before: str, act: Act) -> bool:
+        """Return whether a place asks for an action, on the user's keyboard."""
+        mask = Qt.KeyboardModifier.NoModifier
+        for word in before.split("+")[:-1]:
+            mask |= _MODIFIERS[word]
+        return self._asked(place, self.printed[place], mask) is act
+
+    def press(self, act: Act) -> Sequence[QKeyEvent]:
+        """Return events of an American keyboard that ask for an action: down, up."""
+        before, sign = _parted(self._keys[act][0])
+        sign = sign[1:] if len(sign) > 1 and sign[0] == "@" else sign
+        mask = Qt.KeyboardModifier.NoModifier
+        for word in before.split("+")[:-1]:
+            mask |= _MODIFIERS[word]
+        key = Qt.Key(ord(sign)) if len(sign) == 1 else Qt.Key[f"Key_{sign}"]
+        kinds = QEvent.Type.KeyPress, QEvent.Type.KeyRelease
+        return [QKeyEvent(kind, key, mask) for kind in kinds]
+
+
+_NO_PREFIX = {"Shift", "Control", "Alt", "Meta", "AltGr"}
+"""Keys that are modifiers themselves, which say so when they go up."""
+
+
+def _parted(key: str) -> tuple[str, str]:
+    """Return a key's modifiers, with their plus signs, and the key itself."""
+    cut = key.rfind("+", 0, -1) + 1
+    return key[:cut], key[cut:]
+
+
+KEYS = KeyMap()
+"""Of the window; it follows the user's preferences."""

@@ -1,0 +1,124 @@
+"""Every action can be had on every keyboard, and no key asks for two."""
+
+import pytest
+
+pytest.importorskip(
+    "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
+)
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent
+
+from app.window.keyboard.actions import ACTIONS, STEERING, Act
+from app.window.keyboard.key_map import KeyMap
+from app.window.keyboard.places import SCAN_CODES
+from devices.controls.keyboard import FINE, MOVES, PEDALS
+from tests.app.window.keyboard.layouts import (
+    FIVE,
+    all_layouts,
+    key_event,
+    keys_of,
+)
+
+NONE = Qt.KeyboardModifier.NoModifier
+MODIFIERS = (
+    NONE,
+    Qt.KeyboardModifier.ControlModifier,
+    Qt.KeyboardModifier.AltModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+)
+NAMED = [
+    *("Left", "Right", "Up", "Down", "PageUp", "PageDown", "Home", "End", "Space"),
+    *("Shift", *(f"F{n}" for n in range(1, 8))),
+]
+
+
+def asked(
+    keys: KeyMap, signs: dict[str, tuple[int, str]]
+) -> dict[tuple[str, Qt.KeyboardModifier], Act | None]:
+    """Return what all keys of a keyboard ask for."""
+    found = {}
+    for modifiers in MODIFIERS:
+        for place in SCAN_CODES:
+            event = key_event(place, signs, modifiers=modifiers)
+            found[place, modifiers] = keys.action(event)
+        for name in NAMED:
+            event = QKeyEvent(QEvent.Type.KeyPress, Qt.Key[f"Key_{name}"], modifiers)
+            found[name, modifiers] = keys.action(event)
+    return found
+
+
+def test_all_actions_are_in_the_table_once_and_steering_has_its_names() -> None:
+    assert [action.act for action in ACTIONS] == list(dict.fromkeys(Act))
+    assert {act.value for act in STEERING} == {*MOVES, *PEDALS, FINE}
+    keys = [key for action in ACTIONS for key in action.keys]
+    assert len(set(keys)) == len(keys)
+
+
+@pytest.mark.parametrize("layout", all_layouts())
+def test_every_action_can_be_had_on_every_layout(layout: str) -> None:
+    keys, signs = KeyMap(), keys_of(layout)
+    found = asked(keys, signs)
+    assert {act for act in Act if act not in found.values()} == set()
+    # what is shown is what asks for it
+    assert all(keys.label(act) for act in Act)
+
+
+@pytest.mark.parametrize("variant", ["dvorak", "colemak", "workman"])
+def test_every_action_can_be_had_where_letters_lie_elsewhere(variant: str) -> None:
+    found = asked(KeyMap(), keys_of("us", variant))
+    assert {act for act in Act if act not in found.values()} == set()
+
+
+@pytest.mark.parametrize("layout", ["us", "de", *FIVE])
+def test_what_steers_lies_at_the_same_place_on_all(layout: str) -> None:
+    found = asked(KeyMap(), keys_of(layout))
+    expected = {"W": Act.MOVE_IN, "S": Act.MOVE_OUT, "A": Act.TURN_LEFT}
+    expected |= {"D": Act.TURN_RIGHT, "1": Act.RIGHT_PEDAL, "2": Act.LEFT_PEDAL}
+    expected |= {"B": Act.WORK, "T": Act.NEXT_TOOL, "[": Act.HEAD_LEFT}
+    assert {place: found[place, NONE] for place in expected} == expected
+
+
+def test_keys_are_shown_as_the_keyboard_prints_them() -> None:
+    keys = KeyMap()
+    assert keys.label(Act.MOVE_IN, Act.MOVE_OUT) == "W S"
+    assert keys.label(Act.NARROW, Act.WIDE) == "Ctrl ← →"
+    assert keys.label(Act.NEXT_TOOL, Act.PREVIOUS_TOOL) == "T ⇧T"
+    told = []
+    keys.changed.connect(lambda: told.append(True))
+    signs = keys_of("fr")
+    asked(keys, signs)
+    assert told
+    assert keys.label(Act.MOVE_IN, Act.TURN_LEFT, Act.END) == "Z Q A"
+    # the letter of undoing lies where the scope is moved in
+    assert keys.label(Act.UNDO) == "W"
+    assert keys.label(Act.HEAD_LEFT, Act.LEFT_PEDAL) == "^ É"
+    keys = KeyMap()
+    asked(keys, keys_of("ru"))
+    assert keys.label(Act.MOVE_IN, Act.END, Act.IMAGING) == "Ц Й Ь"  # noqa: RUF001
+
+
+@pytest.mark.parametrize("layout", ["us", *FIVE])
+def test_the_standard_key_takes_a_cut_back(layout: str) -> None:
+    signs = keys_of(layout)
+    ctrl = Qt.KeyboardModifier.ControlModifier
+    place = next((p for p, sign in signs.items() if sign == (ord("Z"), "z")), "Z")
+    assert KeyMap().action(key_event(place, signs, modifiers=ctrl)) is Act.UNDO
+
+
+def test_a_key_goes_up_for_what_it_went_down_for() -> None:
+    keys, signs = KeyMap(), keys_of("us")
+    ctrl, up = Qt.KeyboardModifier.ControlModifier, QEvent.Type.KeyRelease
+    assert keys.action(key_event("W", signs)) is Act.MOVE_IN
+    # Ctrl was pressed meanwhile
+    assert keys.action(key_event("W", signs, up, ctrl)) is Act.MOVE_IN
+    assert keys.action(key_event("W", signs, modifiers=ctrl)) is None
+    assert keys.action(key_event("W", signs, up)) is None
+
+
+def test_a_press_of_an_action_asks_for_it() -> None:
+    keys = KeyMap()
+    for act in Act:
+        down, up = keys.press(act)
+        assert keys.action(down) is act
+        assert keys.action(up) is act
