@@ -9,6 +9,7 @@ import shlex
 import shutil
 import tempfile
 import threading
+from collections import deque
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -232,6 +233,7 @@ class Flight:
     picture: chooses the picture's size; None where it stays.
     path: of the scope, straight in where none was recorded; None until the head is
     there. result: how it ended; None before, and where not a single pose was flown.
+    session: None until it begins.
     """
 
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
@@ -251,11 +253,13 @@ class Flight:
         self.size = order.size if self.picture is None else self.picture.first
         self.path = order.path
         self.result: FlightEnd | None = None
+        self.session: Session | None = None
         self._observer = observer
         self._closed = threading.Event()
         self._ended = threading.Event()
         self._moment_wanted = threading.Event()
         self._view_wanted = threading.Event()
+        self._aids: deque[str] = deque()
 
     def end(self) -> None:
         """End the flight as if its path were flown."""
@@ -272,6 +276,10 @@ class Flight:
     def keep_view(self) -> None:
         """Ask for the next frame's view as a file."""
         self._view_wanted.set()
+
+    def note_aid(self, text: str) -> None:
+        """Record with the next frame that an aid was switched: which, on or off."""
+        self._aids.append(text)
 
     def run(self) -> FinishedFlight | None:
         """Fly to the end; None where that came before the first pose.
@@ -347,6 +355,7 @@ class Flight:
             )
             matrix = self.hand.world_from_device = registration.world_from_device
             session = build_session(scenario, patient, matrix, size, operation)
+            self.session = session
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
                 second.on_loss = second.on_return = partial(
@@ -439,6 +448,9 @@ class Flight:
             return asked or observer.keeps_tissue(time_s)
 
         def on_frame(event: FrameEvent) -> None:
+            while self._aids:
+                text = self._aids.popleft()
+                recorder.add(EventRecord(event.sample.time_s, "aid", text))
             # a frame that was begun before somebody asked is not the one
             if self._moment_wanted.is_set() and event.tissue is not None:
                 self._moment_wanted.clear()

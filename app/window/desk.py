@@ -365,7 +365,9 @@ class Desk(QObject):
         )
         # not Python's garbage collection ends it, which may run in any thread
         thread.setParent(self)
+        thread.guide.is_on = self._choices.has_guide
         page = FlightPage(thread, edge_samples=self._order.edge_samples)
+        page.guide_switched.connect(lambda is_on: self._remember(has_guide=is_on))
         flown = Flown(order.scenario, self._trainee, thread)
         page.left.connect(partial(self._on_left, flown, thread))
         page.first_shown.connect(partial(self._on_first_shown, page, thread))

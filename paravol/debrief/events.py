@@ -30,6 +30,7 @@ class Kind(StrEnum):
     FROZEN = "frozen"
     SCOPE = "scopes"
     DEVICE = "device"
+    AID = "aids"
     SNAPSHOT = "snapshots"
     MOMENT = "moments"
 
@@ -92,7 +93,7 @@ def worth_a_picture(events: Sequence[Event], most: int) -> list[Event]:
             key=lambda e: (-e.gravity, e.shown_s),
         )
         for kind in URGENCY
-        if kind not in (Kind.FROZEN, Kind.DEVICE)
+        if kind not in (Kind.FROZEN, Kind.DEVICE, Kind.AID)
     ]
     chosen: list[Event] = []
     while any(queues) and len(chosen) < most:
@@ -248,8 +249,8 @@ def _scopes(findings: Findings) -> list[Event]:
 
 
 def _recorded(findings: Findings) -> list[Event]:
-    """Return what was written down in flight about the device and snapshots."""
-    kinds = {"device": Kind.DEVICE, "snapshot": Kind.SNAPSHOT}
+    """Return what was written down in flight: of the device, aids and snapshots."""
+    kinds = {"device": Kind.DEVICE, "aid": Kind.AID, "snapshot": Kind.SNAPSHOT}
     last_s = findings.end_s
     return [
         Event(

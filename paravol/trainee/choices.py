@@ -18,7 +18,7 @@ class Choices(msgspec.Struct, frozen=True):
     trainee: made-up name, "" for none. device: words of a `FoundDevice`. exercise: name
     of what was flown last. cases: folders, the newest first. tours: names of the tours
     that were shown. unfinished: names of recordings without an end that stay as they
-    are.
+    are. has_guide: the way to a task's place is shown.
     """
 
     trainee: str = ""
@@ -27,6 +27,7 @@ class Choices(msgspec.Struct, frozen=True):
     cases: tuple[str, ...] = ()
     tours: tuple[str, ...] = ()
     unfinished: tuple[str, ...] = ()
+    has_guide: bool = True
 
 
 class ChoiceFile:

@@ -43,8 +43,13 @@ TOOLS = (
     ActionButton(Act.UNDO, "Undo"),
     ActionButton(Act.HOLD, "Hold"),
 )
-TASKS = (ActionButton(Act.FREEZE, "Freeze"), ActionButton(Act.HINT, "Hint"))
+TASKS = (
+    ActionButton(Act.FREEZE, "Freeze"),
+    ActionButton(Act.HINT, "Hint"),
+    ActionButton(Act.GUIDE, "Way"),
+)
 REST = (
+    ActionButton(Act.NAMES, "Names", is_held=True),
     ActionButton(Act.MOMENT, "Moment"),
     ActionButton(Act.SOUND, "Sound"),
     ActionButton(Act.FULL_SCREEN, "Screen"),
@@ -93,11 +98,14 @@ class FlightActions:
                 ],
             )
 
-    def show_frame(self, frame: DisplayedFrame, *, has_hint: bool) -> None:
+    def show_frame(
+        self, frame: DisplayedFrame, *, has_hint: bool, has_guide: bool
+    ) -> None:
         """Show what is in hand and what is on."""
         self.bar.name(Act.NEXT_SCOPE, _scope_name(frame.view.scope_deg))
         self.bar.mark(Act.FREEZE, frame.is_frozen)
         self.bar.mark(Act.HINT, has_hint)
+        self.bar.mark(Act.GUIDE, has_guide)
         self.bar.mark(Act.SOUND, self._sound.is_on)
         if self._tools is not None:
             self.bar.name(Act.NEXT_TOOL, _tool_name(frame.tool.name))

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
+from app.window.flight.aid_keys import AidKeys
 from app.window.flight.flight_actions import FlightActions
 from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.flight.help_overlay import HelpOverlay
@@ -75,6 +76,8 @@ class FlightPage(Page):
 
     first_shown = Signal()
     """The first picture is there."""
+    guide_switched = Signal(bool)
+    """The way to the task's place is shown, or no longer."""
 
     def __init__(self, thread: FlightThread, *, edge_samples: int) -> None:
         """Lay out the page and listen to the flight.
@@ -113,6 +116,7 @@ class FlightPage(Page):
         if not order.has_own_tool:
             self._tools = ToolKeys(self._flight.hand, self, self.picture, told)
         self._sound = SoundKeys(thread.sound, self, told)
+        self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
         self._actions = FlightActions(
             self,
             ScopeKeys(self._flight.scopes, self, told),
@@ -190,7 +194,7 @@ class FlightPage(Page):
         if self._hand is None:
             hidden |= STEERING - {Act.TURN_LEFT, Act.TURN_RIGHT}
         if not order.scenario.tasks:
-            hidden |= {Act.FREEZE, Act.HINT}
+            hidden |= {Act.FREEZE, Act.HINT, Act.GUIDE}
         groups = {group: rows(group, KEYS.label, hidden) for group in Group}
         groups[Group.SLICES] += GESTURES[Group.SLICES]
         if self._hand is not None:
@@ -414,6 +418,8 @@ class FlightPage(Page):
         self.picture.mark_heading(shaft_heading(view.camera, view.world_from_tip))
         _, right, up, forward = view.camera.frame
         self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
+        self._aids.follow()
+        self.picture.guide_to(frame.guide, frame.names)
         self.picture.show_picture(frame.pixels)
 
     def _show_signs(self, before: TouchSigns) -> None:
@@ -537,12 +543,19 @@ class FlightPage(Page):
         self._show_signs(self._frame.signs if self._frame else NO_SIGNS)
         if self._frame is not None:
             self._side.show_tool(self._frame.tool)
+            guide = self._frame.guide
             self._side.tasks.show_states(self._frame.tasks)
-            self._actions.show_frame(self._frame, has_hint=self._side.tasks.has_hint)
+            self._side.tasks.show_way(guide, is_on=self._aids.has_guide)
+            self._actions.show_frame(
+                self._frame,
+                has_hint=self._side.tasks.has_hint,
+                has_guide=self._aids.has_guide,
+            )
             view, tool = self._frame.view, None
             if view.instrument != NO_TOOL:
                 tool = view.world_from_instrument[:3, 3]
-            self._slices.follow(view.world_from_tip[:3, 3], tool)
+            goal = None if guide is None else guide.place_mm
+            self._slices.follow(view.world_from_tip[:3, 3], tool, goal)
         self._notices.refresh()
         is_stale = self._is_overview_stale or self._has_moved()
         if is_stale and time.monotonic() >= self._overview_due_s:

@@ -21,6 +21,8 @@ from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.flight_observers import FlightObservers
+from paravol.guide import Guide, GuideMark, NameMark, names_in_view
+from paravol.guide.goals import GuidedHead
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
@@ -29,6 +31,7 @@ from paravol.snapshots.snapshot_queue import (
     SelectedMoment,
     SnapshotQueue,
 )
+from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, View
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import Status, TaskEvent, TaskState
@@ -43,7 +46,7 @@ class DisplayedFrame:
 
     cuts, signs, tasks: see `FrameEvent`. tool: what the second hand does. pointer:
     where the nearest hazard lies. is_frozen: the trainer was. stood_s: so long the
-    score's clock has stood.
+    score's clock has stood. guide: where to go. names: of what is seen, when asked for.
     """
 
     pixels: NDArray[np.uint8]
@@ -58,6 +61,8 @@ class DisplayedFrame:
     tasks: tuple[TaskState, ...] = ()
     is_frozen: bool = False
     stood_s: float = 0.0
+    guide: GuideMark | None = None
+    names: tuple[NameMark, ...] = ()
 
 
 class FlightThread(QObject, FlightObserver):
@@ -108,6 +113,9 @@ class FlightThread(QObject, FlightObserver):
         self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
         self._feedback = Feedback(self.sound, order.input.rumble)
         self.flight = Flight(order, FlightObservers(self, *order.watchers))
+        self.guide = Guide(order.scenario.tasks)
+        self.names_at: tuple[float, float] | None = None
+        """Place in the picture, in shares, while what is seen is named; else None."""
         self._queue: SnapshotQueue | None = None
         self._patient: PatientScene | None = None
         self._lock = threading.Lock()
@@ -134,6 +142,7 @@ class FlightThread(QObject, FlightObserver):
         begun = [t for t in (self._thread, self._modeller) if t.ident is not None]
         for thread in begun:
             thread.join(patience_s)
+        self.guide.close()
         self._feedback.close()
         if self._queue is not None:
             self._queue.close()
@@ -201,6 +210,7 @@ class FlightThread(QObject, FlightObserver):
     def on_start(self, residual_mm: float | None) -> None:
         """Report the start; prepare to draw kept moments, where they can be kept."""
         self.registered.emit(residual_mm)
+        self._begin_guide()
         folder, order = self.flight.recording.folder, self.flight.order
         if folder is None or self._patient is None:
             return
@@ -212,6 +222,41 @@ class FlightThread(QObject, FlightObserver):
         )
         # It goes on after the flight, as long as the window.
         self._queue = SnapshotQueue(requests, folder / "snapshots", self.pictured.emit)
+
+    def guide_by(self, is_on: bool) -> None:
+        """Show the way, or hide it; the recording tells of it."""
+        self.guide.is_on = is_on
+        self.flight.note_aid(f"guide {'on' if is_on else 'off'}")
+
+    def _begin_guide(self) -> None:
+        patient, flight = self._patient, self.flight
+        if patient is None or not flight.order.scenario.tasks:
+            return
+        assert flight.path is not None
+        session = flight.session
+        self.guide.take_head(
+            GuidedHead(
+                self._air(patient),
+                patient.landmarks,
+                patient.structures,
+                None if session is None else session.coverage,
+                flight.path.tip_mm[0],
+            )
+        )
+        self.guide_by(self.guide.is_on)
+
+    @staticmethod
+    def _air(patient: PatientScene) -> Volume:
+        """Return the air's distance as it is cut; not bent by tools, where known."""
+        named = patient.structures
+        return patient.surface.distance if named is None else named.distance
+
+    def _names(self, view: View) -> tuple[NameMark, ...]:
+        at, patient = self.names_at, self._patient
+        if at is None or patient is None:
+            return ()
+        head = patient.landmarks, patient.structures
+        return names_in_view(view.camera, self._air(patient), *head, at)
 
     def on_moment(self, event: FrameEvent) -> None:
         """Have the moment drawn at high quality."""
@@ -278,6 +323,8 @@ class FlightThread(QObject, FlightObserver):
             tasks=event.tasks,
             is_frozen=event.sample.is_frozen,
             stood_s=self._stood(event.sample),
+            guide=self.guide.mark(event.view, event.tasks, event.cuts),
+            names=self._names(event.view),
         )
         if event.sample.is_frozen:
             self._feedback.quiet()

@@ -49,6 +49,7 @@ class Act(StrEnum):
     HOLD = "hold"
     FREEZE = "freeze"
     HINT = "hint"
+    GUIDE = "guide"
     MOMENT = "moment"
     ENLARGE = "enlarge"
     KEEP_VIEW = "keep view"
@@ -57,6 +58,7 @@ class Act(StrEnum):
     SOFTER = "softer"
     END = "end"
     HELP = "help"
+    NAMES = "names"
     SETTINGS = "settings"
     SECOND_SCREEN = "second screen"
     LARGE = "large"
@@ -173,6 +175,12 @@ ACTIONS = (
         Group.FLIGHT,
         (Act.FREEZE, "P", "Stops the clock; nothing counts", "freeze, go on"),
         (Act.HINT, "I", "Says what helps now", "hint"),
+        (
+            Act.GUIDE,
+            "G",
+            "Shows the way to the task's place, or hides it",
+            "show the way, or hide it",
+        ),
         (Act.MOMENT, "Space", "Keeps this moment, drawn at high quality", _KEEP),
         (Act.ENLARGE, "K", "Enlarges the last moment", _KEEP),
         (Act.KEEP_VIEW, "V", "Saves this view", "save this view"),
@@ -184,6 +192,12 @@ ACTIONS = (
     *_rows(
         Group.VIEWS,
         (Act.HELP, "F1 ?", "Shows all keys", "these keys"),
+        (
+            Act.NAMES,
+            "E",
+            "Names what is seen while held",
+            "names of what is seen, while held",
+        ),
         (Act.SETTINGS, "F2", "Opens the settings", "settings: looks, mouse, keys"),
         (
             Act.SECOND_SCREEN,

@@ -16,12 +16,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.window.panels.guide_marks import paint_guide, paint_names
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
 from app.window.panels.side_marks import paint_heading, paint_letters
 from app.window.style import OVER, font_of
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd
+from paravol.guide import GuideMark, NameMark
 from paravol.side_letters import SideLetter
 
 LEAST_PX = 150
@@ -56,6 +58,8 @@ class PictureView(QWidget):
         self._letters: tuple[SideLetter, ...] = ()
         self._towards = ""
         self._heading: tuple[float, float] | None = None
+        self._names: tuple[NameMark, ...] = ()
+        self._guide: GuideMark | None = None
         self._result: FlightEnd | None = None
         self._scale = 1.0
         self.set_scale(1.0)
@@ -96,6 +100,16 @@ class PictureView(QWidget):
         A place out of view is marked at the rim.
         """
         self._heading = place
+
+    def guide_to(self, guide: GuideMark | None, names: Sequence[NameMark] = ()) -> None:
+        """Show the way to the task's place, and the names of what is seen."""
+        self._guide = guide
+        self._names = tuple(names)
+
+    @property
+    def guide(self) -> GuideMark | None:
+        """Return the mark of the way that is painted; None without one."""
+        return self._guide
 
     def point_at(
         self, pointer: HazardPointer | None, words: str, colour: QColor
@@ -144,6 +158,9 @@ class PictureView(QWidget):
             paint_letters(painter, square, self._letters, scale, is_round=True)
             if self._heading is not None:
                 paint_heading(painter, square, self._heading, scale)
+            paint_names(painter, square, self._names, scale)
+            if self._guide is not None and self._result is None:
+                paint_guide(painter, square, self._guide, scale)
         if self._pointer is not None:
             self._paint_pointer(painter, square, self._pointer, scale)
         if self._alarm:

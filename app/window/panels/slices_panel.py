@@ -53,6 +53,7 @@ WIDGET_MOST = 16777215
 LEGEND = (
     (MARK, "+ the scope's tip"),
     (TOOL_MARK, "◇ the tool's tip"),
+    (PLACE_MARK, "□ the task's place"),
     (PLACE_MARK, "○ the place that is looked up"),
 )
 _NOTCH = 120.0
@@ -79,6 +80,7 @@ class SlicesView(QWidget):
         self._center_mm: _Place | None = None
         self._tip_mm: _Place | None = None
         self._tool_mm: _Place | None = None
+        self._goal_mm: _Place | None = None
         self._is_following = True
         self._images: dict[Plane, QImage] = {}
         self._is_stale = False
@@ -153,11 +155,19 @@ class SlicesView(QWidget):
         """Draw the slices again when they follow next: tissue was cut or put back."""
         self._is_stale = True
 
-    def follow(self, tip_mm: _Place, tool_mm: _Place | None = None) -> None:
+    def follow(
+        self,
+        tip_mm: _Place,
+        tool_mm: _Place | None = None,
+        goal_mm: _Place | None = None,
+    ) -> None:
         """Mark the scope's tip, ``(3,)`` LPS, and the tool's; cut there if following.
 
-        tool_mm: None where no tool is in hand.
+        tool_mm: None where no tool is in hand. goal_mm: of the task; None for none.
         """
+        if _moved(self._goal_mm, goal_mm):
+            self._goal_mm = goal_mm
+            self.update()
         known, tool = self._tip_mm, self._tool_mm
         self._tip_mm = np.array(tip_mm)
         self._tool_mm = None if tool_mm is None else np.array(tool_mm)
@@ -390,6 +400,10 @@ class SlicesView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not self._is_following:
             self._mark_place(painter, square, plane)
+        elif self._tip_mm is not None:
+            self._cross(painter, square, plane, self._tip_mm, MARK)
+        if self._goal_mm is not None:
+            self._mark_goal(painter, square, plane, self._goal_mm)
         if self._tool_mm is not None:
             self._mark_tool(painter, square, plane)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
@@ -442,18 +456,41 @@ class SlicesView(QWidget):
     def _mark_place(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
         """Mark the place by a ring, and where the other two slices are cut."""
         assert self._at_mm is not None
+        self._cross(painter, square, plane, self._at_mm, PLACE_MARK)
         middle, scale = self._point(square, plane, self._at_mm), self._scale
-        faint = QColor(PLACE_MARK)
-        faint.setAlpha(130)
+        gap = 6.0 * scale
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(PLACE_MARK), 1.5 * scale))
+        painter.drawEllipse(middle, gap, gap)
+
+    def _mark_goal(
+        self, painter: QPainter, square: QRectF, plane: Plane, goal_mm: _Place
+    ) -> None:
+        """Mark the task's place by a square; at the edge where it lies beyond."""
+        middle, half = self._point(square, plane, goal_mm), 5.0 * self._scale
+        room = square.adjusted(half, half, -half, -half)
+        middle.setX(min(max(middle.x(), room.left()), room.right()))
+        middle.setY(min(max(middle.y(), room.top()), room.bottom()))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        colour = self._colour(PLACE_MARK, plane, goal_mm)
+        painter.setPen(QPen(colour, 1.5 * self._scale))
+        painter.drawRect(
+            QRectF(middle.x() - half, middle.y() - half, 2 * half, 2 * half)
+        )
+
+    def _cross(
+        self, painter: QPainter, square: QRectF, plane: Plane, at_mm: _Place, ink: str
+    ) -> None:
+        """Draw where the other two slices are cut, faintly; open in the middle."""
+        middle, scale = self._point(square, plane, at_mm), self._scale
+        faint = QColor(ink)
+        faint.setAlpha(130 if ink == PLACE_MARK else 70)
         painter.setPen(QPen(faint, scale))
-        x, y, gap = middle.x(), middle.y(), 6.0 * scale
+        x, y, gap = middle.x(), middle.y(), (6.0 if ink == PLACE_MARK else 10.0) * scale
         painter.drawLine(QPointF(square.left(), y), QPointF(x - gap, y))
         painter.drawLine(QPointF(x + gap, y), QPointF(square.right(), y))
         painter.drawLine(QPointF(x, square.top()), QPointF(x, y - gap))
         painter.drawLine(QPointF(x, y + gap), QPointF(x, square.bottom()))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(PLACE_MARK), 1.5 * scale))
-        painter.drawEllipse(middle, gap, gap)
 
     def _letter(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
         """Write what lies on each side; name the plane that keys go through."""

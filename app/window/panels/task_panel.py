@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
+from paravol.guide import GuideMark
 from scenarios import Scenario
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import KeepAway
@@ -37,9 +38,13 @@ class TaskPanel(QWidget):
             self._column.addWidget(line)
             self._column.addWidget(bar)
             self._lines.append((line, bar))
+        self._way = QLabel()
+        self._way.setWordWrap(True)
+        self._column.insertWidget(3, self._way)
         self._hint = QLabel()
         self._hint.setWordWrap(True)
         self._column.addWidget(self._hint)
+        self.show_way(None, is_on=True)
         self.setVisible(bool(scenario.tasks))
         self.show_states(tuple(TaskState(task.name) for task in scenario.tasks))
 
@@ -74,6 +79,19 @@ class TaskPanel(QWidget):
             self._lines[0][0].setVisible(True)
             _set_text(self._lines[0][0], ALL_DONE)
         self._tell_hint()
+
+    def show_way(self, guide: GuideMark | None, *, is_on: bool) -> None:
+        """Say which place the task is about, and how far it is.
+
+        is_on: somebody wants to know.
+        """
+        text = ""
+        if guide is not None:
+            text = f"Way: {guide.what}, {guide.text()}"
+        elif self._open() and not is_on:
+            text = "G shows the way"
+        self._way.setVisible(bool(text))
+        _set_text(self._way, text)
 
     @property
     def has_hint(self) -> bool:

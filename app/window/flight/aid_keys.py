@@ -1,0 +1,86 @@
+"""Keys of what helps to find the way: where to go, and what is seen, by name."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, QPointF
+from PySide6.QtGui import QCursor, QKeyEvent
+from PySide6.QtWidgets import QWidget
+
+from app.window.flight.flight_thread import FlightThread
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
+from app.window.panels.endoscope_panel import picture_square
+
+
+class AidKeys(QObject):
+    """Switch the guide, and let names be shown while their key is held."""
+
+    def __init__(
+        self,
+        thread: FlightThread,
+        window: QWidget,
+        picture: QWidget,
+        notify: Callable[[str, str], None],
+        switched: Callable[[bool], object],
+    ) -> None:
+        """Listen to the window.
+
+        notify: says a line and what it means. switched: hears whether the guide is on.
+        """
+        super().__init__(window)
+        self._thread = thread
+        self._picture = picture
+        self._notify = notify
+        self._switched = switched
+        self._has_tasks = bool(thread.flight.order.scenario.tasks)
+        window.installEventFilter(self)
+
+    @property
+    def has_guide(self) -> bool:
+        """Return whether the way is shown."""
+        return self._has_tasks and self._thread.guide.is_on
+
+    def follow(self) -> None:
+        """Name what is below the mouse now, if names are shown."""
+        if self._thread.names_at is not None:
+            self._thread.names_at = self._below_mouse()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take what belongs to the aids; let the rest pass."""
+        if event.type() == QEvent.Type.WindowDeactivate:
+            # whoever looks elsewhere lifts keys unseen
+            self._thread.names_at = None
+        if not isinstance(event, QKeyEvent) or event.isAutoRepeat():
+            return False
+        act = KEYS.action(event)
+        if event.type() == QEvent.Type.KeyPress:
+            return self._press(act)
+        if event.type() == QEvent.Type.KeyRelease and act is Act.NAMES:
+            self._thread.names_at = None
+            return True
+        return False
+
+    def _press(self, act: Act | None) -> bool:
+        match act:
+            case Act.GUIDE if self._has_tasks:
+                is_on = not self._thread.guide.is_on
+                self._thread.guide_by(is_on)
+                self._switched(is_on)
+                if is_on:
+                    told = "The arrow leads to the task's place."
+                else:
+                    told = f"{KEYS.label(Act.GUIDE)} shows it again."
+                self._notify(f"Way {'shown' if is_on else 'hidden'}", told)
+            case Act.NAMES:
+                self._thread.names_at = self._below_mouse()
+            case _:
+                return False
+        return True
+
+    def _below_mouse(self) -> tuple[float, float]:
+        """Return the mouse's place in the picture, in shares; else its middle."""
+        square = picture_square(self._picture.rect())
+        off = QPointF(self._picture.mapFromGlobal(QCursor.pos())) - square.topLeft()
+        x, y = off.x() / square.width(), off.y() / square.height()
+        is_in = (x - 0.5) ** 2 + (y - 0.5) ** 2 <= 0.25
+        return (x, y) if is_in else (0.5, 0.5)

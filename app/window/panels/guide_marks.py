@@ -1,0 +1,158 @@
+"""Marks of the way in a picture, and names of what is seen there."""
+
+import math
+from collections.abc import Iterable
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+
+from app.window.panels.result_card import panel_colour
+from app.window.style import OVER, font_of
+from paravol.guide import GuideMark, NameMark
+
+GUIDE = "#56b4e9"
+"""Of Okabe and Ito's palette; what a shape says no colour says alone."""
+
+_DARK = QColor(0, 0, 0, 160)
+"""Below every line: tissue is as bright as any colour."""
+
+
+def paint_guide(
+    painter: QPainter, square: QRectF, mark: GuideMark, scale: float
+) -> None:
+    """Show where to go: a ring at the goal, a line to the next point, or an arrow.
+
+    square: that the round picture fills.
+    """
+    painter.save()
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    if not mark.is_in_picture:
+        _paint_arrow(painter, square, mark, scale)
+    elif mark.is_goal:
+        _paint_goal(painter, square, mark, scale)
+    else:
+        _paint_next(painter, square, mark, scale)
+    painter.restore()
+
+
+def paint_names(
+    painter: QPainter, square: QRectF, names: Iterable[NameMark], scale: float
+) -> None:
+    """Write names beside their places; what would lie over another is left out."""
+    painter.save()
+    taken: list[QRectF] = []
+    for name in names:
+        place = _place(square, name.x, name.y)
+        box = _box(painter, square, place, name.name, scale, 6.0)
+        if any(box.intersects(other) for other in taken):
+            continue
+        taken.append(box)
+        painter.setPen(QPen(_DARK, 5.0 * scale))
+        painter.drawPoint(place)
+        painter.setPen(QPen(QColor(OVER.ink), 3.0 * scale))
+        painter.drawPoint(place)
+        _write(painter, box, name.name, scale)
+    painter.restore()
+
+
+def _paint_goal(
+    painter: QPainter, square: QRectF, mark: GuideMark, scale: float
+) -> None:
+    """Ring the goal; the ring closes as the task is done."""
+    place, half = _place(square, mark.x, mark.y), 13.0 * scale
+    for ink, width in ((_DARK, 4.5), (QColor(GUIDE), 2.0)):
+        painter.setPen(QPen(ink, width * scale))
+        painter.drawEllipse(place, half, half)
+    if mark.progress > 0.0:
+        painter.setPen(QPen(QColor(OVER.ready), 4.0 * scale))
+        round_ = QRectF(place.x() - half, place.y() - half, 2.0 * half, 2.0 * half)
+        painter.drawArc(round_, 90 * 16, -round(360 * 16 * min(mark.progress, 1.0)))
+    painter.setPen(QPen(QColor(GUIDE), 3.0 * scale))
+    painter.drawPoint(place)
+    _say(painter, square, place, f"{mark.what} · {mark.text()}", scale, 18.0)
+
+
+def _paint_next(
+    painter: QPainter, square: QRectF, mark: GuideMark, scale: float
+) -> None:
+    """Draw a line to the next point of the way, with a head of an arrow there."""
+    place, middle = _place(square, mark.x, mark.y), square.center()
+    way = place - middle
+    length, half = math.hypot(way.x(), way.y()), 8.0 * scale
+    along = way / length if length > 2.0 * half else QPointF(0.0, -1.0)
+    aside = QPointF(-along.y(), along.x())
+    head = QPolygonF(
+        [place - (along + aside) * half, place, place - (along - aside) * half]
+    )
+    for ink, width in ((_DARK, 4.5), (QColor(GUIDE), 2.0)):
+        pen = QPen(ink, width * scale)
+        painter.setPen(pen)
+        painter.drawPolyline(head)
+        if length > 2.0 * half:
+            pen.setStyle(Qt.PenStyle.DashLine)
+            painter.setPen(pen)
+            painter.drawLine(middle, place)
+    _say(painter, square, place, mark.text(), scale, 14.0)
+
+
+def _paint_arrow(
+    painter: QPainter, square: QRectF, mark: GuideMark, scale: float
+) -> None:
+    """Draw an arrow at the rim, towards what lies out of the picture."""
+    x, y = mark.x - 0.5, mark.y - 0.5
+    length = max(math.hypot(x, y), 1e-9)
+    along = QPointF(x / length, y / length)
+    aside, half = QPointF(-along.y(), along.x()), 11.0 * scale
+    tip = square.center() + along * (square.width() / 2 - 10.0 * scale)
+    foot = tip - along * 1.8 * half
+    painter.setPen(QPen(_DARK, 2.5 * scale))
+    painter.setBrush(QColor(GUIDE))
+    painter.drawPolygon(QPolygonF([foot - aside * half, tip, foot + aside * half]))
+    text = mark.text() if not mark.is_goal else f"{mark.what} · {mark.text()}"
+    _say(painter, square, foot - along * half, text, scale, 8.0)
+
+
+def _place(square: QRectF, x: float, y: float) -> QPointF:
+    return QPointF(
+        square.left() + x * square.width(), square.top() + y * square.height()
+    )
+
+
+def _say(
+    painter: QPainter,
+    square: QRectF,
+    place: QPointF,
+    words: str,
+    scale: float,
+    off: float,
+) -> None:
+    _write(painter, _box(painter, square, place, words, scale, off), words, scale)
+
+
+def _box(
+    painter: QPainter,
+    square: QRectF,
+    place: QPointF,
+    words: str,
+    scale: float,
+    off: float,
+) -> QRectF:
+    """Return where words stand beside a place, within the picture's square."""
+    painter.setFont(font_of(10, scale, bold=True))
+    width = painter.fontMetrics().horizontalAdvance(words) + 14.0 * scale
+    height = 20.0 * scale
+    left = place.x() + off * scale
+    if left + width > square.right():
+        left = place.x() - off * scale - width
+    top = min(max(place.y() - height / 2.0, square.top()), square.bottom() - height)
+    return QRectF(left, top, width, height)
+
+
+def _write(painter: QPainter, box: QRectF, words: str, scale: float) -> None:
+    painter.setFont(font_of(10, scale, bold=True))
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(panel_colour())
+    painter.drawRoundedRect(box, 4.0 * scale, 4.0 * scale)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QColor(OVER.ink))
+    painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), words)

@@ -1,0 +1,157 @@
+"""Where the place of an open task is, by its kind and by how far it is done."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.tissue import Label
+from renderers.scene import Volume
+from scenarios.coverage import CoverageWatch
+from scenarios.structures import Structures
+from scenarios.tasks import Status, Task, TaskState
+from scenarios.tasks import task as tasks
+from scenarios.tasks.rules import SIGHT_STEP_MM
+
+_Doubles = NDArray[np.float64]
+
+BEFORE_MM, BEYOND_MM = 7.0, 1.5
+"""A ring is aimed at from so far before it, and passed by so much."""
+
+SKIN_MM = 1.2
+"""Tissue that is to be taken begins where it is so near to air."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Hold the place of a task: what it is called, and where, ``(3,)`` LPS mm."""
+
+    what: str
+    place_mm: _Doubles
+
+
+@dataclass(frozen=True, slots=True)
+class GuidedHead:
+    """Hold what of a head tells where goals are.
+
+    distance: signed air distance as the head is cut, mm, negative in air. landmarks:
+    ``(3,)`` LPS mm by name. structures: None where nothing is named. coverage: what was
+    seen so far; None where nobody watches. nostril_mm: where the scope goes in.
+    """
+
+    distance: Volume
+    landmarks: Mapping[str, _Doubles]
+    structures: Structures | None
+    coverage: CoverageWatch | None
+    nostril_mm: _Doubles
+
+
+def open_task(
+    every: Sequence[Task], states: Sequence[TaskState]
+) -> tuple[Task, TaskState] | None:
+    """Return the task that is to be done now: the first open one that has an end."""
+    for task, state in zip(every, states, strict=True):
+        if state.status is Status.OPEN and not isinstance(task, tasks.KeepAway):
+            return task, state
+    return None
+
+
+def goal_of(
+    task: Task, state: TaskState, head: GuidedHead, tip_mm: _Doubles
+) -> Goal | None:
+    """Return where to go for a task; None where nobody knows.
+
+    tip_mm: ``(3,)`` LPS of what goes there: of places that are as good, the nearest is
+    taken.
+    """
+    match task:
+        case tasks.Follow():
+            return _ring(task, state, head, tip_mm)
+        case tasks.Remove():
+            return _left(task, head, tip_mm)
+        case tasks.Open():
+            return _narrowest(task, head)
+        case tasks.Survey():
+            return _unseen(task, head, tip_mm)
+        case tasks.KeepAway():
+            return None
+        case _:
+            return Goal(_name(task.place, task.name), _at(task.place, head))
+
+
+def _ring(
+    task: tasks.Follow, state: TaskState, head: GuidedHead, tip_mm: _Doubles
+) -> Goal:
+    passed = min(round(state.progress * len(task.rings)), len(task.rings) - 1)
+    ring = task.rings[passed]
+    middle, axis = _at(ring.place, head), np.array(ring.axis)
+    away = tip_mm - middle
+    before_mm = float(away @ axis)
+    aside_mm = float(np.linalg.norm(away - before_mm * axis))
+    name = _name(ring.place, f"ring {passed + 1}")
+    # from behind it one goes back first, and from the side before it
+    is_before = before_mm < -1.0 or (before_mm < 0.0 and aside_mm < ring.radius_mm)
+    if is_before:
+        return Goal(name, middle + BEYOND_MM * axis)
+    return Goal(f"back before {name}", middle - BEFORE_MM * axis)
+
+
+def _left(task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles) -> Goal | None:
+    """Return the nearest tissue that is to be taken and still is there."""
+    if head.structures is None:
+        return None
+    wanted = [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
+    known = {label.name.lower().replace("_", " "): label.value for label in Label}
+    numbers = [known[name] for name in wanted if name in known]
+    labels = head.structures.labels
+    if not numbers:
+        return None
+    k, j, i = np.nonzero(np.isin(labels.values, numbers))
+    matrix = labels.world_from_voxel
+    places = np.stack([i, j, k], axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
+    deep = head.distance.nearest(places)
+    places = places[(deep > 0.0) & (deep < SKIN_MM)]
+    others = [p for n, p in head.landmarks.items() if n.startswith("nostril, ")]
+    own = np.linalg.norm(places - head.nostril_mm, axis=1)
+    for other in others:
+        # of both sides' the one that the scope is in
+        keep = own <= np.linalg.norm(places - other, axis=1) + 2.0
+        places, own = places[keep], own[keep]
+    if not len(places):
+        return None
+    nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
+    return Goal(" and ".join(wanted), places[nearest])
+
+
+def _narrowest(task: tasks.Open, head: GuidedHead) -> Goal:
+    start, end = _at(task.start, head), _at(task.end, head)
+    count = max(int(np.linalg.norm(end - start) / SIGHT_STEP_MM), 1) + 1
+    way = np.linspace(start, end, count)
+    return Goal(_name(task.end, task.name), way[np.argmax(head.distance.sample(way))])
+
+
+def _unseen(task: tasks.Survey, head: GuidedHead, tip_mm: _Doubles) -> Goal | None:
+    """Return the nearest mucosa of the site of which the least was seen."""
+    watch = head.coverage
+    if watch is None:
+        return None
+    shares = {
+        name: watch.percent(name) / percent for name, percent in task.sites.items()
+    }
+    name = min(shares, key=lambda each: shares[each])
+    mucosa = watch.mucosa
+    chosen = np.isin(mucosa.site, mucosa.members[name]) & ~watch.seen
+    if not chosen.any():
+        return None
+    places = mucosa.places[chosen] + 0.5 * mucosa.normals[chosen]
+    nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
+    return Goal(f"{name}, unseen", places[nearest])
+
+
+def _at(place: tasks.Place, head: GuidedHead) -> _Doubles:
+    return head.landmarks[place] if isinstance(place, str) else np.array(place)
+
+
+def _name(place: tasks.Place, otherwise: str) -> str:
+    return place if isinstance(place, str) else otherwise

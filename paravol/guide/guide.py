@@ -1,0 +1,248 @@
+"""Where the open task's place lies in the picture, and the way there."""
+
+import math
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from paravol.guide.air_way import AirWay, farthest_seen, length_mm
+from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
+from renderers.scene import Camera
+from scenarios import View
+from scenarios.instrument_state import NO_TOOL
+from scenarios.tasks import Task, TaskState
+from scenarios.tasks import task as tasks
+from scenarios.tasks.rules import is_in_sight
+
+_Doubles = NDArray[np.float64]
+
+RENEWED_S = 1.5
+"""Where the goal changes by what is done, it is looked for so often."""
+
+NEXT_S = 0.1
+"""So long the next point of the way stays where it is."""
+
+RETRIED_MM = 6.0
+"""Where there was no way, it is looked for again once the tip has gone so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuideMark:
+    """Hold where to go, as it lies over the picture.
+
+    what: the place's name. place_mm: ``(3,)`` of it, LPS. way_mm: how far it is, along
+    the way. x, y: shares of the picture, (0, 0) in its upper left corner, of the goal
+    or of the next point on the way there; out of the round picture only their direction
+    from the middle counts. is_goal: it is the goal itself, with nothing in between.
+    progress: of the task, 0 to 1.
+    """
+
+    what: str
+    place_mm: _Doubles
+    way_mm: float
+    x: float
+    y: float
+    is_goal: bool
+    progress: float = 0.0
+
+    @property
+    def is_in_picture(self) -> bool:
+        """Return whether it lies in the round picture."""
+        return math.hypot(self.x - 0.5, self.y - 0.5) <= 0.5
+
+    def text(self) -> str:
+        """Return the distance in words."""
+        return f"{max(self.way_mm, 0.0):.0f} mm"
+
+
+@dataclass(frozen=True, slots=True)
+class _Ask:
+    """Hold what somebody who finds a goal must know; key: of the same goal."""
+
+    key: tuple[object, ...]
+    task: Task
+    state: TaskState
+    tip_mm: _Doubles
+    cuts: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Hold what was found for an `_Ask`; way: None while there is none."""
+
+    ask: _Ask
+    at_s: float
+    goal: Goal | None
+    way: AirWay | None = None
+    has_sought: bool = False
+
+
+class _OvertakenError(Exception):
+    """Another way is wanted by now."""
+
+
+class Guide:
+    """Find goals and ways in a thread of its own, and lay them over pictures.
+
+    is_on: somebody wants to see it.
+    """
+
+    def __init__(self, every: Sequence[Task]) -> None:
+        """Begin without a head; every: the exercise's tasks."""
+        self.is_on = True
+        self._tasks = tuple(every)
+        self._head: GuidedHead | None = None
+        self._wanted: _Ask | None = None
+        self._found: _Found | None = None
+        self._next: tuple[float, _Doubles, float] | None = None
+        self._is_closed = False
+        self._wakes = threading.Condition()
+        self._thread = threading.Thread(target=self._run, name="guide", daemon=True)
+
+    def take_head(self, head: GuidedHead) -> None:
+        """Begin to find ways through a head; it may be cut meanwhile."""
+        self._head = head
+        if self._tasks and self._thread.ident is None:
+            self._thread.start()
+
+    def close(self) -> None:
+        """End the thread, soon."""
+        with self._wakes:
+            self._is_closed = True
+            self._wakes.notify()
+
+    def mark(
+        self, view: View, states: Sequence[TaskState], cuts: int
+    ) -> GuideMark | None:
+        """Return what to show over a view; None for nothing.
+
+        states: of the tasks. cuts: counts them, and their undoing.
+        """
+        head = self._head
+        opened = open_task(self._tasks, states) if states and self.is_on else None
+        if head is None or opened is None:
+            return None
+        task, state = opened
+        tip = _tip(task, view)
+        # a ring that was passed makes another goal
+        step = round(state.progress * 1e6) if isinstance(task, tasks.Follow) else 0
+        ask = _Ask((task.name, step), task, state, tip, cuts)
+        found = self._found
+        self._ask(ask, found)
+        if found is None or found.ask.key != ask.key or found.goal is None:
+            return None
+        mark = self._marked(view, found, head, tip)
+        return replace(mark, progress=state.progress)
+
+    def _ask(self, ask: _Ask, found: _Found | None) -> None:
+        """Let a goal be found, unless it is known or somebody is at it."""
+        if found is not None and found.ask.key == ask.key:
+            age_s = time.monotonic() - found.at_s
+            is_cut = found.ask.cuts != ask.cuts
+            changes = isinstance(ask.task, tasks.Survey | tasks.Follow)
+            moved_mm = float(np.linalg.norm(found.ask.tip_mm - ask.tip_mm))
+            is_lost = found.has_sought and found.way is None and moved_mm > RETRIED_MM
+            if age_s < RENEWED_S or not (is_cut or changes or is_lost):
+                return
+        with self._wakes:
+            if self._wanted is None or self._wanted.key != ask.key:
+                self._wanted = ask
+                self._wakes.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._wakes:
+                while self._wanted is None and not self._is_closed:
+                    self._wakes.wait()
+                if self._is_closed:
+                    return
+                ask, self._wanted = self._wanted, None
+            assert ask is not None
+            assert self._head is not None
+            try:
+                self._find(ask, self._head)
+            except _OvertakenError:
+                continue
+
+    def _find(self, ask: _Ask, head: GuidedHead) -> None:
+        goal = goal_of(ask.task, ask.state, head, ask.tip_mm)
+        before = self._found
+        found = _Found(ask, time.monotonic(), goal)
+        if before is not None and before.goal is not None and goal is not None:
+            is_same = bool((before.goal.place_mm == goal.place_mm).all())
+            if is_same and before.ask.cuts == ask.cuts and before.way is not None:
+                self._found = replace(found, way=before.way, has_sought=True)
+                return
+            if before.ask.key == ask.key:
+                # the way before is better than none meanwhile
+                found = replace(found, way=before.way)
+        self._found = found
+        if goal is None:
+            return
+
+        def still() -> None:
+            wanted = self._wanted
+            if self._is_closed or (wanted is not None and wanted.key != ask.key):
+                raise _OvertakenError
+
+        way = None
+        with suppress(ValueError):
+            way = AirWay(head.distance, ask.tip_mm, goal.place_mm, still)
+        self._found = replace(found, at_s=time.monotonic(), way=way, has_sought=True)
+        self._next = None
+
+    def _marked(
+        self, view: View, found: _Found, head: GuidedHead, tip: _Doubles
+    ) -> GuideMark:
+        """Lay a goal over a view: itself where it is in sight, else the way there."""
+        assert found.goal is not None
+        goal, eye = found.goal, view.camera.frame[0]
+        place = goal.place_mm
+        straight_mm = float(np.linalg.norm(place - tip))
+        is_goal = is_in_sight(head.distance, eye, place)
+        aim, way_mm = place, straight_mm
+        if not is_goal and found.way is not None:
+            now_s = time.monotonic()
+            if self._next is None or now_s > self._next[0] + NEXT_S:
+                self._next = self._step(now_s, found.way, head, eye, tip)
+            if self._next is not None:
+                _, aim, way_mm = self._next
+        x, y = _over(view.camera, aim)
+        return GuideMark(goal.what, place, way_mm, x, y, is_goal)
+
+    def _step(
+        self, now_s: float, way: AirWay, head: GuidedHead, eye: _Doubles, tip: _Doubles
+    ) -> tuple[float, _Doubles, float] | None:
+        chain = way.chain(tip)
+        if chain is None:
+            return None
+        _, aim = farthest_seen(head.distance, eye, chain)
+        return now_s, aim, length_mm(chain)
+
+
+def _tip(task: Task, view: View) -> _Doubles:
+    """Return the tip that a task is about, as far as there is one."""
+    held = getattr(task, "held", None)
+    is_tools = held is tasks.Held.TOOL or isinstance(
+        task, tasks.Inject | tasks.Remove | tasks.Open
+    )
+    tool = view.world_from_instrument[:3, 3]
+    if is_tools and view.instrument != NO_TOOL and np.isfinite(tool).all():
+        return np.array(tool)
+    return np.array(view.world_from_tip[:3, 3])
+
+
+def _over(camera: Camera, place_mm: _Doubles) -> tuple[float, float]:
+    """Return where a place lies over a picture, out of it where it is not seen."""
+    (column, row), _ = camera.project(place_mm)
+    x, y = float(column) / camera.width, float(row) / camera.height
+    if math.isfinite(x) and math.isfinite(y):
+        return x, y
+    local = camera.frame[1:3] @ (place_mm - camera.frame[0])
+    length = max(float(np.linalg.norm(local)), 1e-9)
+    return 0.5 + float(local[0]) / length, 0.5 - float(local[1]) / length

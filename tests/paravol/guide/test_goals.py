@@ -1,0 +1,104 @@
+from types import MappingProxyType
+
+import numpy as np
+
+from anatomy.tissue import Label
+from paravol.guide.goals import GuidedHead, goal_of, open_task
+from renderers.scene import Volume
+from scenarios.structures import Structures
+from scenarios.tasks import Status, TaskState
+from scenarios.tasks.task import Follow, KeepAway, Limits, Open, Reach, Remove, Ring
+
+H = 0.5
+SIZE = 41
+
+
+def head() -> GuidedHead:
+    """Two blocks of uncinate bone on both sides of a septum at x = 10, in air."""
+    x = H * np.mgrid[:SIZE, :SIZE, :SIZE][2].astype(float)
+    labels = np.zeros((SIZE,) * 3, np.uint8)
+    distance = np.minimum(0.8 - np.abs(x - 10.0), 3.0)
+    for low in (6, 30):
+        labels[20:24, 20:24, low : low + 4] = Label.UNCINATE
+        distance[20:24, 20:24, low : low + 4] = 0.5
+    places = {
+        "nostril, right": np.array([5.0, 0.0, 10.0]),
+        "nostril, left": np.array([15.0, 0.0, 10.0]),
+        "hoop 1": np.array([5.0, 8.0, 10.0]),
+        "hoop 2": np.array([5.0, 15.0, 10.0]),
+    }
+    spacing, origin = np.full(3, H), np.zeros(3)
+    air = Volume(distance.astype(np.float32), spacing, origin, background=9.0)
+    marks = Volume(labels, spacing, origin, background=0)
+    names = {int(Label.UNCINATE): "uncinate"}
+    named = Structures.of(air, marks, names, MappingProxyType({}))
+    return GuidedHead(air, places, named, None, places["nostril, right"])
+
+
+RINGS = (
+    Ring("hoop 1", (0.0, 1.0, 0.0), 2.0),
+    Ring("hoop 2", (0.0, 1.0, 0.0), 2.0),
+)
+HOOPS = Follow(name="hoops", title="", rings=RINGS)
+
+
+def test_the_next_ring_is_the_goal_and_who_is_behind_it_goes_back() -> None:
+    known = head()
+    for passed, name in ((0.0, "hoop 1"), (0.5, "hoop 2")):
+        state = TaskState("hoops", Status.OPEN, passed)
+        middle = known.landmarks[name]
+        before = goal_of(HOOPS, state, known, middle - [0.0, 5.0, 0.0])
+        assert before is not None
+        assert before.what == name
+        assert 0.0 < (before.place_mm - middle)[1] < 3.0
+        behind = goal_of(HOOPS, state, known, middle + [0.0, 2.0, 0.0])
+        assert behind is not None
+        assert behind.what == f"back before {name}"
+        assert (behind.place_mm - middle)[1] < -3.0
+
+
+def test_what_is_left_on_the_own_side_is_the_goal_until_nothing_is() -> None:
+    known = head()
+    task = Remove(name="u", title="", tissues={"uncinate": Limits(10.0)})
+    state = TaskState("u", Status.OPEN)
+    tip = np.array([9.0, 2.0, 10.0])
+    goal = goal_of(task, state, known, tip)
+    assert goal is not None
+    assert goal.what == "uncinate"
+    assert goal.place_mm[0] < 10.0
+    cut = known.distance.values.copy()
+    cut[:, :, :20] = -1.0
+    known = GuidedHead(
+        known.distance.with_values(cut, 9.0),
+        known.landmarks,
+        known.structures,
+        None,
+        known.nostril_mm,
+    )
+    assert goal_of(task, state, known, tip) is None
+
+
+def test_an_opening_is_gone_to_where_it_is_narrowest() -> None:
+    known = head()
+    task = Open(
+        name="o", title="", start=(4.0, 5.0, 5.0), end=(16.0, 5.0, 5.0), radius_mm=1.0
+    )
+    goal = goal_of(task, TaskState("o", Status.OPEN), known, np.zeros(3))
+    assert goal is not None
+    assert abs(goal.place_mm[0] - 10.0) <= 0.3
+
+
+def test_the_first_open_task_with_an_end_is_to_be_done() -> None:
+    keep = KeepAway(
+        name="k", title="", hazards=("orbit",), margin_mm=1.0, most_dose_s=1.0
+    )
+    go = Reach(name="r", title="", place=(1.0, 2.0, 3.0), radius_mm=1.0)
+    states = [TaskState("k", Status.OPEN), TaskState("r", Status.OPEN)]
+    found = open_task([keep, go], states)
+    assert found is not None
+    assert found[0] is go
+    goal = goal_of(go, states[1], head(), np.zeros(3))
+    assert goal is not None
+    assert goal.what == "r"
+    done = [TaskState("k", Status.OPEN), TaskState("r", Status.DONE)]
+    assert open_task([keep, go], done) is None

@@ -1,0 +1,123 @@
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from paravol.guide.goals import GuidedHead
+from paravol.guide.guide import Guide, GuideMark
+from renderers.scene import Camera, Volume
+from scenarios import View, tip_frame
+from scenarios.tasks import Status, TaskState
+from scenarios.tasks.task import Look
+
+H = 0.5
+SIZE = 41
+BEHIND, FREE = (18.0, 3.0, 3.0), (4.0, 16.0, 4.0)
+TASKS = (
+    Look(name="free", title="", place=FREE),
+    Look(name="behind", title="", place=BEHIND, after=("free",)),
+)
+
+
+def walled() -> Volume:
+    """A wall across x with a hole of 3 mm at one corner."""
+    z, y, x = (H * axis for axis in np.mgrid[:SIZE, :SIZE, :SIZE].astype(float))
+    wall = 0.8 - np.abs(x - 10.0)
+    hole = np.hypot(y - 16.0, z - 16.0) - 3.0
+    distance = np.clip(np.minimum(wall, hole), -4.0, 4.0).astype(np.float32)
+    return Volume(distance, np.full(3, H), np.zeros(3), background=9.0)
+
+
+def view(forward: tuple[float, float, float]) -> View:
+    eye = np.array([4.0, 4.0, 4.0])
+    way: NDArray[np.float64] = np.array(forward) / np.linalg.norm(forward)
+    camera = Camera.looking_at(eye, eye + way, size=(64, 64))
+    return View(camera, tip_frame(eye, way), np.eye(4), 1.0, instrument="")
+
+
+@pytest.fixture
+def air() -> Volume:
+    return walled()
+
+
+@pytest.fixture
+def guide(air: Volume) -> Iterator[Guide]:
+    guide = Guide(TASKS)
+    guide.take_head(GuidedHead(air, {}, None, None, np.zeros(3)))
+    yield guide
+    guide.close()
+
+
+def waited(guide: Guide, seen: View, *states: TaskState) -> GuideMark:
+    """Return the mark once there is a way, which is sought beside."""
+    began = time.monotonic()
+    while True:
+        mark = guide.mark(seen, states, 0)
+        found = guide._found
+        if mark is not None and found is not None and found.has_sought:
+            # one of a way that was just found
+            again = guide.mark(seen, states, 0)
+            assert again is not None
+            return again
+        assert time.monotonic() - began < 60.0
+        time.sleep(0.01)
+
+
+OPEN = TaskState("free", Status.OPEN, 0.25), TaskState("behind")
+NEXT = TaskState("free", Status.DONE, 1.0), TaskState("behind", Status.OPEN)
+
+
+def test_a_goal_in_sight_is_marked_where_it_is_seen(guide: Guide) -> None:
+    seen = view((0.0, 1.0, 0.1))
+    mark = waited(guide, seen, *OPEN)
+    (column, row), _ = seen.camera.project(np.array(FREE))
+    assert mark.is_goal
+    assert mark.is_in_picture
+    assert (mark.x, mark.y) == pytest.approx((column / 64, row / 64))
+    assert mark.way_mm == pytest.approx(12.0)
+    assert mark.progress == 0.25
+
+
+def test_out_of_the_picture_it_lies_to_the_side_that_one_turns_to(guide: Guide) -> None:
+    mark = waited(guide, view((0.0, -1.0, 0.1)), *OPEN)
+    assert not mark.is_in_picture
+    # seen along -y with z upwards, x lies to the left: the goal behind has no side
+    level = waited(guide, view((1.0, 0.0, 0.0)), *OPEN)
+    assert not level.is_in_picture
+    assert level.x < 0.5  # +y is left of +x
+
+
+def test_behind_a_wall_the_next_point_of_the_way_is_marked(guide: Guide) -> None:
+    seen = view((0.3, 1.0, 1.0))
+    mark = waited(guide, seen, *NEXT)
+    assert not mark.is_goal
+    assert mark.way_mm > 25.0
+    # the way leads through the hole, which is ahead, not through the wall
+    (column, row), _ = seen.camera.project(np.array([10.0, 16.0, 16.0]))
+    assert np.hypot(mark.x - column / 64, mark.y - row / 64) < 0.2
+
+
+def test_nothing_is_marked_when_it_is_off_or_all_is_done(guide: Guide) -> None:
+    seen = view((0.0, 1.0, 0.1))
+    waited(guide, seen, *OPEN)
+    guide.is_on = False
+    assert guide.mark(seen, OPEN, 0) is None
+    guide.is_on = True
+    done = tuple(TaskState(t.name, Status.DONE) for t in TASKS)
+    assert guide.mark(seen, done, 0) is None
+
+
+def test_after_a_cut_the_way_is_found_anew(guide: Guide, air: Volume) -> None:
+    seen = view((1.0, 0.0, 0.0))
+    long = waited(guide, seen, *NEXT)
+    air.values.flags.writeable = True
+    air.values[:14, :14] = -3.0
+    began = time.monotonic()
+    while time.monotonic() - began < 60.0:
+        mark = guide.mark(seen, NEXT, 1)
+        if mark is not None and mark.is_goal and mark.way_mm < long.way_mm - 5.0:
+            return
+        time.sleep(0.05)
+    raise AssertionError("the way stayed as it was")
