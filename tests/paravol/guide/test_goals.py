@@ -35,6 +35,7 @@ def head() -> GuidedHead:
     return GuidedHead(air, places, named, None, places["nostril, right"])
 
 
+AHEAD = np.array([0.0, 1.0, 0.0])
 RINGS = (
     Ring("hoop 1", (0.0, 1.0, 0.0), 2.0),
     Ring("hoop 2", (0.0, 1.0, 0.0), 2.0),
@@ -47,11 +48,11 @@ def test_the_next_ring_is_the_goal_and_who_is_behind_it_goes_back() -> None:
     for passed, name in ((0.0, "hoop 1"), (0.5, "hoop 2")):
         state = TaskState("hoops", Status.OPEN, passed)
         middle = known.landmarks[name]
-        before = goal_of(HOOPS, state, known, middle - [0.0, 5.0, 0.0])
+        before = goal_of(HOOPS, state, known, middle - 5.0 * AHEAD)
         assert before is not None
         assert before.what == name
         assert 0.0 < (before.place_mm - middle)[1] < 3.0
-        behind = goal_of(HOOPS, state, known, middle + [0.0, 2.0, 0.0])
+        behind = goal_of(HOOPS, state, known, middle + 2.0 * AHEAD)
         assert behind is not None
         assert behind.what == f"back before {name}"
         assert (behind.place_mm - middle)[1] < -3.0

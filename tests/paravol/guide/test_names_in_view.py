@@ -26,8 +26,8 @@ def test_what_is_seen_is_named_and_what_is_hidden_is_not() -> None:
     wall = Volume(labels, spacing, origin, background=0)
     names = {int(Label.UNCINATE): "uncinate"}
     named = Structures.of(air, wall, names, MappingProxyType({}))
-    eye = np.array([10.0, 2.0, 10.0])
-    camera = Camera.looking_at(eye, eye + [0.0, 1.0, 0.0], size=(64, 64))
+    eye, ahead = np.array([10.0, 2.0, 10.0]), np.array([0.0, 1.0, 0.0])
+    camera = Camera.looking_at(eye, eye + ahead, size=(64, 64))
     found = names_in_view(camera, air, PLACES, named)
     assert [mark.name for mark in found] == [
         "uncinate process",
@@ -38,7 +38,7 @@ def test_what_is_seen_is_named_and_what_is_hidden_is_not() -> None:
     for mark in found[1:]:
         (column, row), _ = camera.project(PLACES[mark.name])
         assert np.allclose((mark.x, mark.y), (column / 64, row / 64))
-    turned = Camera.looking_at(eye, eye - [0.0, 1.0, 0.0], size=(64, 64))
+    turned = Camera.looking_at(eye, eye - ahead, size=(64, 64))
     assert names_in_view(turned, air, PLACES, named) == ()
     assert [m.name for m in names_in_view(camera, air, PLACES, None)] == [
         "before",
