@@ -34,6 +34,15 @@ back."""
 HOLD_MM = 4.0
 """A tip in tissue, dented by the scope, is taken for the nearest air so near."""
 
+NEAR_MM = 4.0
+"""A shaft is free to turn so near to what holds it."""
+
+TURNS = 10
+"""Places of a turning shaft that are looked at."""
+
+LEAST_BACK_MM = 2.5
+"""Less than this is not told: walls give way."""
+
 _AROUND = np.array(
     [
         (k, j, i)
@@ -205,6 +214,31 @@ def farthest_seen(
         else:
             far = middle - 1
     return near, chain[near]
+
+
+def back_to_turn_mm(
+    distance: Volume, pivot_mm: _Doubles, tip_mm: _Doubles, aim_mm: _Doubles
+) -> float:
+    """Return how far a shaft must be drawn back before it turns towards a place.
+
+    It is straight from the pivot to its tip, and sweeps what lies between. 0 where it
+    turns as it is, and where the place lies nearly ahead.
+    """
+    now, wanted = tip_mm - pivot_mm, aim_mm - pivot_mm
+    depth, reach = (float(np.linalg.norm(way)) for way in (now, wanted))
+    if depth < NEAR_MM or reach < NEAR_MM:
+        return 0.0
+    share = np.linspace(0.0, 1.0, TURNS + 1)[1:, None]
+    ways = (1.0 - share) * now / depth + share * wanted / reach
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    along = np.arange(NEAR_MM, depth, 0.75)
+    swept = pivot_mm + ways[:, None] * along[None, :, None]
+    blocked = np.flatnonzero((distance.sample(swept) > 0.0).any(axis=0))
+    if not len(blocked):
+        return 0.0
+    # a shaft that bends round an edge near its tip has not to be drawn back
+    back_mm = depth - float(along[blocked[0]]) + 1.0
+    return back_mm if back_mm > LEAST_BACK_MM else 0.0
 
 
 def length_mm(chain: _Doubles) -> float:

@@ -10,7 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.guide.air_way import AirWay, farthest_seen, length_mm
+from paravol.guide.air_way import (
+    AirWay,
+    back_to_turn_mm,
+    farthest_seen,
+    length_mm,
+)
 from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
 from renderers.scene import Camera
 from scenarios import View
@@ -39,7 +44,8 @@ class GuideMark:
     the way. x, y: shares of the picture, (0, 0) in its upper left corner, of the goal
     or of the next point on the way there; out of the round picture only their direction
     from the middle counts. is_goal: it is the goal itself, with nothing in between.
-    progress: of the task, 0 to 1.
+    progress: of the task, 0 to 1. back_mm: so far the scope must be drawn back first:
+    its shaft, straight from the nostril, does not turn there where it is.
     """
 
     what: str
@@ -49,6 +55,7 @@ class GuideMark:
     y: float
     is_goal: bool
     progress: float = 0.0
+    back_mm: float = 0.0
 
     @property
     def is_in_picture(self) -> bool:
@@ -56,8 +63,10 @@ class GuideMark:
         return math.hypot(self.x - 0.5, self.y - 0.5) <= 0.5
 
     def text(self) -> str:
-        """Return the distance in words."""
-        return f"{max(self.way_mm, 0.0):.0f} mm"
+        """Return the distance in words, and whether one must draw back first."""
+        if self.back_mm > 0.0:
+            return f"{self.way_mm:.0f} mm · draw back {self.back_mm:.0f} mm first"
+        return f"{self.way_mm:.0f} mm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +91,18 @@ class _Found:
     has_sought: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class _Next:
+    """Hold where to go next, for `NEXT_S`: see `GuideMark`."""
+
+    at_s: float
+    found: _Found
+    aim_mm: _Doubles
+    way_mm: float
+    back_mm: float
+    is_goal: bool
+
+
 class _OvertakenError(Exception):
     """Another way is wanted by now."""
 
@@ -99,7 +120,7 @@ class Guide:
         self._head: GuidedHead | None = None
         self._wanted: _Ask | None = None
         self._found: _Found | None = None
-        self._next: tuple[float, _Doubles, float] | None = None
+        self._next: _Next | None = None
         self._is_closed = False
         self._wakes = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="guide", daemon=True)
@@ -130,14 +151,27 @@ class Guide:
         task, state = opened
         tip = _tip(task, view)
         # a ring that was passed makes another goal
-        step = round(state.progress * 1e6) if isinstance(task, tasks.Follow) else 0
-        ask = _Ask((task.name, step), task, state, tip, cuts)
+        passed = round(state.progress * 1e6) if isinstance(task, tasks.Follow) else 0
+        ask = _Ask((task.name, passed), task, state, tip, cuts)
         found = self._found
         self._ask(ask, found)
         if found is None or found.ask.key != ask.key or found.goal is None:
             return None
-        mark = self._marked(view, found, head, tip)
-        return replace(mark, progress=state.progress)
+        now_s, step = time.monotonic(), self._next
+        if step is None or step.found is not found or now_s > step.at_s + NEXT_S:
+            step = self._next = _step(now_s, found, found.goal, view, head, tip)
+        x, y = _over(view.camera, step.aim_mm)
+        goal = found.goal
+        return GuideMark(
+            goal.what,
+            goal.place_mm,
+            step.way_mm,
+            x,
+            y,
+            step.is_goal,
+            state.progress,
+            step.back_mm,
+        )
 
     def _ask(self, ask: _Ask, found: _Found | None) -> None:
         """Let a goal be found, unless it is known or somebody is at it."""
@@ -194,35 +228,32 @@ class Guide:
         with suppress(ValueError):
             way = AirWay(head.distance, ask.tip_mm, goal.place_mm, still)
         self._found = replace(found, at_s=time.monotonic(), way=way, has_sought=True)
-        self._next = None
 
-    def _marked(
-        self, view: View, found: _Found, head: GuidedHead, tip: _Doubles
-    ) -> GuideMark:
-        """Lay a goal over a view: itself where it is in sight, else the way there."""
-        assert found.goal is not None
-        goal, eye = found.goal, view.camera.frame[0]
-        place = goal.place_mm
-        straight_mm = float(np.linalg.norm(place - tip))
-        is_goal = is_in_sight(head.distance, eye, place)
-        aim, way_mm = place, straight_mm
-        if not is_goal and found.way is not None:
-            now_s = time.monotonic()
-            if self._next is None or now_s > self._next[0] + NEXT_S:
-                self._next = self._step(now_s, found.way, head, eye, tip)
-            if self._next is not None:
-                _, aim, way_mm = self._next
-        x, y = _over(view.camera, aim)
-        return GuideMark(goal.what, place, way_mm, x, y, is_goal)
 
-    def _step(
-        self, now_s: float, way: AirWay, head: GuidedHead, eye: _Doubles, tip: _Doubles
-    ) -> tuple[float, _Doubles, float] | None:
-        chain = way.chain(tip)
-        if chain is None:
-            return None
+def _step(
+    now_s: float,
+    found: _Found,
+    goal: Goal,
+    view: View,
+    head: GuidedHead,
+    tip: _Doubles,
+) -> _Next:
+    """Find where to go next: the goal itself where it is in sight, else the way."""
+    eye, place = view.camera.frame[0], goal.place_mm
+    is_goal = is_in_sight(head.distance, eye, place)
+    aim, way_mm = place, float(np.linalg.norm(place - tip))
+    chain = None
+    if not is_goal and found.way is not None:
+        chain = found.way.chain(tip)
+    if chain is not None:
         _, aim = farthest_seen(head.distance, eye, chain)
-        return now_s, aim, length_mm(chain)
+        way_mm = length_mm(chain)
+    back_mm = 0.0
+    is_seen = isinstance(found.ask.task, tasks.Look | tasks.Survey)
+    if not (is_goal and is_seen):
+        shaft = view.world_from_tip
+        back_mm = back_to_turn_mm(head.distance, head.nostril_mm, shaft[:3, 3], aim)
+    return _Next(now_s, found, aim, way_mm, back_mm, is_goal)
 
 
 def _tip(task: Task, view: View) -> _Doubles:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from devices import DeviceError
+from disk import UserError
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
@@ -23,6 +24,7 @@ from paravol.flight_loop import FrameEvent
 from paravol.flight_observers import FlightObservers
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
 from paravol.guide.goals import GuidedHead
+from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
@@ -240,10 +242,22 @@ class FlightThread(QObject, FlightObserver):
                 patient.landmarks,
                 patient.structures,
                 None if session is None else session.coverage,
-                flight.path.tip_mm[0],
+                self._pivot_mm(patient),
             )
         )
         self.guide_by(self.guide.is_on)
+
+    def _pivot_mm(self, patient: PatientScene) -> NDArray[np.float64]:
+        """Return what the scope's shaft turns about."""
+        flight = self.flight
+        assert flight.path is not None
+        try:
+            start = flight.order.scenario.start
+            return nostril_fulcrum(patient, flight.path, start).pivot_mm
+        except UserError:
+            # a head without a known nostril: where the scope begins
+            place: NDArray[np.float64] = flight.path.tip_mm[0]
+            return place
 
     @staticmethod
     def _air(patient: PatientScene) -> Volume:

@@ -27,6 +27,8 @@ class TaskPanel(QWidget):
         self._column.setContentsMargins(0, 0, 0, 0)
         self._count = QLabel()
         self._count.setObjectName("caption")
+        self._count.setWordWrap(True)
+        self._way = ""
         self._lines: list[tuple[QLabel, QProgressBar]] = []
         self._column.addWidget(self._count)
         for _ in range(SHOWN):
@@ -38,13 +40,9 @@ class TaskPanel(QWidget):
             self._column.addWidget(line)
             self._column.addWidget(bar)
             self._lines.append((line, bar))
-        self._way = QLabel()
-        self._way.setWordWrap(True)
-        self._column.insertWidget(3, self._way)
         self._hint = QLabel()
         self._hint.setWordWrap(True)
         self._column.addWidget(self._hint)
-        self.show_way(None, is_on=True)
         self.setVisible(bool(scenario.tasks))
         self.show_states(tuple(TaskState(task.name) for task in scenario.tasks))
 
@@ -60,12 +58,17 @@ class TaskPanel(QWidget):
         if states == self._states or not self._tasks:
             return
         self._states = states
+        self._tell()
+
+    def _tell(self) -> None:
+        """Show how the tasks stand, and how far the place is."""
+        states = self._states
         done = sum(state.status is Status.DONE for state in states)
         failed = [state for state in states if state.status is Status.FAILED]
         text = f"{done} of {len(states)} tasks done"
         if failed:
             text += f" · {len(failed)} failed: {failed[-1].why}"
-        _set_text(self._count, text)
+        _set_text(self._count, text + self._way)
         shown = self._open()[:SHOWN]
         for (line, bar), state in zip(
             self._lines, [*shown, *[None] * SHOWN], strict=False
@@ -85,13 +88,14 @@ class TaskPanel(QWidget):
 
         is_on: somebody wants to know.
         """
-        text = ""
+        way = ""
         if guide is not None:
-            text = f"Way: {guide.what}, {guide.text()}"
+            way = f" · {guide.text()} to {guide.what}"
         elif self._open() and not is_on:
-            text = "G shows the way"
-        self._way.setVisible(bool(text))
-        _set_text(self._way, text)
+            way = " · G shows the way"
+        if way != self._way:
+            self._way = way
+            self._tell()
 
     @property
     def has_hint(self) -> bool:

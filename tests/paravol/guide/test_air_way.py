@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from paravol.guide.air_way import AirWay, farthest_seen, length_mm
+from paravol.guide.air_way import AirWay, back_to_turn_mm, farthest_seen, length_mm
 from renderers.scene import Volume
 from scenarios.tasks.rules import is_in_sight
 
@@ -85,3 +85,17 @@ def test_a_closed_cell_has_no_way_in() -> None:
         AirWay(cell, np.array([1.0, 1.0, 1.0]), np.array([10.0, 10.0, 10.0]))
     with pytest.raises(ValueError, match="begins in tissue"):
         AirWay(head(np.full((SIZE,) * 3, 5.0)), np.zeros(3) + 5, np.zeros(3) + 15)
+
+
+def test_a_shaft_turns_as_deep_as_nothing_is_in_its_sweep() -> None:
+    """A post beside the shaft: it turns past it only when its tip is before it."""
+    _, y, x = axes()
+    post = head(np.clip(1.0 - np.hypot(x - 10.0, y - 12.0), -4.0, 4.0))
+    pivot = np.array([6.0, 0.0, 10.0])
+    deep, there = np.array([6.0, 17.0, 10.0]), np.array([16.0, 16.0, 10.0])
+    back = back_to_turn_mm(post, pivot, deep, there)
+    # the post's nearest point is 12 mm from the pivot, less its radius of 1
+    assert 17.0 - 12.0 < back < 17.0 - 9.5
+    before = pivot + (17.0 - back) * np.array([0.0, 1.0, 0.0])
+    assert back_to_turn_mm(post, pivot, before, there) == 0.0
+    assert back_to_turn_mm(post, pivot, deep, np.array([2.0, 16.0, 10.0])) == 0.0

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
 pytest.importorskip(
@@ -20,6 +21,7 @@ from app.window.flight.flight_thread import FlightThread
 from app.window.style import style_sheet
 from app.window.window_size import scale_for
 from paravol.flight import FlightOrder
+from paravol.guide import GuideMark
 from paravol.inputs import choose_input
 from paravol.readings import Readings
 from scenarios import InstrumentState, Scenario
@@ -74,6 +76,9 @@ def fill(page: FlightPage) -> None:
     page._side.tasks.show_states(states)
     page._side.tasks.switch_hint()
     assert TASKS[0].hint in page._side.tasks.hint
+    place = "sphenoethmoidal recess, right, unseen"
+    way = GuideMark(place, np.zeros(3), 123.0, 0.5, 0.5, is_goal=True)
+    page._side.tasks.show_way(way, is_on=True)
     page._side.show_tool(InstrumentState("microdebrider", is_sucking=True))
     page._gauges.show_readings(READINGS)
     picture = "picture 768 of 1024 px: frames were late"
@@ -225,6 +230,25 @@ def test_a_long_message_takes_more_lines_within_the_picture(
     assert box.contains(detail)
     assert not title.intersects(detail)
     assert room.contains(box.toAlignedRect())
+
+
+def test_a_key_hides_the_way_and_shows_it_again(page: FlightPage) -> None:
+    switched: list[bool] = []
+    page.guide_switched.connect(switched.append)
+    button = page._actions.bar.button(Qt.Key.Key_G)
+    assert button is not None
+    QTest.keyClick(page, Qt.Key.Key_G)
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert switched == [False, True]
+    assert page._thread.guide.is_on
+    assert list(page._flight._aids) == ["guide off", "guide on"]
+
+
+def test_names_are_shown_while_their_key_is_held(page: FlightPage) -> None:
+    QTest.keyPress(page, Qt.Key.Key_E)
+    assert page._thread.names_at is not None
+    QTest.keyRelease(page, Qt.Key.Key_E)
+    assert page._thread.names_at is None
 
 
 def test_views_change_places_and_come_back(page: FlightPage) -> None:

@@ -15,7 +15,7 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[4]
 
 NOISE = 50
 """References that come and go by themselves; a loss in every call is a thousand
@@ -30,6 +30,7 @@ from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 from anatomy.scan.histogram import Peaks, transfer_of
 from paravol.flight import FlightEnd
+from paravol.guide import GuideMark, NameMark
 from paravol.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture
 from app.window.panels.moments import MomentView
@@ -53,13 +54,19 @@ bars = TouchBars()
 bars.show_signs(TouchSigns(5.6, "lamina papyracea", 6.13, ("orbit", 0.6)), "no sound")
 picture.say("Touch the nasion", "Hold the stylus on it.", 0.5)
 picture.mark_recording(True)
+names = NameMark("septum", 0.5, 0.5), NameMark("choana", 0.7, 0.3)
+guided = [PictureView() for _ in range(3)]
+for view, x, is_goal in zip(guided, (0.6, 0.6, 1.4), (True, False, True)):
+    view.show_picture(pixels)
+    way = GuideMark("choana, right", np.zeros(3), 12.0, x, 0.4, is_goal, 0.5)
+    view.guide_to(way, names)
 picture.show_result(FlightEnd("The flight is over", Score(1.0, 2.0, 3.0, 0, {})))
 moment = MomentView()
 moment.show_moment(MomentPicture(1.0, pixels, 0.5))
 slices = SlicesView()
 ct = Volume(np.full((30, 30, 30), 40, np.int16), np.ones(3), np.zeros(3))
 slices.show_head(SliceViews.of({"ct": ct}, transfer_of(Peaks(-1000, 40, 15, 700))))
-views = picture, touching, bars, moment, slices
+views = picture, touching, bars, moment, slices, *guided
 canvas = QImage(240, 240, QImage.Format.Format_RGB32)
 for view in views:
     view.resize(240, 120)

@@ -1,0 +1,279 @@
+"""What the simulated person knows to do, by the words of the task."""
+
+import math
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt
+
+from tests.app.ladder.eyes import Mark, Sight
+from tests.app.ladder.person import ALL_DONE, MM_PER_NOTCH, LostError, Person
+
+MIDDLE = (0.5, 0.5)
+STUCK_AFTER = 3
+"""Moves ahead that brought nothing, before one draws back and looks elsewhere."""
+
+Skill = Callable[["Trainee", Sight], None]
+
+
+class Trainee:
+    """Do the tasks of one exercise, act by act, and remember what was tried."""
+
+    def __init__(self, person: Person) -> None:
+        self.person = person
+        self._task = ""
+        self._nearest_mm = math.inf
+        self._vain = 0
+        self._waited = 0
+        self._roll_way = 1.0
+        self._level_way = 1.0
+        self._side = 1.0
+
+    def do_all(self) -> None:
+        """Do one task after the other until all are done; LostError if he gives up."""
+        while True:
+            sight = self.person.look()
+            if sight.page != "FlightPage":
+                raise LostError(f"the window shows {sight.page}")
+            if ALL_DONE in sight.task:
+                return
+            if "failed" in sight.done:
+                raise LostError(sight.done)
+            if sight.task != self._task:
+                self.person.say(f"now: {sight.task} ({sight.done})")
+                self._task = sight.task
+                self._forget()
+            mark = sight.mark
+            self.person.say(
+                f"  bar {sight.bar:.2f} mark "
+                + (
+                    "none"
+                    if mark is None
+                    else f"{mark.words or 'way'} {mark.mm:.0f} mm at {mark.x:.2f} "
+                    f"{mark.y:.2f}{'' if mark.is_in else ' out'} back {mark.back_mm:.0f}"
+                )
+                + f" {sight.alarm or sight.touching}"
+            )
+            skill_for(sight.task)(self, sight)
+
+    def _forget(self) -> None:
+        self._nearest_mm, self._vain, self._waited = math.inf, 0, 0
+
+    # Skills: each does one act
+
+    def hold(self, sight: Sight) -> None:
+        """Bring the tip near, then take the hand off."""
+        if sight.bar > 0.0:
+            self.person.wait(0.3)
+        else:
+            self.approach(sight)
+
+    def rings(self, sight: Sight) -> None:
+        """Aim at the ring, go through; from behind it go back."""
+        mark = sight.mark
+        if mark is not None and mark.words.startswith("back"):
+            self.person.go(-3)
+            return
+        self.approach(sight, finely=True)
+
+    def look_at(self, sight: Sight) -> None:
+        """Bring the place into the middle and keep it there."""
+        mark = sight.mark
+        if "upright" in sight.task and self._level(sight):
+            return
+        if sight.bar > 0.0:
+            self.person.wait(0.2)
+            return
+        if mark is None or not mark.is_goal:
+            self.approach(sight)
+            return
+        off = math.hypot(mark.x - 0.5, mark.y - 0.5)
+        if mark.is_in and off < 0.05:
+            self._change_distance(mark)
+        elif sight.heading is None:
+            self._tilt_to(MIDDLE, mark)
+        else:
+            self._turn_to(sight, mark)
+
+    def survey(self, sight: Sight) -> None:
+        """Look at what is not seen yet, wherever the mark goes."""
+        mark = sight.mark
+        if mark is None or not mark.is_goal:
+            self.approach(sight)
+            return
+        off = math.hypot(mark.x - 0.5, mark.y - 0.5)
+        if mark.is_in and off < 0.3 and 5.0 <= mark.mm <= 25.0 and self._waited < 4:
+            self._waited += 1
+            self.person.wait(0.25)
+            return
+        self._waited = 0
+        if mark.is_in and off < 0.2:
+            self._change_distance(mark)
+        elif sight.heading is None:
+            self._tilt_to(MIDDLE, mark)
+        else:
+            self._turn_to(sight, mark)
+
+    # Acts
+
+    def approach(self, sight: Sight, *, finely: bool = False) -> None:
+        """Bring where the shaft goes onto the mark, then go in."""
+        mark = sight.mark
+        if mark is None:
+            self._wander()
+            return
+        if mark.back_mm > 0.0:
+            self.person.go(-min(max(round(mark.back_mm / MM_PER_NOTCH), 1), 6))
+            self._nearest_mm = math.inf
+            return
+        place = MIDDLE if sight.heading is None else sight.heading
+        if math.hypot(place[0] - 0.5, place[1] - 0.5) > 0.5:
+            place = _rim(place)
+            if not mark.is_in:
+                # both are arrows at the rim
+                off = math.hypot(mark.x - place[0], mark.y - place[1])
+                if off > 0.15:
+                    self._tilt_to(place, mark)
+                else:
+                    self._ahead(mark)
+                return
+        off = math.hypot(mark.x - place[0], mark.y - place[1])
+        least = 0.04 if finely else 0.08
+        if mark.is_in and mark.mm < 8.0:
+            least *= 2.0
+        if off > least:
+            self._tilt_to(place, mark)
+        else:
+            self._ahead(mark)
+
+    def _ahead(self, mark: Mark) -> None:
+        if mark.mm < self._nearest_mm - 0.5:
+            self._vain = 0
+        else:
+            self._vain += 1
+        self._nearest_mm = min(self._nearest_mm, mark.mm)
+        if self._vain > STUCK_AFTER:
+            self._free()
+            return
+        self.person.go(min(max(round(0.3 * mark.mm / MM_PER_NOTCH), 1), 5))
+
+    def _free(self) -> None:
+        """Draw back, and try another way past what is in the way."""
+        self.person.say("stuck: draws back")
+        rng = self.person.rng
+        self.person.go(-3)
+        self.person.stroke(
+            rng.uniform(-90.0, 90.0),
+            rng.uniform(-90.0, 90.0),
+            Qt.MouseButton.LeftButton,
+        )
+        self._nearest_mm, self._vain = math.inf, 0
+
+    def _wander(self) -> None:
+        """Nothing is marked: wait a little, then look round."""
+        self._waited += 1
+        if self._waited < 12:
+            self.person.wait(0.3)
+            return
+        self._waited = 0
+        self._free()
+
+    def _tilt_to(self, place: tuple[float, float], mark: Mark) -> None:
+        person = self.person
+        error = place[0] - mark.x, place[1] - mark.y
+        before = person.eyes.sight.mark
+        person.aim(error, mark)
+        after = person.eyes.sight.mark
+        if before is not None and after is not None and after.is_in and mark.is_in:
+            moved = math.hypot(after.x - mark.x, after.y - mark.y)
+            if moved < 0.1 * math.hypot(*error) and math.hypot(*error) > 0.05:
+                self._vain += 1
+                if self._vain > STUCK_AFTER:
+                    self._free()
+                return
+        self._vain = max(self._vain - 1, 0)
+
+    def _change_distance(self, mark: Mark) -> None:
+        """The place is in the middle and still does not count: too far, or too near."""
+        self._waited += 1
+        if self._waited < 3:
+            self.person.wait(0.25)
+            return
+        self._waited = 0
+        if mark.mm > 12.0:
+            self.person.go(2)
+        else:
+            self.person.go(-1)
+
+    def _turn_to(self, sight: Sight, mark: Mark) -> None:
+        """With a scope that looks aside: turn the light post towards the mark."""
+        assert sight.heading is not None
+        hx, hy = sight.heading
+        goal = math.atan2(mark.y - hy, mark.x - hx)
+        view = math.atan2(0.5 - hy, 0.5 - hx)
+        turn_deg = math.degrees(math.remainder(goal - view, 2.0 * math.pi))
+        off = math.hypot(mark.x - 0.5, mark.y - 0.5)
+        if abs(turn_deg) > 25.0 and off > 0.15:
+            asked = max(min(turn_deg, 70.0), -70.0) * self._roll_way
+            self.person.roll(asked)
+            self._learn_roll(turn_deg)
+            return
+        self._tilt_to(MIDDLE, mark)
+        if self._vain > 0:
+            # walls hold the shaft: going in or out moves the place, too
+            near = math.hypot(mark.x - hx, mark.y - hy)
+            own = math.hypot(0.5 - hx, 0.5 - hy)
+            self.person.go(-2 if near > own else 2)
+
+    def _learn_roll(self, before_deg: float) -> None:
+        sight = self.person.look()
+        if sight.mark is None or sight.heading is None:
+            return
+        hx, hy = sight.heading
+        goal = math.atan2(sight.mark.y - hy, sight.mark.x - hx)
+        view = math.atan2(0.5 - hy, 0.5 - hx)
+        now_deg = math.degrees(math.remainder(goal - view, 2.0 * math.pi))
+        if abs(now_deg) > abs(before_deg) + 8.0 and abs(before_deg) < 110.0:
+            self.person.say("the post turns the other way")
+            self._roll_way = -self._roll_way
+
+    def _level(self, sight: Sight) -> bool:
+        """Turn the camera head until the patient's top is above; tell if it was not."""
+        if sight.up is None:
+            return False
+        off_deg = math.degrees(math.atan2(sight.up[0], -sight.up[1]))
+        if abs(off_deg) < 5.0:
+            return False
+        presses = max(round(abs(off_deg) / 5.0), 1)
+        key = (
+            Qt.Key.Key_BracketRight
+            if off_deg * self._level_way > 0.0
+            else Qt.Key.Key_BracketLeft
+        )
+        for _ in range(presses):
+            self.person.hand.tap(key)
+            self.person.wait(0.05)
+        after = self.person.look().up
+        if after is not None:
+            now_deg = math.degrees(math.atan2(after[0], -after[1]))
+            if abs(now_deg) > abs(off_deg) + 4.0:
+                self.person.say("the camera turns the other way")
+                self._level_way = -self._level_way
+        return True
+
+
+def _rim(place: tuple[float, float]) -> tuple[float, float]:
+    x, y = place[0] - 0.5, place[1] - 0.5
+    away = math.hypot(x, y)
+    return 0.5 + 0.5 * x / away, 0.5 + 0.5 * y / away
+
+
+def skill_for(words: str) -> Skill:
+    """Return what to do for a task, by what it says."""
+    low = words.lower()
+    if "hold the tip still" in low:
+        return Trainee.hold
+    if "rings" in low:
+        return Trainee.rings
+    if ": see " in low:
+        return Trainee.survey
+    return Trainee.look_at
