@@ -249,8 +249,9 @@ def _step(
         _, aim = farthest_seen(head.distance, eye, chain)
         way_mm = length_mm(chain)
     back_mm = 0.0
-    is_seen = isinstance(found.ask.task, tasks.Look | tasks.Survey)
-    if not (is_goal and is_seen):
+    goes_there = isinstance(found.ask.task, tasks.Reach | tasks.Hold | tasks.Follow)
+    # where it is enough to see the place, the scope stays where it sees it
+    if goes_there or not is_goal:
         shaft = view.world_from_tip
         back_mm = back_to_turn_mm(head.distance, head.nostril_mm, shaft[:3, 3], aim)
     return _Next(now_s, found, aim, way_mm, back_mm, is_goal)

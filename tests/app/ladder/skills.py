@@ -49,7 +49,7 @@ class Trainee:
                     "none"
                     if mark is None
                     else f"{mark.words or 'way'} {mark.mm:.0f} mm at {mark.x:.2f} "
-                    f"{mark.y:.2f}{'' if mark.is_in else ' out'} back {mark.back_mm:.0f}"
+                    f"{mark.y:.2f} {'in' if mark.is_in else 'out'} {mark.back_mm:.0f}"
                 )
                 + f" {sight.alarm or sight.touching}"
             )
