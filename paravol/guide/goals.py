@@ -19,6 +19,10 @@ _Doubles = NDArray[np.float64]
 BEFORE_MM, BEYOND_MM = 7.0, 1.5
 """A ring is aimed at from so far before it, and passed by so much."""
 
+INSIDE, WIDENS = 0.8, 0.7
+"""A ring is passed straight on from a cone before it: so wide in it, in shares of its
+radius, and so much wider for each mm before it."""
+
 SKIN_MM = 1.2
 """Tissue that is to be taken begins where it is so near to air."""
 
@@ -90,9 +94,8 @@ def _ring(
     before_mm = float(away @ axis)
     aside_mm = float(np.linalg.norm(away - before_mm * axis))
     name = _name(ring.place, f"ring {passed + 1}")
-    # from behind it one goes back first, and from the side before it
-    is_before = before_mm < -1.0 or (before_mm < 0.0 and aside_mm < ring.radius_mm)
-    if is_before:
+    # from behind it one goes back first, and so does who is beside its wire
+    if before_mm < 0.0 and aside_mm < INSIDE * ring.radius_mm - WIDENS * before_mm:
         return Goal(name, middle + BEYOND_MM * axis)
     return Goal(f"back before {name}", middle - BEFORE_MM * axis)
 

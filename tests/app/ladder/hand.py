@@ -11,6 +11,8 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.window.main_window import MainWindow
+
 STEP_S = 0.016
 TREMOR_PX = 0.5
 """Of each step of a stroke, 1 sigma."""
@@ -28,7 +30,7 @@ class Hand:
     """Move the mouse of one window, and press keys."""
 
     def __init__(
-        self, window: QWidget, rng: random.Random, wait: Callable[[float], None]
+        self, window: MainWindow, rng: random.Random, wait: Callable[[float], None]
     ) -> None:
         self._window = window
         self._rng = rng
@@ -128,7 +130,9 @@ class Hand:
     def key(self, key: Qt.Key, *, is_down: bool, text: str = "") -> None:
         """Put a key down, or up."""
         kind = QEvent.Type.KeyPress if is_down else QEvent.Type.KeyRelease
-        target = QApplication.focusWidget() or self._window
+        # without a window manager no window is active: the page has the keyboard
+        page = self._window.page
+        target = QApplication.focusWidget() or page.focusWidget() or page
         none = Qt.KeyboardModifier.NoModifier
         QCoreApplication.sendEvent(target, QKeyEvent(kind, key, none, text))
 

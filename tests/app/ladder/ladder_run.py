@@ -128,7 +128,7 @@ class Sitting:
             person.until_s = time.monotonic() + limit_s
             try:
                 if scenario.tasks:
-                    Trainee(person).do_all()
+                    Trainee(person, lambda at: self.shoot(f"{name}-{at}")).do_all()
                 else:
                     self._watch(limit_s)
                 verdict.done = True

@@ -18,8 +18,11 @@ Skill = Callable[["Trainee", Sight], None]
 class Trainee:
     """Do the tasks of one exercise, act by act, and remember what was tried."""
 
-    def __init__(self, person: Person) -> None:
+    def __init__(self, person: Person, shoot: Callable[[str], None]) -> None:
+        """Begin; shoot: keeps a picture of the window under a name."""
         self.person = person
+        self._shoot = shoot
+        self._tasks = 0
         self._task = ""
         self._nearest_mm = math.inf
         self._vain = 0
@@ -42,6 +45,8 @@ class Trainee:
                 self.person.say(f"now: {sight.task} ({sight.done})")
                 self._task = sight.task
                 self._forget()
+                self._shoot(f"task-{self._tasks}")
+                self._tasks += 1
             mark = sight.mark
             self.person.say(
                 f"  bar {sight.bar:.2f} mark "
