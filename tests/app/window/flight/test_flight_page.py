@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
+from app.window.keyboard.actions import Act
 from app.window.style import style_sheet
 from app.window.window_size import scale_for
 from paravol.flight import FlightOrder
@@ -235,7 +236,7 @@ def test_a_long_message_takes_more_lines_within_the_picture(
 def test_a_key_hides_the_way_and_shows_it_again(page: FlightPage) -> None:
     switched: list[bool] = []
     page.guide_switched.connect(switched.append)
-    button = page._actions.bar.button(Qt.Key.Key_G)
+    button = page._actions.bar.button(Act.GUIDE)
     assert button is not None
     QTest.keyClick(page, Qt.Key.Key_G)
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
