@@ -1,6 +1,7 @@
 """What is said of a metric."""
 
 from scenarios.metrics import Metric
+from scenarios.metrics.value_text import value_text
 
 _OF_MANY = (
     *("speed peaks: ", "smallest distance: ", "time in margin: "),
@@ -19,18 +20,15 @@ def says_nothing(metric: Metric) -> bool:
 
 def metric_text(metric: Metric) -> str:
     """Return a value with its 1 sigma and its unit, or why there is none."""
+    remark = "" if metric.value is None else metric_remark(metric)
+    return metric_figure(metric) + (f" ({remark})" if remark else "")
+
+
+def metric_figure(metric: Metric) -> str:
+    """Return the same without what is to be known of it."""
     if metric.value is None:
         return metric.reason
-    unit = "" if metric.unit == "1" else f" {metric.unit}"
-    sigma = "" if not metric.sigma else f" ± {metric.sigma:.2g}"
-    remark = metric_remark(metric)
-    return f"{_figure(metric.value)}{sigma}{unit}" + (f" ({remark})" if remark else "")
-
-
-def _figure(value: float) -> str:
-    if value == round(value) and abs(value) < 1e6:
-        return f"{value:.0f}"
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
+    return value_text(metric.value, metric.sigma, metric.unit)
 
 
 def metric_remark(metric: Metric) -> str:

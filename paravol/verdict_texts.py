@@ -3,6 +3,7 @@
 They are two answers to two questions, so that each names its own mark.
 """
 
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment, ExerciseMark, Verdict
 
 _OF_RUBRIC = {
@@ -22,9 +23,8 @@ def rubric_text(assessment: Assessment) -> str:
     """Return the total with its noise, and how it stands to the rubric's mark."""
     if assessment.percent is None:
         return f"{assessment.verdict}: {assessment.remarks[-1]}"
-    sigma = assessment.percent_sigma
-    noise = f" ± {sigma:.1f}" if sigma else ""
-    text = f"{assessment.percent:.1f}{noise} %, {assessment.pass_percent:g} % needed: "
+    percent = value_text(assessment.percent, assessment.percent_sigma, "%")
+    text = f"{percent}, {assessment.pass_percent:g} % needed: "
     text += _OF_RUBRIC[assessment.verdict]
     if assessment.fails:
         text += f" ({'; '.join(fail.name for fail in assessment.fails)})"

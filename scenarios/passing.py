@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from scenarios.metrics import Definition, Metric, definitions_named
 from scenarios.metrics.unlisted_tools import UNLISTED
+from scenarios.metrics.value_text import value_text
 from scenarios.scenario import MetricLimit, Scenario
 from scenarios.tasks.engine import Status
 
@@ -72,9 +73,8 @@ def _limited(limit: MetricLimit, metrics: Sequence[Metric]) -> PassMark:
         return PassMark(limit.name, is_met, rows[0].reason)
     worst = max(values, key=lambda metric: _beyond(limit, metric))
     beyond = _beyond(limit, worst)
-    unit = "" if worst.unit in ("1", "count") else f" {worst.unit}"
-    sigma = f" ± {worst.sigma:.2g}" if worst.sigma else ""
-    why = f"{worst.value:.4g}{sigma}{unit}"
+    assert worst.value is not None
+    why = value_text(worst.value, worst.sigma, worst.unit)
     if limit.least is not None:
         why += f", at least {limit.least:g} is asked for"
     if limit.most is not None:

@@ -11,6 +11,7 @@ from disk import UserError, demand_place
 from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
 from renderers.scene.image import save_png
 from scenarios.bundle import write_json
+from scenarios.metrics.value_text import value_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +70,8 @@ def _print(session: Path, seen: SessionCoverage) -> None:
     rows = [
         (
             name,
-            f"{site.seen_percent:5.1f} ± {site.uncertain_percent:.1f} % of "
-            f"{site.area_mm2:.0f} mm2",
+            value_text(site.seen_percent, site.uncertain_percent, "%")
+            + f" of {site.area_mm2:.0f} mm2",
         )
         for name, site in figures.sites.items()
     ]

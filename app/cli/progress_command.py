@@ -30,6 +30,7 @@ from paravol.session_scoring import score_session, usual_rubric
 from paravol.session_store import SUFFIX, SessionStore
 from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment, load_rubric
 
 DURATION = "duration"
@@ -348,11 +349,11 @@ def _standing_text(row: Standing, figure: str, curve: LearningCurve | str) -> st
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
     if row.best is not None:
-        told.append(f"{figure}: best {row.best:.4g}{unit}")
+        told.append(f"{figure}: best {value_text(row.best)}{unit}")
     if isinstance(curve, LearningCurve):
         told.append(
-            f"the next may give {curve.middle[-1]:.4g} ({curve.low[-1]:.4g} to "
-            f"{curve.high[-1]:.4g}){unit}"
+            f"the next may give {value_text(curve.middle[-1])} "
+            f"({value_text(curve.low[-1])} to {value_text(curve.high[-1])}){unit}"
         )
     return ", ".join(told)
 
@@ -361,7 +362,8 @@ def _cohort_text(row: Standing) -> str:
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
     if row.middle is not None and row.best is not None:
-        told.append(f"median {row.middle:.4g}, best {row.best:.4g}{unit}")
+        median, best = value_text(row.middle), value_text(row.best)
+        told.append(f"median {median}, best {best}{unit}")
     if row.percentile is not None:
         told.append(f"percentile {row.percentile:.0f}")
     return ", ".join([*told, f"last seen {row.last_seen[:10]}"])
@@ -372,15 +374,15 @@ def _curve_rows(curve: LearningCurve | str, unit: str) -> list[tuple[str, str]]:
         return [("curve", curve)]
     tail = "" if unit in ("", "1") else f" {unit}"
     return [
-        ("curve", f"{curve.shape}, rate {curve.rate:.3g}"),
-        ("first attempt", f"{curve.middle[0]:.4g}{tail}"),
-        ("goes to", f"{curve.plateau:.4g}{tail}"),
+        ("curve", f"{curve.shape}, rate {value_text(curve.rate)}"),
+        ("first attempt", f"{value_text(curve.middle[0])}{tail}"),
+        ("goes to", f"{value_text(curve.plateau)}{tail}"),
         (
             "next attempt",
-            f"{curve.middle[-1]:.4g}{tail} ({curve.low[-1]:.4g} to "
-            f"{curve.high[-1]:.4g} with 90 % confidence)",
+            f"{value_text(curve.middle[-1])}{tail} ({value_text(curve.low[-1])} to "
+            f"{value_text(curve.high[-1])} with 90 % confidence)",
         ),
-        ("spread", f"{curve.spread:.3g}{tail} around the curve"),
+        ("spread", f"{value_text(curve.spread)}{tail} around the curve"),
     ]
 
 

@@ -19,6 +19,7 @@ from paravol.session_scoring import (
 from paravol.verdict_texts import rubric_text, whole_exercise_text, whole_text
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import (
     Assessment,
     Part,
@@ -132,15 +133,13 @@ def part_text(part: Part) -> str:
         return text + (f": {why}" if why else "")
     value = part.reason
     if part.value is not None:
-        unit = "" if part.unit == "1" else f" {part.unit}"
-        sigma = f" ± {part.sigma:.2g}" if part.sigma else ""
-        value = f"{part.value:.4g}{sigma}{unit}"
-    spread = f" ± {part.points_sigma:.1f}" if part.points_sigma >= 0.05 else ""
+        value = value_text(part.value, part.sigma, part.unit)
+    points = value_text(part.points, part.points_sigma)
     knots = ", ".join(f"{at:g}: {percent:g} %" for at, percent in part.thresholds)
-    text = f"{part.points:.1f}{spread} of {part.most_points:g}: {part.source} {value}"
+    text = f"{points} of {part.most_points:g}: {part.source} {value}"
     text += f" ({knots})" + _when(part.intervals)
     for band in part.bands:
-        text += f"; {band.group} {band.low:.3g} to {band.high:.3g}"
+        text += f"; {band.group} {value_text(band.low)} to {value_text(band.high)}"
     text += f"; {part.bands[0].source}" if part.bands else ""
     return text + (f"; {part.why}" if part.why else "")
 
@@ -258,15 +257,18 @@ def _mark_rows(mark: PassMark, left: int, right: int) -> list[tuple[str, str]]:
     side = "at least" if mark.passes_above else "at most"
     novices, experts = mark.novices, mark.experts
     rows = [
-        ("pass", f"{side} {mark.mark:.4g}"),
-        ("95 % of draws", f"{mark.low:.4g} to {mark.high:.4g}, of {mark.draws} draws"),
+        ("pass", f"{side} {value_text(mark.mark)}"),
+        (
+            "95 % of draws",
+            f"{value_text(mark.low)} to {value_text(mark.high)}, of {mark.draws} draws",
+        ),
         (
             "novices",
-            f"{novices.mean:.4g} ± {novices.deviation:.3g}, {novices.count} sessions",
+            f"{value_text(novices.mean, novices.deviation)}, {novices.count} sessions",
         ),
         (
             "experts",
-            f"{experts.mean:.4g} ± {experts.deviation:.3g}, {experts.count} sessions",
+            f"{value_text(experts.mean, experts.deviation)}, {experts.count} sessions",
         ),
         (
             "novices that pass",

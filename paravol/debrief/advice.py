@@ -7,6 +7,7 @@ from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from scenarios import Scenario, Score
 from scenarios.metrics.metric import SCOPE
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment, Part
 from scenarios.tasks.engine import Status
 
@@ -164,9 +165,7 @@ def amount(part: Part) -> str:
     """Return a part's value with 1 sigma and its unit, or why there is none."""
     if part.value is None:
         return part.reason or "not known"
-    unit = "" if part.unit in ("1", "count", "") else f" {part.unit}"
-    sigma = f" ± {part.sigma:.2g}" if part.sigma else ""
-    return f"{part.value:.3g}{sigma}{unit}"
+    return value_text(part.value, part.sigma, part.unit)
 
 
 def drill_for(name: str) -> str:

@@ -16,10 +16,12 @@ from paravol.debrief.colours import Colour
 from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
+from paravol.metric_texts import metric_figure
 from paravol.score_table import score_rows
 from paravol.verdict_texts import exercise_text, rubric_text
 from scenarios.hazard_watch import ALWAYS_NEAR
-from scenarios.metrics import HazardGaps, Metric, Track
+from scenarios.metrics import HazardGaps, Track
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment
 from scenarios.tasks.engine import Status
 
@@ -118,7 +120,8 @@ def _told(material: Material) -> dict[str, Any]:
         "metrics": findings.metrics.metrics,
         "noise": findings.metrics.noise,
         "bands": _bands(material.assessment),
-        "figure": figure,
+        "figure": metric_figure,
+        "value_text": value_text,
         "compared": findings.compared,
         "why_alone": findings.why_alone,
         "advice": advice(findings, events, material.assessment),
@@ -252,20 +255,9 @@ def _bands(assessment: Assessment) -> dict[tuple[str, str], str]:
     """Return where groups of the reference population lie, by role and metric."""
     return {
         (part.role, part.source): "; ".join(
-            f"{band.group} {band.low:.3g} to {band.high:.3g}" for band in part.bands
+            f"{band.group} {value_text(band.low)} to {value_text(band.high)}"
+            for band in part.bands
         )
         for part in assessment.parts
         if part.bands
     }
-
-
-def figure(metric: Metric) -> str:
-    """Return a metric's value with its 1 sigma and unit, or why there is none."""
-    if metric.value is None:
-        return metric.reason
-    unit = "" if metric.unit in ("1", "count") else f" {metric.unit}"
-    sigma = "" if not metric.sigma else f" ± {metric.sigma:.2g}"
-    value = (
-        f"{metric.value:.0f}" if abs(metric.value) >= 1000 else f"{metric.value:.4g}"
-    )
-    return f"{value}{sigma}{unit}"

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from scenarios.metrics.metric import Interval, Metric
+from scenarios.metrics.value_text import value_text
 from scenarios.passing import FAR
 from scenarios.rubrics.assessment import (
     Assessment,
@@ -230,7 +231,8 @@ def _fail(rule: FailRule, evidence: Evidence) -> HardFail | None:
         (rule.below, rule.below is not None and found.value < rule.below, "below"),
     ):
         if is_broken:
-            why = f"{rule.full_name} is {found.value:.4g}{unit}, {word} {limit:g}{unit}"
+            told = value_text(found.value, unit=found.unit)
+            why = f"{rule.full_name} is {told}, {word} {limit:g}{unit}"
             times = merged(found.intervals)
             return HardFail(rule.name, f"{rule.title}: {why}", rule.most_percent, times)
     return None

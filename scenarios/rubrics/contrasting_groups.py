@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from scenarios.metrics.value_text import value_text
 
 Doubles = NDArray[np.float64]
 
@@ -75,9 +76,10 @@ def pass_mark(
     mark = crossing(first, second)
     if mark is None:
         raise UserError(
-            f"The groups cannot be told apart: novices {first.mean:.4g} ± "
-            f"{first.deviation:.2g}, experts {second.mean:.4g} ± "
-            f"{second.deviation:.2g}; no mark lies between their means."
+            "The groups cannot be told apart: novices "
+            f"{value_text(first.mean, first.deviation)}, experts "
+            f"{value_text(second.mean, second.deviation)}; no mark lies between their "
+            "means."
         )
     passes_above = second.mean > first.mean
     marks = _bootstrap(low, high, passes_above, draws)

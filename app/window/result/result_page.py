@@ -26,6 +26,7 @@ from paravol.trainee.record import TraineeRecord
 from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario
 from scenarios.ladder import Door
+from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Verdict
 from scenarios.tasks import Status
 
@@ -184,9 +185,8 @@ class ResultPage(TextPage):
             self.verdict.setProperty("passed", str(result.has_passed).lower())
             self.verdict.style().polish(self.verdict)
         if assessment.percent is not None:
-            sigma = assessment.percent_sigma
-            about = f" ± {sigma:.1f}" if sigma >= 0.05 else ""
-            self._points_text(f"{assessment.percent:.0f}{about} of 100")
+            told = value_text(assessment.percent, assessment.percent_sigma)
+            self._points_text(f"{told} of 100")
         elif assessment.verdict is Verdict.NO_DATA:
             self._points_text("too short to score")
         self.parts.show_assessment(assessment)

@@ -54,7 +54,7 @@ def test_perktutors_columns_come_first() -> None:
 
 
 def test_a_figure_is_told_with_its_error_or_its_reason() -> None:
-    assert metric_text(FIGURE) == "20 ± 0.5 mm (below the noise floor)"
+    assert metric_text(FIGURE) == "20.0 ± 0.5 mm (below the noise floor)"
     assert metric_text(NONE) == NONE.reason
 
 

@@ -100,11 +100,11 @@ def test_verdict_points_reasons_and_advice_are_told(
     assert page.verdict.text() == words
     # what was asked comes first: who does nothing hurts nothing
     assert page.points.text() == "0 of 1 tasks"
-    assert page.handling.text() == "75 ± 1.2 of 100 for how it was flown"
+    assert page.handling.text() == "74.6 ± 1.2 of 100 for how it was flown"
     told = texts(page)
     for line in (
         "7.5 of 10",
-        "task time: 31.5 ± 0.25 s; full points at 29, none at 59",
+        "task time: 31.50 ± 0.25 s; full points at 29, none at 59",
         "Not counted: too short",
         "The orbit was hurt: at most 30 points in all.",
         "Steer in the middle",
