@@ -280,7 +280,7 @@ class _Operated:
         self._on_changes = on_changes
         self._recorder = recorder
         self._on_injury = on_injury
-        self._cuts = self._bites = 0
+        self._cuts = self._bites = self._breaks = 0
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
 
@@ -313,6 +313,9 @@ class _Operated:
             told = injury_text(injury)
             self._recorder.add(EventRecord(injury.time_s, "injury", told))
             self._on_injury(told)
+        for broken in operation.feeling.figures.breaks[self._breaks :]:
+            self._breaks += 1
+            self._recorder.add(EventRecord(broken.time_s, "break", str(broken)))
         patient = operation.patient
         if time_s is None or time_s < self._hashed_s + HASHED_EVERY_S:
             return

@@ -1,8 +1,18 @@
-"""A score as a table of names and texts."""
+"""A score as a table of names and texts.
 
+A figure that a metric defines is told by the metric, where that was measured: a session
+counts a few of them in flight by simpler rules, which are gauges and are called so.
+"""
+
+from collections.abc import Sequence
+
+from paravol.metric_texts import metric_figure
 from paravol.readings import NO_LABELS
 from scenarios import Score
 from scenarios.hazard_watch import HazardApproach
+from scenarios.metrics import Metric
+from scenarios.metrics.metric import SCOPE
+from scenarios.metrics.value_text import value_text
 from scenarios.scoring import PRESSURE_MM, OperationFigures
 
 MOST_TISSUES = 4
@@ -11,26 +21,47 @@ MOST_TISSUES = 4
 TOLD_MM = 10.0
 """Hazards that nothing came nearer to are left out of the table."""
 
+_MEASURED = (
+    *("task time", "path length", "contacts", "contact time", "contact share"),
+    "deepest contact",
+)
+_MEASURED_EACH = "contact time on: ", "nearest to: "
+"""Metrics that a score's table tells; of the second ones each."""
 
-def score_rows(score: Score) -> list[tuple[str, str]]:
-    """Return the name and the text of each of a score's figures, in order."""
-    rows = [
+
+def score_rows(score: Score, metrics: Sequence[Metric] = ()) -> list[tuple[str, str]]:
+    """Return the name and the text of each of a score's figures, in order.
+
+    metrics: of the session; none where nobody has measured it yet.
+    """
+    measured = measured_rows(metrics)
+    rows = measured or [
         ("time", f"{score.duration_s:.1f} s"),
-        ("path length", f"{score.path_length_mm:.0f} mm"),
-        ("smallest clearance", clearance(score)),
+        ("path length (gauge)", f"{score.path_length_mm:.0f} mm"),
         *contact_rows(score),
     ]
+    rows.append(("smallest clearance", clearance(score)))
     rows += hazard_rows(score)
     rows += hand_rows(score)
-    if score.operation is not None and score.operation.edits:
+    if score.operation is not None:
         rows += operation_rows(score.operation)
-    if score.operation is not None and score.operation.injected_ml:
-        rows.append(("injected", f"{score.operation.injected_ml:.2f} mL"))
-    rows += [
-        (f"nearest to {name}", f"{distance_mm:.1f} mm")
-        for name, distance_mm in score.target_distance_mm.items()
-    ]
+    if not measured:
+        rows += [
+            (f"nearest to: {name}", value_text(distance_mm, unit="mm"))
+            for name, distance_mm in score.target_distance_mm.items()
+        ]
     return rows
+
+
+def measured_rows(metrics: Sequence[Metric]) -> list[tuple[str, str]]:
+    """Return those of the scope's metrics that belong to a score's table."""
+    return [
+        (metric.name, metric_figure(metric))
+        for metric in metrics
+        if metric.role == SCOPE
+        and metric.value is not None
+        and (metric.name in _MEASURED or metric.name.startswith(_MEASURED_EACH))
+    ]
 
 
 def hand_rows(score: Score) -> list[tuple[str, str]]:
@@ -62,25 +93,23 @@ def hazard_rows(score: Score) -> list[tuple[str, str]]:
 
 
 def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
-    """Return what an operation took, bled and hurt."""
-    taken = sorted(figures.removed_mm3.items(), key=lambda item: -item[1])
-    most = ", ".join(f"{name} {mm3:.0f}" for name, mm3 in taken[:MOST_TISSUES])
-    whole = f"{sum(figures.removed_mm3.values()):.0f} mm3"
-    rows = [
-        ("tissue removed", f"{whole}: {most}" if most else whole),
-        ("blood", f"{figures.bled_ml:.1f} mL, {figures.sucked_ml:.1f} mL sucked off"),
-    ]
+    """Return what an operation took, bled, broke and hurt; nothing where it did not."""
+    rows = taken_rows(figures) if figures.edits else []
     if figures.washes:
         touched = f"it touched tissue for {figures.lens_touched_s:.1f} s"
         rows.append(("lens washed", f"{figures.washes} x; {touched}"))
+    if figures.injected_ml:
+        rows.append(("injected", f"{figures.injected_ml:.2f} mL"))
     if figures.greatest_n or figures.scope_n:
         pressed = f"tool {figures.greatest_n:.1f} N, scope {figures.scope_n:.1f} N"
         rows.append(("greatest force", pressed))
-    if figures.broken_walls:
+    if figures.breaks:
+        rows += [("broken", f"{each}, {each.time_s:.1f} s") for each in figures.breaks]
+    elif figures.broken_walls:
         broken = [f"{name} {n} x" for name, n in sorted(figures.broken_walls.items())]
-        rows.append(("walls broken by force", ", ".join(broken)))
-    if not figures.injuries:
-        return [*rows, ("injuries", "none")]
+        rows.append(("broken", ", ".join(broken)))
+    if figures.edits and not figures.injuries:
+        rows.append(("injuries", "none"))
     return rows + [
         (
             f"injury: {injury.structure}",
@@ -89,6 +118,17 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
             f"by the {injury.by}",
         )
         for injury in figures.injuries
+    ]
+
+
+def taken_rows(figures: OperationFigures) -> list[tuple[str, str]]:
+    """Return what an operation took, and how it bled."""
+    taken = sorted(figures.removed_mm3.items(), key=lambda item: -item[1])
+    most = ", ".join(f"{name} {mm3:.0f}" for name, mm3 in taken[:MOST_TISSUES])
+    whole = f"{sum(figures.removed_mm3.values()):.0f} mm3"
+    return [
+        ("tissue removed", f"{whole}: {most}" if most else whole),
+        ("blood", f"{figures.bled_ml:.1f} mL, {figures.sucked_ml:.1f} mL sucked off"),
     ]
 
 
@@ -108,16 +148,22 @@ def clearance(score: Score) -> str:
 def contact_rows(score: Score) -> list[tuple[str, str]]:
     """Return how often, how long, how deep and what was touched."""
     if not score.contacts:
-        return [("contacts", "none")]
+        return [("contacts (gauge)", "none")]
     share = score.contact_s / score.duration_s if score.duration_s > 0.0 else 0.0
     # By time; of equal times the one touched first.
     touched = sorted(score.touched_s.items(), key=lambda item: -item[1])
     return [
-        ("contacts", f"{score.contacts}, {score.contact_s:.1f} s in all ({share:.0%})"),
+        (
+            "contacts (gauge)",
+            f"{score.contacts}, {score.contact_s:.1f} s in all ({share:.0%})",
+        ),
         (f"pressed deeper than {PRESSURE_MM:g} mm", f"{score.pressure_s:.1f} s"),
         (
             "deepest contact",
             f"{score.worst_depth_mm:.2f} mm, {score.worst_structure}",
         ),
-        ("touched", "; ".join(f"{name} {time_s:.1f} s" for name, time_s in touched)),
+        (
+            "touched (gauge)",
+            "; ".join(f"{name} {time_s:.1f} s" for name, time_s in touched),
+        ),
     ]

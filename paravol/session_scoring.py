@@ -31,9 +31,9 @@ from scenarios.rubrics import (
 )
 from scenarios.rubrics.rubric import shipped_rubrics
 from scenarios.tasks import TaskState
-from scenarios.tasks.task import Open, Remove
+from scenarios.tasks.task import Inject, Open, Remove
 
-SCORING_VERSION = 3
+SCORING_VERSION = 4
 """Grows when the same session and rubric may get other points."""
 
 SUFFIX = ".paravol"
@@ -69,16 +69,27 @@ class BatchOrder(msgspec.Struct, frozen=True):
     exact: bool = False
 
 
-def usual_rubric(recording: Recording) -> str:
-    """Return the name of the bundled rubric for what was done: cut, or looked."""
+def fitting_rubric(recording: Recording) -> Rubric:
+    """Return the bundled rubric for what was to be done, and for what was: cut or look.
+
+    An operation of which nothing was done is judged as one, and so is a cut that nobody
+    asked for.
+    """
+    scenario = recording.info.exercise()
+    is_operation = bool(scenario.tools) or any(
+        isinstance(task, Remove | Open | Inject) for task in scenario.tasks
+    )
     has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
-    return "operation" if has_cuts else "endoscopy"
+    name = "operation" if is_operation or has_cuts else "endoscopy"
+    return load_rubric(name).fitted(scenario)
 
 
 def wanted_metrics(rubric: Rubric, scenario: Scenario) -> tuple[Definition, ...]:
     """Return what a rubric and an exercise's own pass mark read."""
     names = {source.metric for source in (*rubric.items, *rubric.fails)}
     names |= {definition.name for definition in limited_metrics(scenario)}
+    if rubric.least_path_mm > 0.0:
+        names.add("path length")
     return tuple(d for d in DEFINITIONS if d.name in names)
 
 
@@ -240,7 +251,7 @@ def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
     try:
         key = scoring_key(folder, order)
         case = Path(order.case) if order.case else None
-        rubric = order.rubric or load_rubric(usual_rubric(read_recording(folder)))
+        rubric = order.rubric or fitting_rubric(read_recording(folder))
         assessment, found = score_session(
             folder,
             rubric,

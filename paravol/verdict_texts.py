@@ -1,52 +1,52 @@
-"""What a session reached, in words: by a rubric, and by its exercise's own mark.
+"""What a session reached, in words: one verdict, and the points for what was done.
 
-They are two answers to two questions, so that each names its own mark.
+Where an exercise has a mark of its own, that decides; a rubric's mark is of flights of
+any kind, and is told only where nothing else is asked for.
 """
 
 from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import Assessment, ExerciseMark, Verdict
+from scenarios.rubrics import Assessment, Verdict
 
-_OF_RUBRIC = {
-    Verdict.PASSED: "reached",
-    Verdict.NOT_PASSED: "not reached",
-    Verdict.UNDECIDED: "too near to it to tell",
-}
-_OF_EXERCISE = {
-    Verdict.PASSED: "The exercise's own mark was met",
-    Verdict.NOT_PASSED: "The exercise's own mark was not met",
-    Verdict.UNDECIDED: "Whether the exercise's own mark was met is too near to tell",
-    Verdict.NO_DATA: "Whether the exercise's own mark was met is not known",
+_VERDICTS = {
+    Verdict.PASSED: "Passed",
+    Verdict.NOT_PASSED: "Not passed",
+    Verdict.UNDECIDED: "Too near to the pass mark to tell",
+    Verdict.NO_DATA: "Whether it is passed is not known",
 }
 
 
-def rubric_text(assessment: Assessment) -> str:
-    """Return the total with its noise, and how it stands to the rubric's mark."""
+def verdict_text(assessment: Assessment) -> str:
+    """Return whether a session is passed, and first of all what was not done."""
+    mark, done = assessment.exercise, assessment.done
+    whys: list[str] = []
+    if done is not None and not done.is_all:
+        whys.append(f"{done.done} of {done.asked} done")
+    if mark is not None:
+        whys += mark.missed
+    elif assessment.percent is not None:
+        whys.append(f"{assessment.pass_percent:g} points are needed")
+    whys += [fail.name for fail in assessment.fails]
+    told = _VERDICTS[assessment.verdict]
+    return f"{told}: {'; '.join(whys)}" if whys else told
+
+
+def points_text(assessment: Assessment) -> str:
+    """Return the total with its noise, or why there is none."""
     if assessment.percent is None:
-        return f"{assessment.verdict}: {assessment.remarks[-1]}"
-    percent = value_text(assessment.percent, assessment.percent_sigma, "%")
-    text = f"{percent}, {assessment.pass_percent:g} % needed: "
-    text += _OF_RUBRIC[assessment.verdict]
-    if assessment.fails:
-        text += f" ({'; '.join(fail.name for fail in assessment.fails)})"
-    return text
+        return f"No points: {assessment.remarks[0]}"
+    told = value_text(assessment.percent, assessment.percent_sigma)
+    return f"{told} of 100 points {_what_for(assessment)}"
 
 
-def exercise_text(mark: ExerciseMark) -> str:
-    """Return how the exercise's own mark stands."""
-    return _OF_EXERCISE[mark.verdict]
-
-
-def whole_exercise_text(mark: ExerciseMark) -> str:
-    """Return how the exercise's own mark stands, and why, in one line."""
-    whys = "; ".join(mark.missed or mark.kept)
-    return f"{exercise_text(mark)}: {whys}" if whys else exercise_text(mark)
+def _what_for(assessment: Assessment) -> str:
+    done, flown = assessment.done, assessment.flown_percent
+    if done is None or done.is_all or flown is None:
+        return "for how it was flown"
+    share = value_text(round(100.0 * done.share, 1), unit="%")
+    return f"for what was done: {share} of it, flown for {flown:.0f}"
 
 
 def whole_text(assessment: Assessment) -> str:
-    """Return in one line what the rubric and the exercise's own mark say."""
-    text = f"{assessment.rubric}: {rubric_text(assessment)}."
-    mark = assessment.exercise
-    if mark is None:
-        return text
-    told = whole_exercise_text(mark) if mark.missed else exercise_text(mark)
-    return f"{text} {told}."
+    """Return in one line what a session reached."""
+    verdict, points = verdict_text(assessment), points_text(assessment)
+    return f"{assessment.rubric}: {verdict}. {points.rstrip('.')}."

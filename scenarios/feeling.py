@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from scenarios.instrument_state import NO_TOOL, InstrumentState
 from scenarios.instruments.catalogue import Instrument, instrument_named, parts_of
+from scenarios.scoring import BreakFigure
 from surgery.force import NO_TOUCH, ForceState, Gape, RigidPart, ToolForce, Touch
 from surgery.patient import OperatedPatient
 from surgery.solids import capsule
@@ -15,6 +16,9 @@ Doubles = NDArray[np.float64]
 
 SHAFT_MM = 110.0
 """Length of the scope's shaft."""
+
+SCOPE = "endoscope"
+"""Name of the scope where injuries and breaks say what made them."""
 
 BORE_MM = 2.0
 """Of what sucks, about: 1.6 mm of a straight tube, 2.2 mm of a curved one."""
@@ -32,11 +36,11 @@ class FeelingState:
 
 @dataclass(frozen=True, slots=True)
 class FeltFigures:
-    """Count what was felt: greatest forces in N, walls broken by name."""
+    """Count what was felt: greatest forces in N, and what gave in to them."""
 
     tool_n: float = 0.0
     scope_n: float = 0.0
-    broken: tuple[str, ...] = ()
+    breaks: tuple[BreakFigure, ...] = ()
 
 
 @dataclass(slots=True)
@@ -81,7 +85,9 @@ class Feeling:
         self.figures = FeltFigures(
             max(told.tool_n, self.tool.size_n),
             max(told.scope_n, self.scope.size_n),
-            told.broken + self.tool.broken + self.scope.broken,
+            told.breaks
+            + _breaks(time_s, self.tool, state.name)
+            + _breaks(time_s, self.scope, SCOPE),
         )
 
     def freeze(self) -> FeelingState:
@@ -120,6 +126,10 @@ class Feeling:
     def _scope_of(self, radius_mm: float) -> ToolForce:
         shaft = capsule([0, 0, radius_mm], [0, 0, SHAFT_MM], radius_mm)
         return ToolForce(self.patient, [RigidPart(shaft)])
+
+
+def _breaks(time_s: float, touch: Touch, by: str) -> tuple[BreakFigure, ...]:
+    return tuple(BreakFigure(time_s, wall, touch.size_n, by) for wall in touch.broken)
 
 
 def tool_force(patient: OperatedPatient, tool: Instrument) -> ToolForce:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Change, ChangeKind, Volume
 from scenarios.endoscope import Endoscope
-from scenarios.feeling import Feeling, FeelingState
+from scenarios.feeling import SCOPE, Feeling, FeelingState
 from scenarios.instrument_state import NO_TOOL, InstrumentState
 from scenarios.instruments.catalogue import Action, Instrument, instrument_named
 from scenarios.sample import Sample, tool_frame
@@ -48,9 +48,6 @@ TIP_MM = 5.0
 
 FASTEST_MM_S = 2000.0
 """Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
-
-SCOPE = "endoscope"
-"""Name of the scope where injuries say what made them."""
 
 ABSENT_S = 0.25
 """Nothing is cut on a way between samples farther apart than this."""
@@ -340,8 +337,9 @@ class Operation:
             0.0 if self.lens is None else self.lens.touches_s,
             felt.tool_n,
             felt.scope_n,
-            dict(Counter(name or "bone" for name in felt.broken)),
+            dict(Counter(each.wall or "bone" for each in felt.breaks)),
             self.injection.ml,
+            list(felt.breaks),
         )
 
     def _watch(

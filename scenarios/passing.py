@@ -8,7 +8,8 @@ from scenarios.metrics import Definition, Metric, definitions_named
 from scenarios.metrics.unlisted_tools import UNLISTED
 from scenarios.metrics.value_text import value_text
 from scenarios.scenario import MetricLimit, Scenario
-from scenarios.tasks.engine import Status
+from scenarios.tasks.engine import Status, TaskState
+from scenarios.tasks.task import KeepAway
 
 FAR = "nothing came nearer"
 """How the reason begins why a hazard has no smallest distance: it was never near."""
@@ -34,11 +35,8 @@ def pass_marks(
     tasks: status of each at the end, by name; empty where nobody followed them.
     metrics: those that were computed. A rubric's percent is not looked at.
     """
-    needed = scenario.marks.tasks or [
-        t.name for t in scenario.tasks if not t.is_optional
-    ]
     found = []
-    for name in needed:
+    for name in needed_tasks(scenario):
         status = tasks.get(name)
         is_done = None if status is None else status == Status.DONE
         found.append(PassMark(name, is_done, "" if status is None else str(status)))
@@ -46,6 +44,67 @@ def pass_marks(
     if scenario.tools:
         found.append(_limited(MetricLimit(UNLISTED, most=0.0), metrics))
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class DoneShare:
+    """Say how much of what an exercise asks for was done.
+
+    done, asked: how many things, all of it; share: 0 to 1, begun ones in part.
+    """
+
+    done: int
+    asked: int
+    share: float
+
+    @property
+    def is_all(self) -> bool:
+        """Return whether nothing is left to do."""
+        return self.done == self.asked
+
+
+def done_share(
+    scenario: Scenario, tasks: Sequence[TaskState], metrics: Sequence[Metric]
+) -> DoneShare | None:
+    """Return how much was done of the tasks, and of the places to come near to.
+
+    To keep away from something is no doing: who does nothing does it. None where the
+    exercise asks for nothing, or where nobody followed it.
+    """
+    goals = goals_of(scenario)
+    shares = [
+        1.0 if state.status is Status.DONE else state.progress * _COUNTS[state.status]
+        for state in tasks
+        if state.name in goals
+    ]
+    if len(shares) < len(goals):
+        return None
+    shares += [
+        float(_limited(limit, metrics).is_met or False)
+        for limit in scenario.marks.metrics
+        if limit.name.startswith("nearest to: ")
+    ]
+    if not shares:
+        return None
+    # what is begun is never all of it
+    done = sum(share >= 1.0 for share in shares)
+    return DoneShare(done, len(shares), math.fsum(shares) / len(shares))
+
+
+_COUNTS = {Status.WAITING: 0.0, Status.OPEN: 0.99, Status.DONE: 1.0, Status.FAILED: 0.0}
+"""Share of its progress that counts of a task, by how it ended."""
+
+
+def goals_of(scenario: Scenario) -> frozenset[str]:
+    """Return the names of the tasks that must be done by doing something."""
+    kept = {task.name for task in scenario.tasks if isinstance(task, KeepAway)}
+    return frozenset(needed_tasks(scenario)) - kept
+
+
+def needed_tasks(scenario: Scenario) -> Sequence[str]:
+    """Return the names of the tasks that must be done."""
+    named = scenario.marks.tasks
+    return named or [t.name for t in scenario.tasks if not t.is_optional]
 
 
 def limited_metrics(scenario: Scenario) -> tuple[Definition, ...]:

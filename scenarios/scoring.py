@@ -51,6 +51,23 @@ class InjuryFigure:
 
 
 @dataclass(frozen=True, slots=True)
+class BreakFigure:
+    """Tell of a wall that gave in to force; wall: "" where it has no name.
+
+    force_n: largest since the sample before. by: the tool, or the scope.
+    """
+
+    time_s: float
+    wall: str
+    force_n: float
+    by: str
+
+    def __str__(self) -> str:
+        """Return what broke, at which force and by what."""
+        return f"{self.wall or 'bone'}, at {self.force_n:.1f} N by the {self.by}"
+
+
+@dataclass(frozen=True, slots=True)
 class OperationFigures:
     """Sum up an operation.
 
@@ -59,7 +76,8 @@ class OperationFigures:
     had become loose. bled_ml, sucked_ml: blood. injuries: in order. washes: of
     the lens. lens_touched_s: how long it touched tissue. greatest_n, scope_n: largest
     force of tissue on the tool and on the scope. broken_walls: how often each gave in,
-    by name. injected_ml: of a vasoconstrictor, into tissue.
+    by name; breaks: each of them, in order, none in older recordings. injected_ml: of
+    a vasoconstrictor, into tissue.
     """
 
     edits: int = 0
@@ -75,6 +93,12 @@ class OperationFigures:
     scope_n: float = 0.0
     broken_walls: dict[str, int] = field(default_factory=dict)
     injected_ml: float = 0.0
+    breaks: list[BreakFigure] = field(default_factory=list)
+
+    @property
+    def broken(self) -> int:
+        """Return how many walls gave in."""
+        return sum(self.broken_walls.values())
 
 
 @dataclass(frozen=True, slots=True)

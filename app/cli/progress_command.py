@@ -26,7 +26,7 @@ from paravol.progress.curve_plot import demand_format, draw_curve
 from paravol.progress.session_entry import NOBODY, PERCENT, bundle_sha256
 from paravol.progress.xapi import HOME_PAGE
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import score_session, usual_rubric
+from paravol.session_scoring import fitting_rubric, score_session
 from paravol.session_store import SUFFIX, SessionStore
 from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
@@ -233,7 +233,7 @@ def run_add(
                 folder, has_head=not motion_only, progress=stages
             ).metrics
             if assessment is None and (named is not None or not motion_only):
-                chosen = named or load_rubric(usual_rubric(read_recording(folder)))
+                chosen = named or fitting_rubric(read_recording(folder))
                 scored, _ = score_session(folder, chosen, progress=stages)
         entry = entry_of_session(
             folder, trainee=trainee, metrics=metrics, assessment=scored

@@ -16,7 +16,7 @@ from paravol.session_scoring import (
     score_all,
     sessions_in,
 )
-from paravol.verdict_texts import rubric_text, whole_exercise_text, whole_text
+from paravol.verdict_texts import points_text, verdict_text, whole_text
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
 from scenarios.metrics.value_text import value_text
@@ -107,9 +107,7 @@ def line_text(line: Scored) -> str:
 
 def print_assessment(assessment: Assessment, source: str) -> None:
     """Print each part with its points, value, thresholds and moments."""
-    rows = [("total", rubric_text(assessment))]
-    if assessment.exercise is not None:
-        rows.append(("exercise", whole_exercise_text(assessment.exercise)))
+    rows = [("verdict", verdict_text(assessment)), ("total", points_text(assessment))]
     rows += [
         (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
     ]
@@ -138,6 +136,7 @@ def part_text(part: Part) -> str:
     knots = ", ".join(f"{at:g}: {percent:g} %" for at, percent in part.thresholds)
     text = f"{points} of {part.most_points:g}: {part.source} {value}"
     text += f" ({knots})" + _when(part.intervals)
+    text += f"; {part.withheld}" if part.withheld else ""
     for band in part.bands:
         text += f"; {band.group} {value_text(band.low)} to {value_text(band.high)}"
     text += f"; {part.bands[0].source}" if part.bands else ""

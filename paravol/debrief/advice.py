@@ -8,7 +8,7 @@ from paravol.debrief.findings import Findings
 from scenarios import Scenario, Score
 from scenarios.metrics.metric import SCOPE
 from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import Assessment, Part
+from scenarios.rubrics import Assessment, Part, Verdict
 from scenarios.tasks.engine import Status
 
 MOST = 4
@@ -62,6 +62,10 @@ class Advice:
     anchor: str = ""
 
 
+GO_ON = Advice("Go on", "Nothing stands out.", "Fly the next exercise.")
+ONCE_MORE = Advice("Once more", "Nothing stands out.", "Fly it to its end.")
+
+
 def advice(
     findings: Findings, events: Sequence[Event], assessment: Assessment
 ) -> list[Advice]:
@@ -73,17 +77,20 @@ def advice(
     found = [*_hurt(events), *_undone(findings.score, findings.scenario, events)]
     found += [*_near(events), *_low_parts(assessment)]
     found += [*_touching(findings.score, events), *_against(findings)]
-    return _unlike(found)
+    return _unlike(found, assessment)
 
 
 def advice_on(score: Score, scenario: Scenario, assessment: Assessment) -> list[Advice]:
     """Return what to practise by a session's score alone, without its events."""
     found = [*_hurt_by(score), *_undone(score, scenario), *_low_parts(assessment)]
-    return _unlike([*found, *_touching(score)])
+    return _unlike([*found, *_touching(score)], assessment)
 
 
-def _unlike(found: Sequence[Advice]) -> list[Advice]:
-    """Return the first of each kind, `MOST` at most."""
+def _unlike(found: Sequence[Advice], assessment: Assessment) -> list[Advice]:
+    """Return the first of each kind, `MOST` at most, or what follows from none."""
+    if not found:
+        is_passed = assessment.verdict is Verdict.PASSED
+        found = [GO_ON if is_passed else ONCE_MORE]
     unlike: dict[str, Advice] = {}
     for each in found:
         unlike.setdefault(each.how, each)

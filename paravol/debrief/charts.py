@@ -28,6 +28,7 @@ MOST_POINTS = 600
 LANE_COLOURS = {
     Kind.TASK: Colour.TASK,
     Kind.INJURY: Colour.DANGER,
+    Kind.BREAK: Colour.DANGER,
     Kind.HAZARD: Colour.WARNING,
     Kind.CUT: Colour.CUT,
     Kind.CONTACT: Colour.CONTACT,
@@ -101,7 +102,7 @@ def _mark(event: Event, scale: _Scale, top: float) -> Markup:
     colour = LANE_COLOURS[event.kind]
     told = element("title", f"{event.shown_s:.1f} s: {event.title}. {event.detail}")
     x, y = begin, top + BAR / 2 + 3
-    if event.kind is Kind.INJURY:
+    if event.kind in (Kind.INJURY, Kind.BREAK):
         points = f"{x},{y - 9} {x + 8},{y} {x},{y + 9} {x - 8},{y}"
         shape = element("polygon", told, points=points, fill=colour)
     elif event.kind in (Kind.DEVICE, Kind.SCOPE, Kind.SNAPSHOT, Kind.MOMENT):

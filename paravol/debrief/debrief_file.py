@@ -14,7 +14,7 @@ from paravol.debrief.head_picture import head_picture
 from paravol.debrief.page import Material, page, tip_pieces
 from paravol.debrief.pictures import NO_PICTURES, Picture, Quality, draw_pictures
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
-from paravol.session_scoring import assessment_of, usual_rubric
+from paravol.session_scoring import assessment_of, fitting_rubric
 from paravol.session_setup import flown_scenario
 from scenarios.bundle import read_recording
 from scenarios.rubrics import load_rubric
@@ -79,7 +79,7 @@ def write_debrief(
         raise UserError(f"--pictures must lie in 0 to 200, got {order.pictures}.")
     recording = read_recording(order.folder)
     scenario = flown_scenario(order.folder, recording.info, order.case)
-    rubric = load_rubric(order.rubric or usual_rubric(recording))
+    rubric = load_rubric(order.rubric) if order.rubric else fitting_rubric(recording)
     patient = patient or load_patient(scenario, progress)
     findings = gather(
         order.folder,

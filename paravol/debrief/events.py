@@ -24,6 +24,7 @@ class Kind(StrEnum):
 
     TASK = "tasks"
     INJURY = "injuries"
+    BREAK = "broken bone"
     HAZARD = "near hazards"
     CUT = "cuts"
     CONTACT = "contacts"
@@ -69,6 +70,7 @@ def events_of(findings: Findings) -> list[Event]:
     found = [
         *_tasks(findings),
         *_injuries(findings),
+        *_breaks(findings),
         *_gravest(_approaches(findings)),
         *_gravest(_cuts(findings.metrics.measured.edits or ())),
         *_gravest(_contacts(findings)),
@@ -143,6 +145,21 @@ def _injuries(findings: Findings) -> list[Event]:
             injury.depth_mm,
         )
         for injury in (() if operation is None else operation.injuries)
+    ]
+
+
+def _breaks(findings: Findings) -> list[Event]:
+    operation = findings.score.operation
+    return [
+        Event(
+            Kind.BREAK,
+            broken.time_s,
+            broken.time_s,
+            broken.time_s,
+            f"Broken: {broken}",
+            gravity=broken.force_n,
+        )
+        for broken in (() if operation is None else operation.breaks)
     ]
 
 

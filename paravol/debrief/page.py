@@ -18,7 +18,7 @@ from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
 from paravol.metric_texts import metric_figure
 from paravol.score_table import score_rows
-from paravol.verdict_texts import exercise_text, rubric_text
+from paravol.verdict_texts import points_text, verdict_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Track
 from scenarios.metrics.value_text import value_text
@@ -94,11 +94,11 @@ def _told(material: Material) -> dict[str, Any]:
         "head_words": _head_words(findings),
         "is_complete": findings.metrics.is_complete,
         "damages": findings.recording.damages,
-        "figures": score_rows(score),
+        "figures": score_rows(score, findings.metrics.metrics),
         "assessment": material.assessment,
         "amount": amount,
-        "exercise_text": exercise_text,
-        "rubric_text": rubric_text,
+        "points_text": points_text,
+        "verdict_text": verdict_text,
         "tasks": _tasks(findings),
         "timeline": charts.timeline(findings, events),
         "told": [event for event in events if event.is_told],
@@ -247,7 +247,7 @@ def _marks(
             track.tip_mm[int(np.abs(track.time_s - event.shown_s).argmin())],
         )
         for event in events
-        if event.is_told and event.kind in (Kind.INJURY, Kind.HAZARD)
+        if event.is_told and event.kind in (Kind.INJURY, Kind.BREAK, Kind.HAZARD)
     ]
 
 

@@ -25,14 +25,14 @@ def felt_signs(
         _pressed(touch, limits) for touch in (operation.touch, operation.scope_touch)
     )
     felt = scope if scope.share > tool.share else tool
-    broken = operation.feeling.figures.broken
-    last = broken[-1] if broken else ""
+    broken = operation.feeling.figures.breaks
+    last = broken[-1] if broken else None
     return replace(
         felt,
         hazard=hazard,
         breaks=len(broken),
-        broken=last or (NAMELESS if broken else ""),
-        broken_n=limits.get(last, 0.0),
+        broken="" if last is None else last.wall or NAMELESS,
+        broken_n=0.0 if last is None else last.force_n,
         bites=bites,
     )
 

@@ -8,10 +8,10 @@ from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, usual_rubric
+from paravol.session_scoring import assessment_of, fitting_rubric
 from paravol.verdict_texts import whole_text
 from scenarios.bundle import read_recording
-from scenarios.rubrics import Assessment, load_rubric
+from scenarios.rubrics import Assessment
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ def keep_flight(
     said: list[str] = []
     assessment = None
     try:
-        rubric = load_rubric(usual_rubric(read_recording(record)))
+        rubric = fitting_rubric(read_recording(record))
         try:
             found = session_metrics(
                 record,

@@ -165,10 +165,11 @@ def entry_of_session(
     values = [
         Value(m.role, m.name, m.unit, m.value, m.sigma, m.is_noise) for m in metrics
     ]
-    known = {(value.role, value.name) for value in values}
+    # a figure that a metric defines is no other one's
+    known = {value.name for value in values}
     if score is not None:
         found = _figures(score)
-        values += [v for v in found if (v.role, v.name) not in known]
+        values += [v for v in found if v.name not in known]
     return SessionEntry(
         trainee,
         bundle_sha256(folder),

@@ -40,6 +40,7 @@ class TimeMark:
 _RECORDED = {
     "task": MarkKind.TASK,
     "injury": MarkKind.INJURY,
+    "break": MarkKind.INJURY,
     "snapshot": MarkKind.MOMENT,
     "moment": MarkKind.MOMENT,
     "device": MarkKind.TOOL,
@@ -49,6 +50,7 @@ _RECORDED = {
 _FOUND = {
     EventKind.TASK: MarkKind.TASK,
     EventKind.INJURY: MarkKind.INJURY,
+    EventKind.BREAK: MarkKind.INJURY,
     EventKind.HAZARD: MarkKind.NEAR,
     EventKind.CONTACT: MarkKind.NEAR,
     EventKind.SNAPSHOT: MarkKind.MOMENT,

@@ -11,13 +11,13 @@ from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress import ProgressStore, SessionEntry, entry_of_session
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, usual_rubric, wanted_metrics
+from paravol.session_scoring import assessment_of, fitting_rubric, wanted_metrics
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
-from scenarios.metrics import DEFINITIONS, Definition
+from scenarios.metrics import DEFINITIONS, Definition, Metric
 from scenarios.metrics.cavity import CAVITY
 from scenarios.passing import PassMark, pass_marks
-from scenarios.rubrics import Assessment, Rubric, load_rubric
+from scenarios.rubrics import Assessment, Rubric
 
 SLOW = frozenset({"economy of motion", "touched area"})
 """They search the head's air, and step the session again with the names of structures;
@@ -49,6 +49,7 @@ class SessionResult:
     has_passed: None where nothing says. marks: what was asked, one by one.
     assessment: every point with its reason. advice: what to practise, the most urgent
     first. kept: a sentence about the progress store; is_kept: the session is in it.
+    metrics: that were measured.
     """
 
     scenario: Scenario
@@ -59,6 +60,7 @@ class SessionResult:
     advice: tuple[Advice, ...]
     kept: str = ""
     is_kept: bool = False
+    metrics: tuple[Metric, ...] = ()
 
 
 def result_of_session(
@@ -72,7 +74,7 @@ def result_of_session(
     """
     progress("Reading the recording", 0.0)
     recording = read_recording(order.record)
-    rubric = load_rubric(usual_rubric(recording))
+    rubric = fitting_rubric(recording)
     flown = recording.info.exercise()
     found = session_metrics(
         order.record,
@@ -105,6 +107,7 @@ def result_of_session(
         tuple(advice_on(score, scenario, assessment)),
         kept,
         is_kept,
+        tuple(found.metrics),
     )
 
 

@@ -118,16 +118,21 @@ def breaches(measured: Measured) -> Answer:
     return answer
 
 
+_NEAR = (
+    ("smallest distance", "mm", _smallest),
+    ("time in margin", "s", _time_in_margin),
+    ("hazard dose", "s", _dose),
+    ("near misses", "count", _near_misses),
+)
+
+NEARNESS = frozenset(name for name, _, _ in _NEAR)
+"""Metrics of how near something came to what must not be hurt."""
+
 HAZARD = (
     *(
         Definition(name, role, unit, partial(_of_hazards, role=role, score=score))
         for role in (SCOPE, TOOL)
-        for name, unit, score in (
-            ("smallest distance", "mm", _smallest),
-            ("time in margin", "s", _time_in_margin),
-            ("hazard dose", "s", _dose),
-            ("near misses", "count", _near_misses),
-        )
+        for name, unit, score in _NEAR
     ),
     Definition("breaches", PATIENT, "count", breaches),
 )

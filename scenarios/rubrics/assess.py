@@ -7,12 +7,14 @@ from typing import NamedTuple
 
 import msgspec
 
+from scenarios.metrics.hazard import NEARNESS
 from scenarios.metrics.metric import Interval, Metric
 from scenarios.metrics.value_text import value_text
-from scenarios.passing import FAR
+from scenarios.passing import FAR, DoneShare, done_share
 from scenarios.rubrics.assessment import (
     Assessment,
     Band,
+    ExerciseMark,
     HardFail,
     Part,
     Standing,
@@ -93,7 +95,14 @@ def assess(
         if problem:
             remarks.append(problem)
             population = None
-    parts = [_part(item, evidence, population) for item in rubric.items]
+    done = None
+    if evidence.exercise is not None:
+        done = done_share(evidence.exercise, evidence.tasks, evidence.metrics)
+    parts = [_part(item, evidence, population, done) for item in rubric.items]
+    too_little = _too_little(rubric, evidence)
+    if too_little:
+        parts = [_unjudged(part) for part in parts]
+        remarks.insert(0, too_little)
     parts = _without_dominance(parts, remarks)
     fails = tuple(
         fail for rule in rubric.fails if (fail := _fail(rule, evidence)) is not None
@@ -107,14 +116,17 @@ def assess(
     points = math.fsum(part.weight * part.points for part in counting)
     there = math.fsum(part.weight * part.most_points for part in counting)
     spread = math.hypot(*(part.weight * part.points_sigma for part in counting))
-    percent, sigma = None, 0.0
+    flown, percent, sigma = None, None, 0.0
     needed = rubric.total_points * rubric.least_counted_percent / 100.0
     if there > 0.0 and there >= needed:
         most = min((fail.most_percent for fail in fails), default=100.0)
-        percent = min(100.0 * points / there, most)
+        flown = min(100.0 * points / there, most)
+        share = 1.0 if done is None else done.share
+        percent = flown * share
         # what a hard fail has cut off, noise does not bring back
-        sigma = 100.0 * spread / there if percent < most or not fails else 0.0
-    else:
+        sigma = 100.0 * spread / there if flown < most or not fails else 0.0
+        sigma *= share
+    elif not too_little:
         remarks.append(
             f"Only {there:g} of {rubric.total_points:g} points could be scored; a "
             f"total needs {needed:g}."
@@ -124,6 +136,10 @@ def assess(
         mark = exercise_mark(
             evidence.exercise, evidence.tasks, evidence.metrics, percent
         )
+    if mark is not None and too_little:
+        missed = (too_little, *mark.missed)
+        mark = ExerciseMark(Verdict.NOT_PASSED, missed, mark.kept)
+    verdict = _verdict(percent, sigma, rubric.pass_percent)
     return Assessment(
         evidence.session,
         rubric.name,
@@ -138,10 +154,12 @@ def assess(
         percent,
         sigma,
         rubric.pass_percent,
-        _verdict(percent, sigma, rubric.pass_percent),
+        verdict if mark is None else mark.verdict,
         evidence.is_complete,
         tuple(remarks),
         mark,
+        flown,
+        done,
     )
 
 
@@ -164,7 +182,46 @@ def _verdict(percent: float | None, sigma: float, mark: float) -> Verdict:
     return Verdict.PASSED if percent >= mark else Verdict.NOT_PASSED
 
 
-def _part(item: Item, evidence: Evidence, population: Population | None) -> Part:
+def _too_little(rubric: Rubric, evidence: Evidence) -> str:
+    """Return why a flight is too short to be judged; "" where it is not."""
+    ways = [m for m in evidence.metrics if m.name == "path length"]
+    if not ways or rubric.least_path_mm <= 0.0:
+        return ""
+    moved_mm = max(0.0 if m.is_noise else m.value or 0.0 for m in ways)
+    if moved_mm >= rubric.least_path_mm:
+        return ""
+    told, least = value_text(moved_mm), value_text(rubric.least_path_mm)
+    return (
+        f"Too little was flown to be judged: a way of {told} mm, {least} mm are needed."
+    )
+
+
+def _unjudged(part: Part) -> Part:
+    return msgspec.structs.replace(
+        part,
+        standing=Standing.NO_DATA,
+        points=0.0,
+        points_sigma=0.0,
+        reason="too little was flown",
+    )
+
+
+def _withheld(item: Item, evidence: Evidence, done: DoneShare | None) -> str:
+    """Return why an item gives no points whatever its value is; "" where it may."""
+    if item.when_done and done is not None and not done.is_all:
+        return f"only for whoever has done all: {done.done} of {done.asked} was done"
+    hurt = () if evidence.operation is None else evidence.operation.injuries
+    if item.metric in NEARNESS and hurt:
+        return f"{hurt[0].structure} was hurt"
+    return ""
+
+
+def _part(
+    item: Item,
+    evidence: Evidence,
+    population: Population | None,
+    done: DoneShare | None,
+) -> Part:
     found = _read(item, evidence)
     standing, points, spread = Standing.NO_DATA, 0.0, 0.0
     if found.is_far:
@@ -175,6 +232,9 @@ def _part(item: Item, evidence: Evidence, population: Population | None) -> Part
         standing = Standing.SCORED
         points = item.points * percent_of(item.bands, found.value) / 100.0
         spread = percent_sigma(item.bands, found.value, found.sigma or 0.0)
+    withheld = _withheld(item, evidence, done)
+    if withheld and standing is Standing.SCORED:
+        points = spread = 0.0
     bands: tuple[Band, ...] = ()
     if population is not None and item.metric:
         bands = population.bands(found.role, item.full_name, item.combine)
@@ -198,6 +258,7 @@ def _part(item: Item, evidence: Evidence, population: Population | None) -> Part
         bands,
         is_removal,
         why=item.why,
+        withheld=withheld if standing is Standing.SCORED else "",
     )
 
 

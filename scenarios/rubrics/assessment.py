@@ -5,6 +5,7 @@ from enum import StrEnum
 import msgspec
 
 from scenarios.metrics.metric import Interval
+from scenarios.passing import DoneShare
 
 Knots = tuple[tuple[float, float], ...]
 """Values, and the percent of a part's points that each gives; straight in between."""
@@ -46,7 +47,8 @@ class Part(msgspec.Struct, frozen=True):
     population, for the same value; empty where it was not measured there. is_removal:
     it rewards what was taken. weight: share of its points that counts, below 1 where
     points for removal are held back. why: where the thresholds are from, if the rubric
-    says so.
+    says so. withheld: why its points were taken, whatever the value; "" where they were
+    not.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Part(msgspec.Struct, frozen=True):
     is_removal: bool = False
     weight: float = 1.0
     why: str = ""
+    withheld: str = ""
 
     @property
     def counts(self) -> bool:
@@ -112,11 +115,14 @@ class Assessment(msgspec.Struct, frozen=True):
 
     session: name of the bundle's folder. rubric, rubric_version, rubric_sha256: which
     rubric. points: of all parts that count, of counted_points; most_points: of the
-    whole rubric. percent: 100 points / counted_points, after hard fails; None where too
-    few parts could be scored. percent_sigma: 1 sigma of it, by the device's noise.
-    remarks: what limits the score, in sentences. is_complete: the recording has its
-    end. exercise: whether the exercise was passed, which the rubric does not know; None
-    where it asks for nothing.
+    whole rubric. flown_percent: 100 points / counted_points, after hard fails: how well
+    it was flown; None where too few parts could be scored, or too little was flown.
+    done: how much of what the exercise asks for was done; None where it asks for
+    nothing. percent: the total, both multiplied. percent_sigma: 1 sigma of it, by the
+    device's noise. pass_percent: the rubric's, which decides where the exercise has no
+    mark of its own. verdict: the one of both that decides. remarks: what limits the
+    score, in sentences. is_complete: the recording has its end. exercise: whether the
+    exercise was passed; None where it asks for nothing.
     """
 
     session: str
@@ -136,3 +142,5 @@ class Assessment(msgspec.Struct, frozen=True):
     is_complete: bool = True
     remarks: tuple[str, ...] = ()
     exercise: ExerciseMark | None = None
+    flown_percent: float | None = None
+    done: DoneShare | None = None

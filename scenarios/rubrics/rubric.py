@@ -20,6 +20,8 @@ from disk.typed_record import decode_toml
 from scenarios.metrics import DEFINITIONS, Settings
 from scenarios.metrics.removal import REMOVAL
 from scenarios.rubrics.assessment import Knots
+from scenarios.scenario import Scenario
+from scenarios.tasks.task import Remove
 
 SHIPPED = Path(__file__).parent
 """Folder of the rubrics that come with the program."""
@@ -32,6 +34,7 @@ ANY_TASK = "*"
 
 FIGURES = {
     "bled_ml": "ml",
+    "broken": "count",
     "greatest_n": "N",
     "lens_touched_s": "s",
     "scope_n": "N",
@@ -89,12 +92,14 @@ class Item(Source, frozen=True):
 
     points: at most. bands: values that ascend, each with the
     percent of the points that it gives; straight in between, level beyond. why: where
-    the thresholds are from.
+    the thresholds are from. when_done: points are given only where all that the
+    exercise asks for was done: who does nothing is quick.
     """
 
     points: float
     bands: Knots
     why: str = ""
+    when_done: bool = False
 
 
 class FailRule(Source, frozen=True):
@@ -111,7 +116,8 @@ class Rubric(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     version: grows with every change of items or settings. total_points: must be the sum
     of the items' points. pass_percent: from so much on a session is passed.
     least_counted_percent: with fewer points to be had, where data lack, there is no
-    total. settings: of the metrics.
+    total; least_path_mm: nor with a shorter way of scope and tool. settings: of the
+    metrics.
     """
 
     name: str
@@ -122,8 +128,23 @@ class Rubric(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     items: tuple[Item, ...]
     fails: tuple[FailRule, ...] = ()
     least_counted_percent: float = 50.0
+    least_path_mm: float = 0.0
     settings: Settings = Settings()
     description: str = ""
+
+    def fitted(self, scenario: Scenario) -> "Rubric":
+        """Return it with the tissue wanted that an exercise's own tasks want taken."""
+        if not scenario.tasks:
+            return self
+        wanted = {
+            tissue: limits.least_mm3
+            for task in scenario.tasks
+            if isinstance(task, Remove)
+            for tissue, limits in task.tissues.items()
+            if limits.least_mm3 > 0.0
+        }
+        settings = msgspec.structs.replace(self.settings, wanted_mm3=wanted)
+        return msgspec.structs.replace(self, settings=settings)
 
     def sha256(self) -> str:
         """Return a hash of all that it says."""
@@ -172,6 +193,9 @@ def _faults(rubric: Rubric) -> Iterator[Fault]:
         yield ["version"], f"version must be at least 1, got {rubric.version}"
     if not rubric.items:
         yield ["items"], "it has no items"
+    if not 0.0 <= rubric.least_path_mm < math.inf:
+        wrong = f"least_path_mm must be at least 0, got {rubric.least_path_mm:g}"
+        yield ["least_path_mm"], wrong
     for name in ("pass_percent", "least_counted_percent"):
         value = getattr(rubric, name)
         if not 0.0 <= value <= 100.0:

@@ -38,6 +38,10 @@ def test_figures_count_walls_that_broke() -> None:
     assert figures.broken_walls == {"lamina papyracea": 1}
     assert 9.2 / 1.3 < figures.greatest_n < 9.2 * 1.35
     assert figures.scope_n == 0.0
+    (told,) = figures.breaks
+    assert (told.wall, told.by) == ("lamina papyracea", "ball probe")
+    assert 0.0 < told.time_s <= 2.1
+    assert 9.2 / 1.3 < told.force_n <= figures.greatest_n
     # by force alone nothing is taken
     assert figures.edits == 0
 

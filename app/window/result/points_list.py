@@ -4,6 +4,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
 from paravol.debrief.advice import amount
+from paravol.verdict_texts import points_text
 from scenarios.rubrics import Assessment, Part, Standing
 
 
@@ -34,6 +35,8 @@ class PointsList(QFrame):
         """Show every part with its points and its reason."""
         row = 0
         self._put(_label("Where the points come from", "subheading"), row, 0, 3)
+        row += 1
+        self._put(_label(points_text(assessment)), row, 0, 3)
         for part in assessment.parts:
             row += 1
             bar = QProgressBar()
@@ -41,10 +44,10 @@ class PointsList(QFrame):
             bar.setRange(0, 1000)
             share = part.points / part.most_points if part.most_points else 0.0
             bar.setValue(round(1000 * share))
-            bar.setAccessibleName(f"{part.title}: {points_text(part)}")
+            bar.setAccessibleName(f"{part.title}: {part_points_text(part)}")
             self._put(bar, row, 0)
             self._put(_label(part.title, "body"), row, 1)
-            points = _label(points_text(part), "figure")
+            points = _label(part_points_text(part), "figure")
             points.setAlignment(Qt.AlignmentFlag.AlignRight)
             self._put(points, row, 2)
             row += 1
@@ -64,7 +67,7 @@ class PointsList(QFrame):
         self._grid.addWidget(widget, row, at, 1, span)
 
 
-def points_text(part: Part) -> str:
+def part_points_text(part: Part) -> str:
     """Return a part's points."""
     if not part.counts:
         return "not counted"
@@ -81,7 +84,7 @@ def reason_text(part: Part) -> str:
     text = f"{part.source}: {amount(part)}"
     if full and none:
         text += f"; full points at {full[0]:g}, none at {none[0]:g}"
-    return text
+    return f"{text}. None: {part.withheld}" if part.withheld else text
 
 
 def _label(text: str, name: str = "") -> QLabel:

@@ -20,6 +20,7 @@ from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.result.points_list import PointsList
 from paravol.flight import FlightEnd
+from paravol.score_table import score_rows
 from paravol.trainee import Exercise
 from paravol.trainee.exercises import short_title
 from paravol.trainee.record import TraineeRecord
@@ -27,7 +28,7 @@ from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario
 from scenarios.ladder import Door
 from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import Verdict
+from scenarios.passing import goals_of
 from scenarios.tasks import Status
 
 
@@ -67,7 +68,7 @@ class ResultPage(TextPage):
         self.verdict = _label(end.title, "verdict")
         self._about = _label(scenario.title, "heading")
         self.standing = _label("")
-        self.points = _label(_tasks_text(end), "verdict")
+        self.points = _label(_tasks_text(scenario, end), "verdict")
         self.handling = _label("")
         self.say(problem)
         self.parts = PointsList()
@@ -184,18 +185,16 @@ class ResultPage(TextPage):
             self.verdict.setText(verdict[result.has_passed])
             self.verdict.setProperty("passed", str(result.has_passed).lower())
             self.verdict.style().polish(self.verdict)
+        told = "no points"
         if assessment.percent is not None:
-            told = value_text(assessment.percent, assessment.percent_sigma)
-            self._points_text(f"{told} of 100")
-        elif assessment.verdict is Verdict.NO_DATA:
-            self._points_text("too short to score")
+            told = f"{value_text(assessment.percent, assessment.percent_sigma)} of 100"
+        (self.handling if self.points.text() else self.points).setText(told)
         self.parts.show_assessment(assessment)
         self.parts.show()
         for advice in result.advice:
             self._advice.add(advice.title, f"{advice.why} {advice.how}")
-        if not result.advice:
-            self._advice.add("Go on", "Nothing stands out; fly the next exercise.")
         self._advice.show()
+        self._show_figures(score_rows(self._end.score, result.metrics))
         names = {state.name for state in self._end.score.tasks}
         signs = {True: "✓", False: "✗", None: "not known"}
         for mark in result.marks:
@@ -203,13 +202,6 @@ class ResultPage(TextPage):
                 self._tasks.add_row(mark.title, f"{signs[mark.is_met]} {mark.why}")
                 self._tasks.show()
         self._kept.setText(f"{self._kept.text()}\n{result.kept}".strip())
-
-    def _points_text(self, text: str) -> None:
-        """Show points: beside the tasks, as who does nothing hurts nothing."""
-        if self._end.score.tasks:
-            self.handling.setText(f"{text} for how it was flown")
-        else:
-            self.points.setText(text)
 
     def show_next(self, after: WhatNext) -> None:
         """Say how the exercise stands now, and offer what follows."""
@@ -247,9 +239,15 @@ class ResultPage(TextPage):
                 told += f": {state.why}"
             self._tasks.add_row(titles.get(state.name, state.name), told)
         self._tasks.setVisible(bool(end.score.tasks))
-        for name, text in end.rows():
-            self._figures.add_row(name, text, is_alarm=name.startswith("injury"))
+        self._show_figures(end.rows())
         self._kept.setText(end.where())
+
+    def _show_figures(self, rows: list[tuple[str, str]]) -> None:
+        """Show these figures alone: gauges make room for what was measured."""
+        self._figures.clear()
+        for name, text in rows:
+            is_alarm = name.startswith(("injury", "broken"))
+            self._figures.add_row(name, text, is_alarm=is_alarm)
 
     def _debrief(self) -> None:
         if self._end.record is not None:
@@ -264,8 +262,10 @@ class ResultPage(TextPage):
             self.next_wanted.emit(self._following)
 
 
-def _tasks_text(end: FlightEnd) -> str:
-    states = end.score.tasks
+def _tasks_text(scenario: Scenario, end: FlightEnd) -> str:
+    """Return how many tasks were done; to keep away from something is no doing."""
+    goals = goals_of(scenario)
+    states = [state for state in end.score.tasks if state.name in goals]
     done = sum(state.status is Status.DONE for state in states)
     return f"{done} of {len(states)} tasks" if states else ""
 
@@ -286,6 +286,14 @@ class _Card(QFrame):
         self._grid.setContentsMargins(margin, margin, margin, margin)
         self._grid.setHorizontalSpacing(round(10 * scale))
         self._grid.setVerticalSpacing(round(4 * scale))
+
+    def clear(self) -> None:
+        """Take all but the title out."""
+        while self._grid.count() > 1:
+            item = self._grid.takeAt(1)
+            if item is not None and (label := item.widget()) is not None:
+                label.hide()
+                label.deleteLater()
 
     def add(self, title: str, text: str) -> None:
         for label in (_label(title, "body"), _label(text)):

@@ -14,9 +14,11 @@ from scenarios.rubrics.assess import merged
 from scenarios.rubrics.assessment import Assessment
 from scenarios.rubrics.population import Group, Quantiles
 from scenarios.rubrics.rubric import MOST_REMOVAL_PERCENT, Combine, FailRule, Item
-from scenarios.scoring import OperationFigures
+from scenarios.scenario import MetricLimit, PassMarks, Scenario
+from scenarios.scoring import InjuryFigure, OperationFigures
 from scenarios.tasks import TaskState
 from scenarios.tasks.engine import Status
+from scenarios.tasks.task import KeepAway, Reach
 
 DOWN = ((0.0, 100.0), (100.0, 0.0))
 
@@ -202,3 +204,107 @@ def test_merged_intervals_are_apart_and_cover_the_same(
     assert all(a[1] < b[0] for a, b in itertools.pairwise(found))
     for begin, end in pairs:
         assert any(a <= begin and end <= b for a, b in found)
+
+
+def asked(*names: str, limits: tuple[MetricLimit, ...] = ()) -> Scenario:
+    """An exercise of so many places to reach, and one thing to keep away from."""
+    tasks: list[Reach | KeepAway] = [
+        Reach(name=name, title=name, place="choana", radius_mm=2.0) for name in names
+    ]
+    safe = KeepAway(
+        name="safe", title="Safe", hazards=("orbit",), margin_mm=1.0, most_dose_s=1.0
+    )
+    marks = PassMarks(metrics=limits)
+    return Scenario("e", "E", tasks=(*tasks, safe), marks=marks)
+
+
+PLAIN = msgspec.structs.replace(RUBRIC, items=(WAY, TAKEN), total_points=90.0)
+SAFE = TaskState("safe", Status.DONE, 1.0)
+
+statuses = st.tuples(st.sampled_from(Status), st.floats(0.0, 1.0))
+
+
+@given(st.lists(statuses, min_size=1, max_size=8), st.none() | st.floats(0, 100))
+def test_completeness_weighs_and_the_verdict_is_one(
+    reached: list[tuple[Status, float]], way: float | None
+) -> None:
+    states = [
+        TaskState(f"{n}", status, 1.0 if status is Status.DONE else progress)
+        for n, (status, progress) in enumerate(reached)
+    ]
+    exercise = asked(*(state.name for state in states))
+    seen = evidence(replace(PATH, value=way), VOLUME, UNHURT, tasks=(*states, SAFE))
+    found = assess(PLAIN, seen._replace(exercise=exercise))
+    finished = [state.status is Status.DONE for state in states]
+    assert found.done is not None
+    assert (found.done.done, found.done.asked) == (sum(finished), len(states))
+    assert found.exercise is not None
+    assert found.verdict is found.exercise.verdict
+    assert (found.verdict is Verdict.PASSED) == all(finished)
+    if found.percent is not None:
+        assert found.flown_percent is not None
+        assert found.percent == pytest.approx(found.flown_percent * found.done.share)
+        begun = sum(state.status is Status.OPEN for state in states)
+        assert found.percent <= 100.0 * (sum(finished) + begun) / len(states) + 1e-9
+
+
+def test_who_only_keeps_away_has_done_nothing() -> None:
+    states = (TaskState("go"), SAFE)
+    seen = evidence(PATH, VOLUME, UNHURT, tasks=states)._replace(exercise=asked("go"))
+    assert assess(PLAIN, seen).percent == 0.0
+    near = MetricLimit("nearest to: choana", most=10.0)
+    flown = seen._replace(exercise=Scenario("e", "E", marks=PassMarks(metrics=(near,))))
+    for nearest_mm, percent in ((9.0, 100.0), (11.0, 0.0)):
+        came = Metric("nearest to: choana", "scope", "mm", nearest_mm)
+        found = assess(
+            msgspec.structs.replace(PLAIN, items=(WAY,)),
+            flown._replace(metrics=(replace(PATH, value=0.0), came)),
+        )
+        assert found.percent == percent
+
+
+@pytest.mark.parametrize("status", list(Status))
+def test_to_be_quick_counts_for_whoever_has_done_it(status: Status) -> None:
+    quick = msgspec.structs.replace(WAY, when_done=True)
+    rubric = msgspec.structs.replace(PLAIN, items=(quick, TAKEN))
+    states = (TaskState("go", status, 0.5), SAFE)
+    seen = evidence(PATH, VOLUME, UNHURT, tasks=states)._replace(exercise=asked("go"))
+    part = assess(rubric, seen).parts[0]
+    assert part.counts
+    assert (part.points > 0.0) == (status is Status.DONE)
+    assert bool(part.withheld) == (status is not Status.DONE)
+
+
+def test_an_injury_takes_the_points_for_keeping_away() -> None:
+    away = Item(
+        name="away",
+        title="Away",
+        metric="hazard dose",
+        role="scope",
+        points=60,
+        bands=DOWN,
+    )
+    rubric = msgspec.structs.replace(PLAIN, items=(away, TAKEN))
+    dose = Metric("hazard dose: orbit", "scope", "s", 0.0)
+    hurt = InjuryFigure(3.0, "septum", "", "right", [0.0, 0.0, 0.0], 2.8, "curette")
+    for injuries, points in (([], 60.0), ([hurt], 0.0)):
+        seen = evidence(dose, VOLUME, UNHURT)
+        operation = OperationFigures(injuries=injuries)
+        part = assess(rubric, seen._replace(operation=operation)).parts[0]
+        assert part.points == points
+        assert part.withheld == ("septum was hurt" if injuries else "")
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))
+def test_too_little_of_a_flight_is_not_judged(scope_mm: float, tool_mm: float) -> None:
+    rubric = msgspec.structs.replace(PLAIN, least_path_mm=20.0)
+    ways = replace(PATH, value=scope_mm), replace(PATH, role="tool", value=tool_mm)
+    done = TaskState("go", Status.DONE, 1.0), SAFE
+    seen = evidence(*ways, VOLUME, UNHURT, tasks=done)._replace(exercise=asked("go"))
+    found = assess(rubric, seen)
+    is_judged = max(scope_mm, tool_mm) >= 20.0
+    assert (found.percent is not None) == is_judged
+    assert (found.verdict is Verdict.PASSED) == is_judged
+    if not is_judged:
+        assert found.remarks[0].startswith("Too little was flown to be judged")
+        assert not any(part.points for part in found.parts)

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.window.result.points_list import points_text, reason_text
+from app.window.result.points_list import part_points_text, reason_text
 from app.window.result.result_page import ResultPage, WhatNext
 from paravol.debrief.advice import Advice
 from paravol.flight import FlightEnd
@@ -100,7 +100,7 @@ def test_verdict_points_reasons_and_advice_are_told(
     assert page.verdict.text() == words
     # what was asked comes first: who does nothing hurts nothing
     assert page.points.text() == "0 of 1 tasks"
-    assert page.handling.text() == "74.6 ± 1.2 of 100 for how it was flown"
+    assert page.handling.text() == "74.6 ± 1.2 of 100"
     told = texts(page)
     for line in (
         "7.5 of 10",
@@ -155,6 +155,6 @@ def test_what_was_not_recorded_is_neither_debriefed_nor_replayed(
 
 
 def test_texts_of_parts_name_value_and_bounds() -> None:
-    assert points_text(PARTS[0]) == "7.5 of 10"
-    assert points_text(PARTS[1]) == "not counted"
+    assert part_points_text(PARTS[0]) == "7.5 of 10"
+    assert part_points_text(PARTS[1]) == "not counted"
     assert "none at 59" in reason_text(PARTS[0])
