@@ -7,7 +7,7 @@ counts a few of them in flight by simpler rules, which are gauges and are called
 from collections.abc import Sequence
 
 from paravol.metric_texts import metric_figure
-from paravol.readings import NO_LABELS
+from paravol.readings import FREE_MM, NO_LABELS
 from scenarios import Score
 from scenarios.hazard_watch import HazardApproach
 from scenarios.metrics import Metric
@@ -142,7 +142,9 @@ def _approach(at: HazardApproach) -> str:
 def clearance(score: Score) -> str:
     """Return the smallest gap; none is known without a sample."""
     gap_mm = score.min_clearance_mm
-    return "unknown" if gap_mm == float("inf") else f"{gap_mm:.2f} mm"
+    if gap_mm > FREE_MM:
+        return "unknown" if gap_mm == float("inf") else "free"
+    return f"{gap_mm:.2f} mm"
 
 
 def contact_rows(score: Score) -> list[tuple[str, str]]:

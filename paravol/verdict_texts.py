@@ -30,20 +30,24 @@ def verdict_text(assessment: Assessment) -> str:
     return f"{told}: {'; '.join(whys)}" if whys else told
 
 
+def total_text(assessment: Assessment) -> str:
+    """Return the total with its noise."""
+    if assessment.percent is None:
+        return "no points"
+    told = value_text(round(assessment.percent, 1), assessment.percent_sigma)
+    return f"{told} of 100 points"
+
+
 def points_text(assessment: Assessment) -> str:
-    """Return the total with its noise, or why there is none."""
+    """Return the total and what it is for, or why there is none."""
     if assessment.percent is None:
         return f"No points: {assessment.remarks[0]}"
-    told = value_text(assessment.percent, assessment.percent_sigma)
-    return f"{told} of 100 points {_what_for(assessment)}"
-
-
-def _what_for(assessment: Assessment) -> str:
     done, flown = assessment.done, assessment.flown_percent
     if done is None or done.is_all or flown is None:
-        return "for how it was flown"
+        return f"{total_text(assessment)} for how it was flown"
     share = value_text(round(100.0 * done.share, 1), unit="%")
-    return f"for what was done: {share} of it, flown for {flown:.0f}"
+    told = value_text(round(flown, 1))
+    return f"{total_text(assessment)}: {told} for how it was flown, {share} was done"
 
 
 def whole_text(assessment: Assessment) -> str:

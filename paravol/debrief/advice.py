@@ -154,7 +154,9 @@ def _low_parts(assessment: Assessment) -> list[Advice]:
     low = [
         part
         for part in assessment.parts
-        if part.counts and part.points < LOW_SHARE * part.most_points
+        if part.counts
+        and not part.withheld
+        and part.points < LOW_SHARE * part.most_points
     ]
     low.sort(key=lambda part: part.points - part.most_points)
     return [

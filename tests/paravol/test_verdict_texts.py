@@ -41,7 +41,7 @@ def test_what_was_not_done_comes_before_the_points_for_what_was() -> None:
     )
     assert whole_text(eighth) == (
         "endoscopy: Not passed: 1 of 8 done; choana: open. "
-        "10.9 of 100 points for what was done: 12.5 % of it, flown for 87."
+        "10.9 of 100 points: 87.2 for how it was flown, 12.5 % was done."
     )
 
 

@@ -57,6 +57,8 @@ class PointsList(QFrame):
             text = f"{fail.why}: at most {fail.most_percent:g} points in all."
             self._put(_label(text, "alarm"), row, 0, 3)
         for remark in assessment.remarks:
+            if remark in points_text(assessment):
+                continue
             row += 1
             self._put(_label(remark), row, 0, 3)
         self.set_scale(self._scale)

@@ -25,9 +25,9 @@ from paravol.trainee import Exercise
 from paravol.trainee.exercises import short_title
 from paravol.trainee.record import TraineeRecord
 from paravol.trainee.session_result import SessionResult
+from paravol.verdict_texts import total_text
 from scenarios import Scenario
 from scenarios.ladder import Door
-from scenarios.metrics.value_text import value_text
 from scenarios.passing import goals_of
 from scenarios.tasks import Status
 
@@ -185,10 +185,8 @@ class ResultPage(TextPage):
             self.verdict.setText(verdict[result.has_passed])
             self.verdict.setProperty("passed", str(result.has_passed).lower())
             self.verdict.style().polish(self.verdict)
-        told = "no points"
-        if assessment.percent is not None:
-            told = f"{value_text(assessment.percent, assessment.percent_sigma)} of 100"
-        (self.handling if self.points.text() else self.points).setText(told)
+        points = self.handling if self.points.text() else self.points
+        points.setText(total_text(assessment))
         self.parts.show_assessment(assessment)
         self.parts.show()
         for advice in result.advice:
@@ -233,8 +231,11 @@ class ResultPage(TextPage):
     def _fill_figures(self, scenario: Scenario, end: FlightEnd) -> None:
         titles = {task.name: task.title for task in scenario.tasks}
         words = {Status.DONE: "✓ done", Status.FAILED: "✗ failed"}
+        goals = goals_of(scenario)
         for state in end.score.tasks:
             told = words.get(state.status, f"not done, {state.progress:.0%}")
+            if state.status is Status.DONE and state.name not in goals:
+                told = "✓ kept"
             if state.why:
                 told += f": {state.why}"
             self._tasks.add_row(titles.get(state.name, state.name), told)
@@ -243,11 +244,11 @@ class ResultPage(TextPage):
         self._kept.setText(end.where())
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
-        """Show these figures alone: gauges make room for what was measured."""
+        """Show these alone, what was hurt first: gauges make room for what is measured."""
         self._figures.clear()
-        for name, text in rows:
-            is_alarm = name.startswith(("injury", "broken"))
-            self._figures.add_row(name, text, is_alarm=is_alarm)
+        hurt = [row for row in rows if row[0].startswith(("injury", "broken"))]
+        for row in [*hurt, *(row for row in rows if row not in hurt)]:
+            self._figures.add_row(*row, is_alarm=row in hurt)
 
     def _debrief(self) -> None:
         if self._end.record is not None:

@@ -100,7 +100,7 @@ def test_verdict_points_reasons_and_advice_are_told(
     assert page.verdict.text() == words
     # what was asked comes first: who does nothing hurts nothing
     assert page.points.text() == "0 of 1 tasks"
-    assert page.handling.text() == "74.6 ± 1.2 of 100"
+    assert page.handling.text() == "74.6 ± 1.2 of 100 points"
     told = texts(page)
     for line in (
         "7.5 of 10",
