@@ -244,7 +244,7 @@ class ResultPage(TextPage):
         self._kept.setText(end.where())
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
-        """Show these alone, what was hurt first: gauges make room for what is measured."""
+        """Show these alone, what was hurt first."""
         self._figures.clear()
         hurt = [row for row in rows if row[0].startswith(("injury", "broken"))]
         for row in [*hurt, *(row for row in rows if row not in hurt)]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import cached_property
 from pathlib import Path
 
 import msgspec
@@ -55,6 +56,7 @@ class FlownEnd:
             recorder.close({"score": asdict(session.score()), "timing": {}})
         self.end = FlightEnd("The flight is over", session.score(), folder, True)
 
+    @cached_property
     def result(self) -> SessionResult:
         """Score it as the window does."""
         order = ResultOrder(self.folder, has_store=False, patient=self.patient)
@@ -66,7 +68,7 @@ class FlownEnd:
         page.set_scale(1.0)
         page.resize(1280, 720)
         page.show()
-        page.show_result(self.result())
+        page.show_result(self.result)
         QApplication.processEvents()
         return page
 
@@ -96,7 +98,7 @@ def only_first(hand: ScriptedHand) -> None:
 
 
 def shaving(hurts: bool) -> tuple[Scenario, PatientScene, list[Sample]]:
-    """Shave to and fro round an orbit, or beside it, in an exercise that asks for it."""
+    """Shave to and fro in an orbit, or beside it, where an exercise asks for it."""
     scenario, _ = load_scenario("first_flight")
     tissues = {"unknown tissue": Limits(least_mm3=1.0)}
     scenario = msgspec.structs.replace(
@@ -119,7 +121,7 @@ def shaving(hurts: bool) -> tuple[Scenario, PatientScene, list[Sample]]:
     way = np.array([1.0, 0.2, 0.1])
     middle = patient.scene.volume.center_mm + (0.0 if hurts else 8.0) * way
     samples = []
-    for n in range(160):
+    for n in range(80):
         at = middle + way * 3.0 * np.sin(n / 11.0) + [0.0, 0.02 * n - 1.5, 0.0]
         state = InstrumentState("microdebrider", is_working=n % 13 < 9, is_sucking=True)
         frame = tip_frame(at - 30 * way, way)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -37,8 +38,8 @@ def one_word_has_one_number(flown: FlownEnd, lines: list[str]) -> None:
     """Each metric's name stands beside its own figure, wherever it is told."""
     assert not [line for line in lines if EXPONENT.search(line)]
     assert not [line for line in lines if "gauge" in line]
-    for metric in flown.result().metrics:
-        for name, text in zip(lines, lines[1:], strict=False):
+    for metric in flown.result.metrics:
+        for name, text in pairwise(lines):
             if name == metric.name and metric.role == "scope" and "✓" not in text:
                 assert text == metric_figure(metric)
 
@@ -64,13 +65,13 @@ def test_one_task_of_eight_is_told_as_that(
 ) -> None:
     flown = FlownEnd(tmp_path / "eighth.paravol", *scripted("centring", only_first))
     pages.append(flown.page())
-    lines, found = told(pages[0]), flown.result().assessment
+    lines, found = told(pages[0]), flown.result.assessment
     assert pages[0].verdict.text() == "Not passed yet"
     assert pages[0].points.text() == "1 of 8 tasks"
     assert found.percent is not None
     assert found.percent <= 12.5
     assert pages[0].handling.text() == f"{round(found.percent, 1):g} of 100 points"
-    times = dict(zip(lines, lines[1:], strict=False))
+    times = dict(pairwise(lines))
     assert times["Time"] == "0.0 of 10"
     assert found.verdict is Verdict.NOT_PASSED
     assert whole_text(found).startswith("endoscopy: Not passed: 1 of 8 done; ")
@@ -82,7 +83,7 @@ def test_all_done_has_its_points_whole(pages: list[ResultPage], tmp_path: Path) 
         tmp_path / "all.paravol", *scripted("hoops", lambda hand: hand.do_all())
     )
     pages.append(flown.page())
-    found = flown.result().assessment
+    found = flown.result.assessment
     assert pages[0].points.text() == "1 of 1 tasks"
     assert found.percent == found.flown_percent
     assert not any(part.withheld for part in found.parts)
@@ -96,7 +97,7 @@ def test_an_injury_takes_the_points_for_keeping_away(
     """A dose of 0 s had 20.0 of 20 points after an injury of 2.8 mm."""
     flown = FlownEnd(tmp_path / "hurt.paravol", *shaving(hurts=True))
     pages.append(flown.page())
-    lines, found = told(pages[0]), flown.result().assessment
+    lines, found = told(pages[0]), flown.result.assessment
     assert found.rubric == "operation"
     near = [part for part in found.parts if part.source == "hazard dose"]
     assert [part.points for part in near] == [0.0, 0.0]
