@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from scenarios.instruments.catalogue import MOST_N, USUAL_N
+
 FULL_N = 20.0
 """End of every scale of force: the thickest wall that is known, the skull base, breaks
 at 17.8 N."""
@@ -28,6 +30,8 @@ class Strain(Enum):
     LOW = "low"
     HIGH = "high"
     BREAKING = "breaks"
+    EXCESSIVE = "too hard"
+    """Nothing breaks there, but nobody presses so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +69,16 @@ class TouchSigns:
 
     @property
     def strain(self) -> Strain:
-        """Return the press in a word."""
+        """Return the press in a word: by what it breaks, else by what is usual."""
         share = self.share
         if share == 0.0:
             return Strain.NONE
-        if self.limit_n is None or share < HIGH_SHARE:
+        if self.limit_n is None:
+            force = self._force()
+            if force > MOST_N:
+                return Strain.EXCESSIVE
+            return Strain.HIGH if force > USUAL_N else Strain.LOW
+        if share < HIGH_SHARE:
             return Strain.LOW
         return Strain.HIGH if share < NEAR_SHARE else Strain.BREAKING
 

@@ -67,6 +67,9 @@ class Action(Enum):
     """Never: it takes blood and loose pieces."""
 
 
+USUAL_N, MOST_N = 2.2, 8.0
+"""A scope or a probe is pressed with so much on average and at most, see above."""
+
 NOTHING = Taker()
 
 TORN_MM, SHAVED_MM, CLEAN_MM = 0.15, 0.08, 0.05

@@ -40,12 +40,15 @@ _PATTERNS = {
     Strain.LOW: Qt.BrushStyle.SolidPattern,
     Strain.HIGH: Qt.BrushStyle.BDiagPattern,
     Strain.BREAKING: Qt.BrushStyle.DiagCrossPattern,
+    Strain.EXCESSIVE: Qt.BrushStyle.DiagCrossPattern,
 }
 """Hatching of the bar of force: it and the colour each tell how near a break is."""
 
+_ALARMING = Strain.BREAKING, Strain.EXCESSIVE
+
 
 def _strain_colour(strain: Strain) -> QColor:
-    if strain is Strain.BREAKING:
+    if strain in _ALARMING:
         return WARNING
     return CAUTION if strain is Strain.HIGH else QUIET
 
@@ -115,7 +118,7 @@ class TouchBars(QWidget):
         signs, scale = self._signs, self._scale
         colour, pattern = _strain_colour(signs.strain), _PATTERNS[signs.strain]
         word = "" if signs.strain is Strain.NONE else signs.strain.value
-        sign = "▲ " if signs.strain is Strain.BREAKING else ""
+        sign = "▲ " if signs.strain in _ALARMING else ""
         words = [each for each in (sign + word, "bite" * self._is_bite) if each]
         self._words(
             painter, place, "Force", signs.force_text(), " · ".join(words), colour

@@ -15,6 +15,7 @@ from paravol.feedback.touch_signs import (
     Strain,
     TouchSigns,
 )
+from scenarios.instruments.catalogue import MOST_N, USUAL_N
 
 forces = st.floats(0.0, 60.0)
 
@@ -44,8 +45,22 @@ def test_more_force_never_tells_less(one: float, other: float, limit_n: float) -
 def test_what_does_not_break_is_told_on_the_whole_scale() -> None:
     signs = TouchSigns(FULL_N / 2, "mucosa")
     assert signs.share == 0.5
-    assert signs.strain is Strain.LOW
     assert signs.force_text() == "10.0 N, mucosa"
+
+
+@given(forces)
+def test_where_nothing_breaks_a_press_is_judged_by_what_is_usual(
+    force_n: float,
+) -> None:
+    """13.3 N on mucosa were called low: a scope is pressed with 8.0 N at most."""
+    word = TouchSigns(force_n, "mucosa").strain
+    if force_n < FELT_N:
+        assert word is Strain.NONE
+    elif force_n <= USUAL_N:
+        assert word is Strain.LOW
+    else:
+        assert word is (Strain.HIGH if force_n <= MOST_N else Strain.EXCESSIVE)
+    assert TouchSigns(13.3, "mucosa").strain is Strain.EXCESSIVE
 
 
 def test_the_wall_and_its_break_force_are_named() -> None:
