@@ -70,16 +70,20 @@ class BatchOrder(msgspec.Struct, frozen=True):
 
 
 def fitting_rubric(recording: Recording) -> Rubric:
-    """Return the bundled rubric for what was to be done, and for what was: cut or look.
+    """Return the bundled rubric for what was to be done, and for what was."""
+    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
+    return rubric_for(recording.info.exercise(), has_cuts=has_cuts)
+
+
+def rubric_for(scenario: Scenario, *, has_cuts: bool) -> Rubric:
+    """Return the bundled rubric of an exercise: to cut, or to look.
 
     An operation of which nothing was done is judged as one, and so is a cut that nobody
     asked for.
     """
-    scenario = recording.info.exercise()
     is_operation = bool(scenario.tools) or any(
         isinstance(task, Remove | Open | Inject) for task in scenario.tasks
     )
-    has_cuts = any(isinstance(record, EditRecord) for record in recording.records)
     name = "operation" if is_operation or has_cuts else "endoscopy"
     return load_rubric(name).fitted(scenario)
 
