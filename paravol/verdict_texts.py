@@ -25,7 +25,7 @@ def verdict_text(assessment: Assessment) -> str:
         whys += mark.missed
     elif assessment.percent is not None:
         whys.append(f"{assessment.pass_percent:g} points are needed")
-    whys += [fail.name for fail in assessment.fails]
+        whys += [fail.why for fail in assessment.fails]
     told = _VERDICTS[assessment.verdict]
     return f"{told}: {'; '.join(whys)}" if whys else told
 

@@ -136,8 +136,9 @@ def assess(
         mark = exercise_mark(
             evidence.exercise, evidence.tasks, evidence.metrics, percent
         )
-    if mark is not None and too_little:
-        missed = (too_little, *mark.missed)
+    barred = ([too_little] if too_little else []) + [fail.why for fail in fails]
+    if mark is not None and barred:
+        missed = (*barred, *mark.missed)
         mark = ExerciseMark(Verdict.NOT_PASSED, missed, mark.kept)
     verdict = _verdict(percent, sigma, rubric.pass_percent)
     return Assessment(

@@ -23,6 +23,7 @@ from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
+from scenarios.scoring import BreakFigure
 from surgery.edit import Taker
 from surgery.force import NO_TOUCH
 from surgery.injury import Injury
@@ -30,6 +31,7 @@ from surgery.solids import capsule
 from tests.surgery.heads import soft_patient
 
 WALL = "lamina papyracea"
+BREAK = BreakFigure(4.0, WALL, 6.0, "curette")
 
 
 def pose(host_time_s: float) -> Pose:
@@ -298,7 +300,7 @@ def test_a_frame_tells_what_its_sample_felt() -> None:
         def step(self, sample: Sample) -> None:
             super().step(sample)
             if sample.time_s >= 4.0:
-                self.feeling.figures = FeltFigures(broken=(WALL,))
+                self.feeling.figures = FeltFigures(breaks=(BREAK,))
 
     frames: list[FrameEvent] = []
     flown(frames.append, Breaking())

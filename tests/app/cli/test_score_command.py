@@ -50,7 +50,7 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> Path:
             with SessionRecorder(folder, info) as recorder:
                 for n in range(60):
                     off = np.cumsum(rng.normal(size=3)) * shake_mm
-                    tip = middle + off + [0.0, 10 * np.sin(n / 20), 0.0]
+                    tip = middle + off + [0.0, 60 * np.sin(n / 20), 0.0]
                     frame = tip_frame(tip, way)
                     sample = Sample(0.05 * n, frame, 0.0, 0 * way, way, 0, EMPTY_HAND)
                     session.step(sample)

@@ -295,6 +295,15 @@ def test_an_injury_takes_the_points_for_keeping_away() -> None:
         assert part.withheld == ("septum was hurt" if injuries else "")
 
 
+def test_who_hurt_somebody_has_not_passed_whatever_was_done() -> None:
+    states = (TaskState("go", Status.DONE, 1.0), SAFE)
+    seen = evidence(PATH, VOLUME, replace(UNHURT, value=1.0), tasks=states)
+    found = assess(PLAIN, seen._replace(exercise=asked("go")))
+    assert found.exercise is not None
+    assert found.verdict is Verdict.NOT_PASSED
+    assert found.exercise.missed == (found.fails[0].why,)
+
+
 @given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))
 def test_too_little_of_a_flight_is_not_judged(scope_mm: float, tool_mm: float) -> None:
     rubric = msgspec.structs.replace(PLAIN, least_path_mm=20.0)
