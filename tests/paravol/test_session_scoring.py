@@ -13,6 +13,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.cli.score_command import as_csv
@@ -20,9 +22,15 @@ from paravol import session_scoring
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
 from paravol.session_metrics import session_metrics
-from paravol.session_scoring import BatchOrder, Scored, score_all, score_session
+from paravol.session_scoring import (
+    BatchOrder,
+    Scored,
+    rubric_for,
+    score_all,
+    score_session,
+)
 from paravol.session_setup import build_session, describe_session, operate_on
-from scenarios import Sample, load_scenario, tip_frame
+from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import (
     EditRecord,
     EventRecord,
@@ -35,10 +43,18 @@ from scenarios.bundle import (
     write_json,
 )
 from scenarios.instrument_state import EMPTY_HAND, InstrumentState
-from scenarios.rubrics import Verdict, load_rubric
+from scenarios.metrics import DEFINITIONS, Metric
+from scenarios.passing import goals_of
+from scenarios.rubrics import Evidence, Rubric, Verdict, assess, load_rubric
+from scenarios.scenario import CURRICULUM
+from scenarios.scoring import OperationFigures
+from scenarios.tasks import TaskState
+from scenarios.tasks.engine import Status
+from scenarios.tasks.task import Remove
 from tests.paravol.operated_head import head_round_an_orbit
 
 RUBRIC = load_rubric("operation")
+EXERCISES = sorted(file.stem for file in CURRICULUM.glob("*.toml"))
 
 
 @dataclass(frozen=True)
@@ -328,3 +344,74 @@ def test_a_stop_leaves_whole_lines_to_go_on_from(folder: Path) -> None:
     assert len(files) == 2
     kept = [msgspec.json.decode(file.read_bytes(), type=Scored) for file in files]
     assert {line.session for line in kept} == {line.session for line in first}
+
+
+def best(rubric: Rubric) -> list[Metric]:
+    """Return every metric at the value that the rubric gives most for."""
+    wished = {
+        (item.metric, item.role): max(item.bands, key=lambda knot: knot[1])[0]
+        for item in rubric.items
+    }
+    return [
+        Metric(d.name, d.role, d.unit, wished.get((d.name, d.role), 0.0))
+        for d in DEFINITIONS
+    ]
+
+
+def untouched(scenario: Scenario) -> list[TaskState]:
+    """Return how tasks end where nobody does anything: what is kept is done."""
+    goals = goals_of(scenario)
+    return [
+        TaskState(task.name, Status.OPEN if task.name in goals else Status.DONE)
+        for task in scenario.tasks
+    ]
+
+
+@pytest.mark.parametrize("has_cuts", [False, True])
+@pytest.mark.parametrize("name", EXERCISES)
+@given(way_mm=st.floats(0.0, 1000.0), seconds=st.floats(0.0, 29.0))
+@settings(max_examples=20)
+def test_nothing_done_gives_no_points(
+    name: str, has_cuts: bool, way_mm: float, seconds: float
+) -> None:
+    scenario, _ = load_scenario(name)
+    rubric = rubric_for(scenario, has_cuts=has_cuts)
+    flown = {"path length": way_mm, "task time": seconds}
+    metrics = [replace(m, value=flown.get(m.name, m.value)) for m in best(rubric)]
+    evidence = Evidence(
+        "a.paravol",
+        name,
+        metrics,
+        (0.0, seconds),
+        untouched(scenario),
+        operation=OperationFigures(),
+        exercise=scenario,
+    )
+    found = assess(rubric, evidence)
+    assert found.percent == (None if way_mm < rubric.least_path_mm else 0.0)
+    assert found.verdict is Verdict.NOT_PASSED
+    for part in found.parts:
+        if part.source == "task time":
+            assert part.points == 0.0
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_an_operation_is_judged_as_one_whether_anything_was_cut_or_not(
+    name: str,
+) -> None:
+    """An uncinectomy without a cut was judged as an endoscopy."""
+    scenario, _ = load_scenario(name)
+    rubric = rubric_for(scenario, has_cuts=False)
+    is_operation = bool(scenario.tools)
+    assert rubric.name == ("operation" if is_operation else "endoscopy")
+    assert rubric_for(scenario, has_cuts=True).name == "operation"
+    # what is wanted taken is what the exercise wants, no other one's tissue
+    wanted = set(rubric.settings.wanted_mm3)
+    asked = {
+        tissue
+        for task in scenario.tasks
+        if isinstance(task, Remove)
+        for tissue, limits in task.tissues.items()
+        if limits.least_mm3 > 0.0
+    }
+    assert wanted == asked
