@@ -1,4 +1,4 @@
-"""What a person chose of the window's looks, kept from one start to the next."""
+"""What a person chose of the window: looks, mouse and keys, kept from start to start."""
 
 from pathlib import Path
 
@@ -10,23 +10,43 @@ from disk import UserError, whole_file
 FONT_SCALES = (0.8, 1.5)
 """Smallest and largest factor on the window's texts."""
 
+SPEEDS = (0.25, 4.0)
+"""Smallest and largest factor on what the mouse asks for; of keys 1 is the largest."""
+
 
 class WindowPreferences(msgspec.Struct, frozen=True, omit_defaults=True):
     """Hold the choices; what another version wrote beside them is left out.
 
     theme: a name of `app.window.themes`; one that is not there is as good as the first.
-    font_scale: factor on every text, within `FONT_SCALES`.
+    font_scale: factor on every text, within `FONT_SCALES`. mouse_speed, wheel_speed,
+    key_speed: factors, within `SPEEDS`. keys: of actions by their names, both of
+    `app.window.keyboard.actions`; those that are not there have their first keys.
     """
 
     theme: str = "dark"
     font_scale: float = 1.0
+    mouse_speed: float = 1.0
+    wheel_speed: float = 1.0
+    key_speed: float = 1.0
+    inverts_pitch: bool = False
+    inverts_wheel: bool = False
+    swaps_buttons: bool = False
+    keys: dict[str, str] = {}
 
     def checked(self) -> "WindowPreferences":
-        """Return the choices with the font within its bounds."""
-        low, high = FONT_SCALES
-        scale = self.font_scale
-        kept = min(max(scale, low), high) if scale == scale else 1.0
-        return msgspec.structs.replace(self, font_scale=kept)
+        """Return the choices with their factors within bounds."""
+        return msgspec.structs.replace(
+            self,
+            font_scale=_within(FONT_SCALES, self.font_scale),
+            mouse_speed=_within(SPEEDS, self.mouse_speed),
+            wheel_speed=_within(SPEEDS, self.wheel_speed),
+            key_speed=_within((SPEEDS[0], 1.0), self.key_speed),
+        )
+
+
+def _within(bounds: tuple[float, float], factor: float) -> float:
+    low, high = bounds
+    return min(max(factor, low), high) if factor == factor else 1.0
 
 
 def preferences_file() -> Path:

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import msgspec
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import (
     QCloseEvent,
@@ -85,16 +86,17 @@ class MainWindow(QMainWindow):
         page.setFocus()
 
     def take_preferences(self, chosen: WindowPreferences) -> None:
-        """Take a theme and a size of texts; a theme that is not known is the first."""
+        """Take looks, mouse and keys; a theme that is not known is the first."""
         if chosen.theme not in THEMES:
-            chosen = WindowPreferences(DARK, chosen.font_scale)
+            chosen = msgspec.structs.replace(chosen, theme=DARK)
         self._preferences = chosen
         take_theme(chosen.theme)
+        KEYS.follow(chosen)
         self._scale = 0.0
         self._set_scale()
 
     def show_settings(self) -> None:
-        """Ask for theme and size of texts, and keep what is chosen."""
+        """Ask for looks, mouse and keys, and keep what is chosen."""
         dialog = SettingsDialog(self._preferences, self)
         dialog.set_scale(self._scale)
         dialog.chosen.connect(self.take_preferences)

@@ -65,15 +65,7 @@ QSlider::handle:horizontal:focus {{ border: {px(2)} solid {ready}; }}
 
 def replay_sheet(scale: float) -> str:
     """Return the rules of a replay: what a flight has, with small buttons and lists."""
-    ground, ink, quiet = BACKGROUND.name(), INK.name(), QUIET.name()
-    ready, px = READY.name(), Pixels(scale)
+    ink = INK.name()
     return f"""
 QLabel#clock {{ color: {ink}; font-size: {11 * scale:.1f}pt; font-weight: 600; }}
-QTabBar::tab {{
-    color: {quiet}; background: {ground}; padding: {px(4)} {px(10)};
-    font-size: {9.5 * scale:.1f}pt; border-bottom: {px(2)} solid {ground};
-}}
-QTabBar::tab:selected {{ color: {ink}; border-bottom-color: {ready}; }}
-QTabBar::tab:focus {{ color: {ready}; }}
-QTabWidget::pane {{ border: none; }}
 """ + controls_sheet(scale, points=9.5, room=3)

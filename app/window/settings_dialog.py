@@ -1,25 +1,36 @@
-"""The choice of theme and size of texts, tried at once and kept."""
+"""The choice of looks, mouse and keys, tried at once and kept."""
 
+import msgspec
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
+    QHBoxLayout,
     QLabel,
+    QPushButton,
+    QTabWidget,
+    QVBoxLayout,
     QWidget,
 )
 
+from app.window.keyboard.actions import LEFT_HANDED
+from app.window.keyboard.key_table import KeyTable
 from app.window.themes import THEMES
 from paravol.window_preferences import WindowPreferences
 
 FONT_STEPS = (0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)
 """To choose from, within `window_preferences.FONT_SCALES`."""
 
+SPEED_STEPS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
+"""As much, within `window_preferences.SPEEDS`."""
+
 
 class SettingsDialog(QDialog):
-    """Ask for the window's looks; what is chosen shows while it is open."""
+    """Ask for looks, mouse and keys; what is chosen holds while it is open."""
 
     chosen = Signal(object)
     """`WindowPreferences`, whenever a choice changes; after Cancel the first ones."""
@@ -28,46 +39,131 @@ class SettingsDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Settings")
         self._before = before
+        self._forms: list[QFormLayout] = []
+        self._boxes: list[QComboBox] = []
         self.theme = QComboBox()
         self.theme.addItems([name.capitalize() for name in THEMES])
         self.theme.setCurrentIndex(list(THEMES).index(before.theme))
-        self.theme.setAccessibleName("Theme")
-        self.texts = QComboBox()
-        self.texts.addItems([f"{scale:.0%}" for scale in FONT_STEPS])
-        nearest = min(FONT_STEPS, key=lambda scale: abs(scale - before.font_scale))
-        self.texts.setCurrentIndex(FONT_STEPS.index(nearest))
-        self.texts.setAccessibleName("Size of texts")
+        self.texts = _steps(FONT_STEPS, before.font_scale)
+        self.mouse = _steps(SPEED_STEPS, before.mouse_speed)
+        self.wheel = _steps(SPEED_STEPS, before.wheel_speed)
+        slower = [speed for speed in SPEED_STEPS if speed <= 1.0]
+        self.pace = _steps(slower, before.key_speed)
+        self.pitch = QCheckBox("Dragging &up tilts down")
+        self.turned_wheel = QCheckBox("The wheel turned &away draws back")
+        self.swapped = QCheckBox("Left &button turns the post, right one tilts")
+        for box, is_on in (
+            (self.pitch, before.inverts_pitch),
+            (self.turned_wheel, before.inverts_wheel),
+            (self.swapped, before.swaps_buttons),
+        ):
+            box.setChecked(is_on)
+            box.toggled.connect(self._tell)
+        self.keys = KeyTable(before.keys, self)
+        self.keys.chosen.connect(self._tell)
+        self.told = QLabel()
+        self.told.setWordWrap(True)
+        self.keys.told.connect(self.told.setText)
+        tabs = self.tabs = QTabWidget()
+        tabs.addTab(
+            self._form(("&Theme", self.theme), ("&Size of texts", self.texts)), "Looks"
+        )
+        hand = self._form(
+            ("Speed of the &mouse", self.mouse),
+            ("Speed of the &wheel", self.wheel),
+            ("Speed of &keys", self.pace),
+            ("", self.pitch),
+            ("", self.turned_wheel),
+            ("", self.swapped),
+        )
+        tabs.addTab(hand, "Mouse")
+        tabs.addTab(self._key_page(), "Keys")
         kinds = QDialogButtonBox.StandardButton
         buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         for button in buttons.buttons():
             button.setIcon(QIcon())  # the desktop's own fit no theme
-        form = self._form = QFormLayout(self)
+        self._rows = QVBoxLayout(self)
+        self._rows.addWidget(tabs)
+        self._rows.addWidget(buttons)
+
+    def _form(self, *rows: tuple[str, QWidget]) -> QWidget:
+        page = QWidget()
+        form = QFormLayout(page)
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
-        theme, font = QLabel("&Theme"), QLabel("&Size of texts")
-        theme.setBuddy(self.theme)
-        font.setBuddy(self.texts)
-        form.addRow(theme, self.theme)
-        form.addRow(font, self.texts)
-        form.addRow(buttons)
-        self.theme.currentIndexChanged.connect(self._tell)
-        self.texts.currentIndexChanged.connect(self._tell)
+        for words, part in rows:
+            if isinstance(part, QComboBox):
+                label = QLabel(words)
+                label.setBuddy(part)
+                form.addRow(label, part)
+                part.setAccessibleName(words.replace("&", ""))
+                part.currentIndexChanged.connect(self._tell)
+                self._boxes.append(part)
+            else:
+                form.addRow(part)
+        self._forms.append(form)
+        return page
+
+    def _key_page(self) -> QWidget:
+        page = QWidget()
+        rows = QVBoxLayout(page)
+        hint = QLabel("Choose a line and press Enter, or click twice; then its key.")
+        hint.setWordWrap(True)
+        first, left = QPushButton("&First keys"), QPushButton("For &left-handers")
+        first.clicked.connect(lambda: self._take_hand(is_left=False))
+        left.clicked.connect(lambda: self._take_hand(is_left=True))
+        self.first_keys, self.left_handed = first, left
+        line = QHBoxLayout()
+        for button in (first, left):
+            button.setAutoDefault(False)
+            line.addWidget(button)
+        line.addStretch(1)
+        rows.addWidget(hint)
+        rows.addWidget(self.keys, 1)
+        rows.addWidget(self.told)
+        rows.addLayout(line)
+        return page
+
+    def _take_hand(self, *, is_left: bool) -> None:
+        """Take the keys and the mouse's buttons of one hand."""
+        self.swapped.setChecked(is_left)
+        self.keys.take(
+            {a.value: key for a, key in LEFT_HANDED.items()} if is_left else {}
+        )
+        self.told.setText(
+            "The right hand steers; the mouse's buttons are swapped."
+            if is_left
+            else "All keys are as they were at first."
+        )
 
     def set_scale(self, scale: float) -> None:
         """Scale the layout; 1 is the designed size."""
         margin = round(16 * scale)
-        self._form.setContentsMargins(margin, margin, margin, margin)
-        self._form.setHorizontalSpacing(margin)
-        self._form.setVerticalSpacing(round(10 * scale))
-        for box in (self.theme, self.texts):
+        for form in self._forms:
+            form.setContentsMargins(margin, margin, margin, margin)
+            form.setHorizontalSpacing(margin)
+            form.setVerticalSpacing(round(10 * scale))
+        for box in self._boxes:
             box.setMinimumWidth(round(180 * scale))
+        self.keys.setMinimumSize(round(500 * scale), round(320 * scale))
+        self.keys.resizeColumnToContents(0)
 
     @property
     def preferences(self) -> WindowPreferences:
         """Return what is chosen now."""
-        name = list(THEMES)[self.theme.currentIndex()]
-        return WindowPreferences(name, FONT_STEPS[self.texts.currentIndex()])
+        return msgspec.structs.replace(
+            self._before,
+            theme=list(THEMES)[self.theme.currentIndex()],
+            font_scale=FONT_STEPS[self.texts.currentIndex()],
+            mouse_speed=SPEED_STEPS[self.mouse.currentIndex()],
+            wheel_speed=SPEED_STEPS[self.wheel.currentIndex()],
+            key_speed=SPEED_STEPS[self.pace.currentIndex()],
+            inverts_pitch=self.pitch.isChecked(),
+            inverts_wheel=self.turned_wheel.isChecked(),
+            swaps_buttons=self.swapped.isChecked(),
+            keys=self.keys.keys,
+        )
 
     def _tell(self) -> None:
         self.chosen.emit(self.preferences)
@@ -76,3 +172,12 @@ class SettingsDialog(QDialog):
         """Go back to what was before."""
         self.chosen.emit(self._before)
         super().reject()
+
+
+def _steps(steps: tuple[float, ...] | list[float], chosen: float) -> QComboBox:
+    """Return a choice of factors, with the nearest one chosen."""
+    box = QComboBox()
+    box.addItems([f"{step:.0%}" for step in steps])
+    nearest = min(steps, key=lambda step: abs(step - chosen))
+    box.setCurrentIndex(list(steps).index(nearest))
+    return box

@@ -104,6 +104,7 @@ def controls_sheet(scale: float, *, points: float, room: int) -> str:
     """
     panel, edge, ink = PANEL.name(), EDGE.name(), INK.name()
     quiet, ready, px = QUIET.name(), READY.name(), Pixels(scale)
+    ground = BACKGROUND.name()
     size = f"font-size: {points * scale:.1f}pt;"
     # a thicker frame takes its room from the padding: what it holds stays in place
     thick = (
@@ -144,6 +145,13 @@ QComboBox QAbstractItemView {{
     color: {ink}; background: {panel}; selection-background-color: {edge};
     selection-color: {ink};
 }}
+QTabBar::tab {{
+    color: {quiet}; background: {ground}; padding: {px(4)} {px(10)};
+    font-size: {points * scale:.1f}pt; border-bottom: {px(2)} solid {ground};
+}}
+QTabBar::tab:selected {{ color: {ink}; border-bottom-color: {ready}; }}
+QTabBar::tab:focus {{ color: {ready}; }}
+QTabWidget::pane {{ background: {ground}; border: none; }}
 QCheckBox {{ color: {ink}; spacing: {px(8)}; {size} }}
 QCheckBox::indicator {{
     width: {px(14)}; height: {px(14)}; background: {panel};

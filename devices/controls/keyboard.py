@@ -30,6 +30,20 @@ ROLL_DEG_PER_PIXEL = 0.25
 INSERT_MM_PER_NOTCH = 1.5
 
 
+@dataclass(frozen=True, slots=True)
+class Feel:
+    """Factors on what mouse and keys ask for; a negative one turns it round.
+
+    pitch: on strokes up and down, beside ``drag``. keys: at most 1, as keys that are
+    held go as fast as a hand may.
+    """
+
+    drag: float = 1.0
+    pitch: float = 1.0
+    wheel: float = 1.0
+    keys: float = 1.0
+
+
 @dataclass(slots=True)
 class MouseKeys:
     """Turn keys and strokes of the mouse into what they ask of the scope.
@@ -40,6 +54,7 @@ class MouseKeys:
     """
 
     steering: SteeringEvents
+    feel: Feel = Feel()
     _down: set[str] = field(default_factory=set)
 
     def key(self, name: str, is_down: bool, at_s: float) -> bool:
@@ -67,6 +82,8 @@ class MouseKeys:
 
     def drag(self, right_px: float, down_px: float, rolls: bool, at_s: float) -> None:
         """Take a stroke with a mouse button down; ``rolls`` for the right button."""
+        right_px *= self.feel.drag
+        down_px *= self.feel.drag * self.feel.pitch
         if rolls:
             self.steering.nudge(Freedom.ROLL, right_px * ROLL_DEG_PER_PIXEL, at_s)
             return
@@ -75,7 +92,8 @@ class MouseKeys:
 
     def wheel(self, notches: float, at_s: float) -> None:
         """Take a turn of the wheel, positive away from the hand: inwards."""
-        self.steering.nudge(Freedom.INSERT, notches * INSERT_MM_PER_NOTCH, at_s)
+        way_mm = notches * INSERT_MM_PER_NOTCH * self.feel.wheel
+        self.steering.nudge(Freedom.INSERT, way_mm, at_s)
 
     def release(self, at_s: float) -> None:
         """Let go of every key: whoever looks elsewhere lifts keys unseen."""
@@ -89,4 +107,4 @@ class MouseKeys:
             if what == freedom and name in self._down
         )
         share = FINE_SHARE if FINE in self._down else 1.0
-        self.steering.hold(freedom, asked * share, at_s)
+        self.steering.hold(freedom, asked * share * self.feel.keys, at_s)

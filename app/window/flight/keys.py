@@ -2,7 +2,7 @@
 
 import time
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, Slot
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
@@ -22,8 +22,14 @@ class HandEvents(QObject):
         self._controls = controls
         self._window = window
         self._last = QPointF()
+        KEYS.changed.connect(self._take_feel)
+        self._take_feel()
         window.installEventFilter(self)
         picture.installEventFilter(self)
+
+    @Slot()
+    def _take_feel(self) -> None:
+        self._controls.feel = KEYS.feel
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the scope; let the rest pass."""
@@ -54,6 +60,6 @@ class HandEvents(QObject):
         buttons = event.buttons()
         if event.type() != QEvent.Type.MouseMove or not buttons:
             return False
-        rolls = bool(buttons & Qt.MouseButton.RightButton)
+        rolls = bool(buttons & KEYS.turning_button)
         self._controls.drag(moved.x(), moved.y(), rolls, now)
         return True

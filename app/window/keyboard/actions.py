@@ -87,6 +87,15 @@ FIXED = frozenset({Act.SLOWLY})
 """What keeps its key: Shift goes with all others."""
 
 
+LEFT_HANDED = {
+    **{Act.MOVE_IN: "@I", Act.MOVE_OUT: "@K", Act.TURN_LEFT: "@J"},
+    **{Act.TURN_RIGHT: "@L", Act.RIGHT_PEDAL: "@0", Act.LEFT_PEDAL: "@9"},
+    **{Act.NEXT_TOOL: "@Y", Act.PREVIOUS_TOOL: "Shift+@Y", Act.WORK: "@N"},
+    **{Act.SUCTION: "@B", Act.WASH: "@D", Act.HINT: "@W", Act.ENLARGE: "@S"},
+}
+"""Keys of who holds the mouse in the left hand: the right one steers."""
+
+
 class Group(StrEnum):
     """A part of the help; its text is its heading."""
 

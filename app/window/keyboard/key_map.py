@@ -1,13 +1,16 @@
 """Which action a key asks for, by the table and by what the user changed in it."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 
-from app.window.keyboard.actions import ACTIONS, OF, Act
+from app.window.keyboard.actions import ACTIONS, FIXED, STEERING, Act
 from app.window.keyboard.places import SCAN_CODES, name_of, place_of
 from app.window.keyboard.printed_keys import PrintedKeys
+from devices.controls.keyboard import Feel
+from paravol.window_preferences import WindowPreferences
 
 _MODIFIERS = {
     "Ctrl": Qt.KeyboardModifier.ControlModifier,
@@ -33,16 +36,34 @@ class KeyMap(QObject):
         self._keys: dict[Act, tuple[str, ...]] = {}
         self._acts: dict[str, Act] = {}
         self._moved: dict[str, str] | None = None
-        self.follow({})
+        self.follow(WindowPreferences())
 
-    def follow(self, chosen: Mapping[str, str]) -> None:
+    def follow(self, chosen: WindowPreferences) -> None:
+        """Take what the user chose of mouse and keys."""
+        self.feel = Feel(
+            chosen.mouse_speed,
+            -1.0 if chosen.inverts_pitch else 1.0,
+            -chosen.wheel_speed if chosen.inverts_wheel else chosen.wheel_speed,
+            chosen.key_speed,
+        )
+        buttons = Qt.MouseButton
+        self.turning_button = (
+            buttons.LeftButton if chosen.swaps_buttons else buttons.RightButton
+        )
+        self.take_keys(chosen.keys)
+
+    def take_keys(self, chosen: Mapping[str, str]) -> None:
         """Take the user's keys, by the names of actions; the rest is as in the table.
 
         What is not known is passed over. A key that was chosen for one action is no
-        other's; an action never loses its last key to another's second one.
+        other's; an action never loses its first key to another's second one.
         """
         self._keys = {action.act: action.keys for action in ACTIONS}
-        taken = {key: Act(name) for name, key in chosen.items() if name in OF}
+        taken = {
+            key: Act(name)
+            for name, key in chosen.items()
+            if name in set(Act) - FIXED and _is_key(key)
+        }
         for key, act in taken.items():
             self._keys[act] = (key, *self._keys[act][1:])
         self._acts = {k: act for act, keys in self._keys.items() for k in keys}
@@ -104,10 +125,35 @@ class KeyMap(QObject):
         """Return the first key of an action, as the table writes it."""
         return self._keys[act][0]
 
+    def given(
+        self, act: Act, event: QKeyEvent, chosen: Mapping[str, str]
+    ) -> tuple[dict[str, str], Act | None]:
+        """Return what is chosen when an action gets the key of an event.
+
+        chosen: before. The action that had the key gets the other's, and is told.
+        Nothing changes by a key that is fixed, or by one without which some action
+        could not be had on this keyboard.
+        """
+        place, name = place_of(event), name_of(event)
+        words = [word for word, bit in _MODIFIERS.items() if event.modifiers() & bit]
+        key = "".join(f"{word}+" for word in words) + (f"@{place}" if place else name)
+        before = self._asked(place, name, event.modifiers())
+        if name in _FIXED_KEYS or not _is_key(key) or before is act:
+            return dict(chosen), None
+        made = {**chosen, act.value: key}
+        is_its_own = key in self._acts or "Shift" not in words
+        if before is not None and (is_its_own or before in STEERING):
+            made[before.value] = self._keys[act][0]
+        self.take_keys(made)
+        if any(not self._shown(other) for other in Act):
+            self.take_keys(chosen)
+            return dict(chosen), before
+        return made, before if before is not None and before.value in made else None
+
     def label(self, *acts: Act) -> str:
         """Return the keys of actions as the user's keyboard prints them."""
         words = [self._shown(act) for act in acts]
-        common = words[0].rpartition("+")[0] if len(words[0]) > 1 else ""
+        common = words[0].rpartition("+")[0] if len(words[0]) > 2 else ""
         if common and all(word.startswith(f"{common}+") for word in words):
             rest = " ".join(word.removeprefix(f"{common}+") for word in words)
             return f"{common} {rest}"
@@ -125,7 +171,7 @@ class KeyMap(QObject):
             for at in (place, sign):
                 if at in SCAN_CODES and self._is_at(at, before, act):
                     return before.replace("Shift+", "⇧") + self.printed[at]
-        return _parted(self._keys[act][0])[1].removeprefix("@")
+        return ""
 
     def _is_at(self, place: str, before: str, act: Act) -> bool:
         """Return whether a place asks for an action, on the user's keyboard."""
@@ -148,6 +194,20 @@ class KeyMap(QObject):
 
 _NO_PREFIX = {"Shift", "Control", "Alt", "Meta", "AltGr"}
 """Keys that are modifiers themselves, which say so when they go up."""
+
+
+_FIXED_KEYS = {*_NO_PREFIX, "Escape", "Return", "Enter", "Tab", "Backtab"}
+"""Keys that mean the same everywhere."""
+
+_KEY = re.compile(r"(Ctrl\+)?(Alt\+)?(Shift\+)?(@?.|[A-Z]\w+)")
+
+
+def _is_key(text: str) -> bool:
+    """Return whether a text names a key."""
+    if _KEY.fullmatch(text) is None:
+        return False
+    sign = _parted(text)[1].removeprefix("@") or "@"
+    return sign.upper() in SCAN_CODES or hasattr(Qt.Key, f"Key_{sign}")
 
 
 def _parted(key: str) -> tuple[str, str]:

@@ -10,6 +10,7 @@ from devices.controls.keyboard import (
     INSERT_MM_PER_NOTCH,
     MOVES,
     PEDALS,
+    Feel,
     MouseKeys,
 )
 from devices.controls.steering import Freedom, Steering
@@ -80,3 +81,21 @@ def test_the_mouse_tilts_turns_and_inserts() -> None:
     assert demand.roll_nudge_deg > 0.0
     assert demand.insert_nudge_mm == 2.0 * INSERT_MM_PER_NOTCH
     assert demand[:4] == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_sensitivity_and_inversion_are_factors() -> None:
+    asked = []
+    for feel in (Feel(), Feel(drag=2.0, pitch=-1.0, wheel=-0.5, keys=0.25)):
+        steering = Steering()
+        keys = MouseKeys(steering, feel)
+        keys.drag(10.0, 10.0, False, 0.1)
+        keys.drag(10.0, 0.0, True, 0.1)
+        keys.wheel(1.0, 0.1)
+        keys.key("move in", True, 0.0)
+        asked.append(steering.step(0.0, 1.0)[0])
+    plain, felt = asked
+    assert felt.insert == 0.25 * plain.insert
+    assert felt.yaw_nudge_deg == 2.0 * plain.yaw_nudge_deg
+    assert felt.pitch_nudge_deg == -2.0 * plain.pitch_nudge_deg
+    assert felt.roll_nudge_deg == 2.0 * plain.roll_nudge_deg
+    assert felt.insert_nudge_mm == -0.5 * plain.insert_nudge_mm

@@ -6,10 +6,12 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
+from hypothesis import given
+from hypothesis import strategies as st
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 
-from app.window.keyboard.actions import ACTIONS, STEERING, Act
+from app.window.keyboard.actions import ACTIONS, FIXED, LEFT_HANDED, STEERING, Act
 from app.window.keyboard.key_map import KeyMap
 from app.window.keyboard.places import SCAN_CODES
 from devices.controls.keyboard import FINE, MOVES, PEDALS
@@ -62,6 +64,61 @@ def test_every_action_can_be_had_on_every_layout(layout: str) -> None:
     assert {act for act in Act if act not in found.values()} == set()
     # what is shown is what asks for it
     assert all(keys.label(act) for act in Act)
+
+
+@pytest.mark.parametrize("layout", ["us", "de", *FIVE])
+def test_left_handers_have_every_action_too(layout: str) -> None:
+    keys = KeyMap()
+    keys.take_keys(LEFT_HANDED)
+    found = asked(keys, keys_of(layout))
+    assert {act for act in Act if act not in found.values()} == set()
+    places = {"I": Act.MOVE_IN, "K": Act.MOVE_OUT, "J": Act.TURN_LEFT}
+    assert {place: found[place, NONE] for place in places} == places
+
+
+@given(
+    st.sampled_from(["us", "de", *FIVE]),
+    st.lists(
+        st.tuples(
+            st.sampled_from(sorted(set(Act) - FIXED)),
+            st.sampled_from(sorted(SCAN_CODES)),
+            st.sampled_from(MODIFIERS),
+        ),
+        max_size=12,
+    ),
+)
+def test_whatever_is_changed_every_action_can_be_had(
+    layout: str, changes: list[tuple[Act, str, Qt.KeyboardModifier]]
+) -> None:
+    keys, signs = KeyMap(), keys_of(layout)
+    asked(keys, signs)
+    chosen = dict[str, str]()
+    for act, place, modifiers in changes:
+        event = key_event(place, signs, modifiers=modifiers)
+        made, _ = keys.given(act, event, chosen)
+        if made != chosen:
+            assert keys.action(event) is act
+        chosen = made
+    found = asked(keys, signs)
+    assert {act for act in Act if act not in found.values()} == set()
+    # kept and read again they are the same
+    again = KeyMap()
+    asked(again, signs)
+    again.take_keys(chosen)
+    assert asked(again, signs) == found
+
+
+def test_an_action_that_loses_its_key_gets_the_others() -> None:
+    keys, signs = KeyMap(), keys_of("us")
+    chosen, told = keys.given(Act.WORK, key_event("M", signs), {})
+    assert told is Act.IMAGING
+    assert keys.label(Act.WORK, Act.IMAGING) == "M B"
+    chosen, told = keys.given(Act.WORK, key_event("X", signs), chosen)
+    assert told is None
+    keys.take_keys({})
+    assert keys.label(Act.WORK, Act.IMAGING) == "B M"
+    keys.take_keys(chosen | {"nothing": "@W", "end": "", "undo": "@"})
+    assert keys.label(Act.WORK, Act.IMAGING, Act.END, Act.UNDO) == "X B Q Z"
 
 
 @pytest.mark.parametrize("variant", ["dvorak", "colemak", "workman"])
