@@ -3,6 +3,8 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from app.window.panels.moments import MomentView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
@@ -11,8 +13,6 @@ from paravol.flight import FlightOrder
 from paravol.readings import tool_text
 from scenarios import InstrumentState
 from scenarios.instrument_state import EMPTY_HAND
-
-HELP_LINE = "F1: all keys"
 
 
 class SideColumn(QWidget):
@@ -43,7 +43,7 @@ class SideColumn(QWidget):
         about = QLabel(
             f"{scope.diameter_mm:g} mm scope · {order.input.name}"
             + ("" if second is None else f" · tool: {second.name}")
-            + f" · {HELP_LINE}"
+            + f" · {KEYS.label(Act.HELP)}: all keys"
         )
         about.setWordWrap(True)
         self._column = QVBoxLayout(self)

@@ -54,9 +54,12 @@ class PrintedKeys:
 
 
 def capital(text: str) -> str:
-    """Return one sign that can be seen, large; "" for all else."""
+    """Return one sign that can be seen, large; "" for all else.
+
+    A second small form of a letter, such as the sigma that ends a Greek word, stays.
+    """
     large = text.upper()
-    sign = large if len(large) == 1 else text
+    sign = large if len(large) == 1 and large.lower() == text.lower() else text
     return sign if len(sign) == 1 and sign.isprintable() and sign != " " else ""
 
 

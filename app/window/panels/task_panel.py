@@ -4,12 +4,14 @@ from collections.abc import Sequence
 
 from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from paravol.guide import GuideMark
 from scenarios import Scenario
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import KeepAway
 
-ALL_DONE = "All tasks are done. Q ends the flight."
+ALL_DONE = "All tasks are done. {end} ends the flight."
 SHOWN = 2
 """Tasks at once; what must only be kept comes last."""
 
@@ -80,7 +82,7 @@ class TaskPanel(QWidget):
                 bar.setValue(round(100 * state.progress))
         if not shown and done + len(failed) == len(states):
             self._lines[0][0].setVisible(True)
-            _set_text(self._lines[0][0], ALL_DONE)
+            _set_text(self._lines[0][0], ALL_DONE.format(end=KEYS.label(Act.END)))
         self._tell_hint()
 
     def show_way(self, guide: GuideMark | None, *, is_on: bool) -> None:
@@ -92,7 +94,7 @@ class TaskPanel(QWidget):
         if guide is not None:
             way = f" · {guide.text()} to {guide.what}"
         elif self._open() and not is_on:
-            way = " · G shows the way"
+            way = f" · {KEYS.label(Act.GUIDE)} shows the way"
         if way != self._way:
             self._way = way
             self._tell()

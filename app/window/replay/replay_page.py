@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.vtk.head_model import HeadModel
+from app.window.keyboard import key_map
 from app.window.keyboard.places import american, place_of
 from app.window.page import Page, problem_label
 from app.window.page_style import replay_sheet
@@ -555,8 +556,9 @@ class ReplayPage(Page):
         self.transport.own.setChecked(self._is_free)
         self._thread.worker.leave_view(self._is_free)
         if self._is_free:
+            keys = " ".join(key_map.KEYS.printed[place] for place in "WSAD")
             self._notices.notify(
-                "Your own view", "Drag looks around, W S A D and the wheel go · V: back"
+                "Your own view", f"Drag looks around, {keys} and the wheel go · V: back"
             )
         else:
             self._notices.notify("The recorded view", "")

@@ -98,14 +98,21 @@ def test_a_key_is_changed_and_told_and_kept_or_taken_back(
 
 
 def give(
-    dialog: SettingsDialog, act: Act, key: Qt.Key, *mask: Qt.KeyboardModifier
+    dialog: SettingsDialog,
+    act: Act,
+    key: Qt.Key,
+    mask: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
 ) -> None:
     """Choose an action, press Enter, then its new key."""
     table = dialog.keys
     table.setCurrentItem(table._items[act])
     QTest.keyClick(table, Qt.Key.Key_Return)
     assert "press a key" in table._items[act].text(1)
-    QTest.keyClick(table, key, *mask)
+    QTest.keyClick(table, key, mask)
+
+
+def turns(button: Qt.MouseButton) -> bool:
+    return KEYS.turning_button is button
 
 
 def test_the_left_hand_has_its_keys_and_buttons(application: QApplication) -> None:
@@ -117,11 +124,11 @@ def test_the_left_hand_has_its_keys_and_buttons(application: QApplication) -> No
     dialog.left_handed.click()
     dialog.pitch.setChecked(True)
     dialog.mouse.setCurrentText("200%")
-    assert KEYS.turning_button is Qt.MouseButton.LeftButton
+    assert turns(Qt.MouseButton.LeftButton)
     assert KEYS.label(Act.MOVE_IN) == "I"
     assert (KEYS.feel.drag, KEYS.feel.pitch, KEYS.feel.wheel) == (2.0, -1.0, 1.0)
     dialog.first_keys.click()
-    assert KEYS.turning_button is Qt.MouseButton.RightButton
+    assert turns(Qt.MouseButton.RightButton)
     assert KEYS.label(Act.MOVE_IN) == "W"
     dialog.reject()
     assert Feel() == KEYS.feel

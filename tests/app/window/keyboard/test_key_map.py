@@ -69,7 +69,7 @@ def test_every_action_can_be_had_on_every_layout(layout: str) -> None:
 @pytest.mark.parametrize("layout", ["us", "de", *FIVE])
 def test_left_handers_have_every_action_too(layout: str) -> None:
     keys = KeyMap()
-    keys.take_keys(LEFT_HANDED)
+    keys.take_keys({act.value: key for act, key in LEFT_HANDED.items()})
     found = asked(keys, keys_of(layout))
     assert {act for act in Act if act not in found.values()} == set()
     places = {"I": Act.MOVE_IN, "K": Act.MOVE_OUT, "J": Act.TURN_LEFT}

@@ -86,7 +86,7 @@ window.shut()
 """
 
 PRINTED = {
-    **{"us": "WSAD", "fr": "ZSQD", "ru": "ЦЫФВ", "gr": "\u03a3\u0391\u0394"},
+    **{"us": "WSAD", "fr": "ZSQD", "ru": "ЦЫФВ", "gr": "\u03c2\u03a3\u0391\u0394"},
     **{"il": "'דשג", "ara": "صسشي"},
 }
 

@@ -48,7 +48,10 @@ def test_failures_say_why_and_the_end_is_told(panel: TaskPanel) -> None:
             TaskState("go", Status.DONE, 1.0),
         ]
     )
-    assert texts(panel) == ["1 of 2 tasks done · 1 failed: orbit was hurt", ALL_DONE]
+    assert texts(panel) == [
+        "1 of 2 tasks done · 1 failed: orbit was hurt",
+        ALL_DONE.format(end="Q"),
+    ]
     panel.switch_hint()
     assert "Hint: Slowly." in texts(panel)
 
