@@ -1,4 +1,4 @@
-"""What a person chose of the window: looks, mouse and keys, kept from start to start."""
+"""What a person chose of the window: looks, mouse, keys; kept from start to start."""
 
 from pathlib import Path
 
