@@ -4,6 +4,7 @@ Without it the first bite of a machine that has never run the program would wait
 compiler, for half a minute.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from paravol.session_setup import (
 )
 from paravol.view import EndoscopeView
 from renderers.scene import AirSurface, Volume
+from renderers.scene.lens_state import LensState
 from renderers.shading import Tier
 from scenarios import InstrumentState, Sample, Scenario, tip_frame
 
@@ -29,11 +31,31 @@ STAGE = "Preparing the instruments"
 SIDE = 40
 """Voxels of the piece, a side."""
 
+SOILED = LensState(soil=0.5, fog=0.5)
+"""What lies on the lens: the first blood there must not stop the picture."""
+
 VIEW_MM = 6.0
 """From the lens to what is cut."""
 
 TOOLS = ("straight forceps", "microdebrider", "curette")
 """Of each kind of cut one."""
+
+
+class Rehearsal:
+    """Take the progress of what goes on beside, for whoever waits for it.
+
+    staged: what is being done, and its done share.
+    """
+
+    def __init__(self, still: Callable[[], object]) -> None:
+        """Begin; still: called with each step; what it raises ends the rehearsal."""
+        self._still = still
+        self.staged = STAGE, 0.0
+
+    def __call__(self, stage: str, share: float) -> None:
+        """Take a step."""
+        self._still()
+        self.staged = stage, share
 
 
 def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> None:
@@ -64,8 +86,10 @@ def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> N
         session.step(sample)
         view.apply(operation.take_changes())
         if number % 3 == 1:
+            view.lens = SOILED
             view.draw(session.view(sample), number=number, elapsed_s=0.1)
         progress(STAGE, (number + 1) / len(steps))
+    operation.patient.warm_up()
     change = operation.patient.undo()
     if change is not None:
         view.apply([operation.pushing.follow(change)])
@@ -92,8 +116,11 @@ def _piece(patient: PatientScene) -> tuple[PatientScene, NDArray[np.float64]]:
     def cut(volume: Volume) -> Volume:
         here = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
         first = volume.world_from_voxel @ np.array([*low[::-1], 1.0])
+        values = volume.values[here].copy()
+        # for arrays that may not be written kernels are compiled anew
+        values.flags.writeable = volume.values.flags.writeable
         return Volume(
-            np.ascontiguousarray(volume.values[here]),
+            values,
             volume.spacing_mm,
             first[:3],
             volume.direction,

@@ -279,6 +279,21 @@ class OperatedPatient:
         self._follow(low, high)
         return edit
 
+    def warm_up(self) -> None:
+        """Compile what clears loose pieces: few cuts leave any, the first bite may."""
+        nothing, nowhere = np.zeros((0, 0, 0), np.uint8), np.zeros(6, np.int64)
+        counts = self.books.by_label, self.books.by_wall
+        clear_pieces(
+            self._distance,
+            self._fills,
+            self._walls,
+            self._kinds,
+            nothing,
+            nowhere,
+            self._spacing,
+            counts,
+        )
+
     def undo(self) -> Change | None:
         """Take the newest stroke back; None where nothing can be undone.
 
