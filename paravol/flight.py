@@ -41,7 +41,7 @@ from paravol.inputs.pose_sources import (
     ReconnectingSource,
 )
 from paravol.inputs.scope_rack import ScopeRack
-from paravol.operation_rehearsal import STAGE, rehearse
+from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
 from paravol.pose_streaming import StreamingCompleter, streaming
@@ -207,6 +207,9 @@ class FlightObserver:
     def on_return(self, away_s: float) -> None:
         """Hear that the device is back, after `away_s` seconds."""
 
+    def on_late(self, text: str) -> None:
+        """Hear that the flight stood still, and what was left out by that."""
+
     def on_tool_device(self, text: str) -> None:
         """Hear that the tool's device was lost, or is back; the flight goes on."""
 
@@ -313,7 +316,8 @@ class Flight:
         observer.on_patient(patient)
 
         # much of it lets go of the interpreter, as much of what is beside it
-        rehearsed = Preparation(lambda: rehearse(scenario, before, self._demand_open))
+        rehearsal = Rehearsal(self._demand_open)
+        rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal))
         size = (self.size, self.size)
         view = build_view(
             scenario,
@@ -326,7 +330,7 @@ class Flight:
         )
         divided.wait(self._demand_open)
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
-        rehearsed.wait(lambda: self._progress(STAGE, 0.0))
+        rehearsed.wait(lambda: self._progress(*rehearsal.staged))
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
             streamer = stack.enter_context(streaming(order.stream))
@@ -443,6 +447,10 @@ class Flight:
             note(f"The device is back after {away_s:.1f} s.", away_s)
             observer.on_return(away_s)
 
+        def on_late(text: str) -> None:
+            note(text)
+            observer.on_late(text)
+
         def keeps(time_s: float) -> bool:
             asked = self._moment_wanted.is_set() or self._view_wanted.is_set()
             return asked or observer.keeps_tissue(time_s)
@@ -463,6 +471,7 @@ class Flight:
             observer.on_frame(event)
 
         source.on_loss, source.on_return = on_loss, on_return
+        source.on_late = on_late
         # what the first picture does not show
         over = threading.Event()
         tools = Preparation(

@@ -72,6 +72,11 @@ class FlightObservers(FlightObserver):
         for observer in self._observers:
             observer.on_return(away_s)
 
+    def on_late(self, text: str) -> None:
+        """Pass it on."""
+        for observer in self._observers:
+            observer.on_late(text)
+
     def on_tool_device(self, text: str) -> None:
         """Pass it on."""
         for observer in self._observers:

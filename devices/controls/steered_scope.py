@@ -6,13 +6,21 @@ from typing import Protocol
 
 from devices.controls.fulcrum import FulcrumControl
 from devices.controls.steering import Steering, SteeringEvents
-from devices.port import Clock, DeviceError
+from devices.port import Clock, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.source import PulledSource
 from disk import UserError
 
 RATE_HZ = 100.0
 """As often as an arm is asked."""
+
+STALL_S = 0.5
+"""A reader that comes later than this stood still: nobody steers by a picture that
+stands."""
+
+KEPT_S = 0.25
+"""So much of the time before a late look is still flown; strokes of the rest are
+forgotten, keys that are still held count from then on."""
 
 
 def _never() -> bool:
@@ -35,6 +43,8 @@ class Handset(Protocol):
 class SteeredArm(PulledSource):
     """Poses of a scope that pivots about the nostril; see ``LiveSource``.
 
+    Where nobody reads for `STALL_S` the poses' time stands, so that what was steered
+    blindly is not flown at once; `read` tells so, once, by DeviceError(OVERRUN).
     The frame of the poses is that of the fulcrum. x and y of the tip frame carry the
     roll: y is where the light post is.
     """
@@ -66,6 +76,19 @@ class SteeredArm(PulledSource):
         self._rate_hz = rate_hz
         self._start_s = self._clock.now()
         self._ticks = 0
+        self._stood_s = 0.0
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose; raise as ``PulledSource.read``, and after a stall."""
+        self._advance(self._clock.now())
+        stood_s, self._stood_s = self._stood_s, 0.0
+        if stood_s > 0.0:
+            raise DeviceError(
+                DeviceReason.OVERRUN,
+                f"The flight stood still for {stood_s:.1f} s; what was steered "
+                "meanwhile is left out.",
+            )
+        return super().read(timeout_s)
 
     def close(self) -> None:
         """End the source and let go of the handset; harmless when repeated."""
@@ -82,7 +105,20 @@ class SteeredArm(PulledSource):
                     # What was measured before is read before this is told.
                     self._queue.fail(error)
                     return math.inf
+            late_s = now_s - self._due_s()
+            if late_s > STALL_S and not self._is_closed:
+                self._stand_still(late_s - KEPT_S)
             return super()._advance(now_s)
+
+    def _stand_still(self, stood_s: float) -> None:
+        """Take note of what is held now; no pose belongs to the time that passed."""
+        from_s = self._tick_s(self._ticks)
+        self._start_s += stood_s
+        self._steering.step(from_s, self._tick_s(self._ticks))
+        self._control.let_go()
+        if self._ticks:
+            # before the first pose nothing was flown that could stand
+            self._stood_s += stood_s
 
     def _due_s(self) -> float:
         return self._tick_s(self._ticks + 1)

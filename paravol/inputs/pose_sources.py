@@ -73,14 +73,19 @@ class ReconnectingSource:
     A driver that looks for its lost device raises the loss once and then has no poses
     for a while; one that has given up raises whenever it is read, which passes.
 
+    Poses that nobody read in time are no loss of the device: that is told, and the next
+    pose is given.
+
     on_loss: called with the loss. on_return: called with the device's seconds between
-    the poses before and after. patience_s: the loss is raised after that time.
+    the poses before and after. on_late: called with what nobody read in time.
+    patience_s: the loss is raised after that time.
     """
 
     source: OrderedPoses
     patience_s: float = math.inf
     on_loss: Callable[[DeviceError], None] = _ignore
     on_return: Callable[[float], None] = _ignore
+    on_late: Callable[[str], None] = _ignore
     _loss: DeviceError | None = None
     _until_s: float = math.inf
     _last_s: float | None = None
@@ -97,6 +102,9 @@ class ReconnectingSource:
                 pose = self._early or self.source.read(timeout_s)
                 self._early = None
             except DeviceError as error:
+                if error.reason is DeviceReason.OVERRUN:
+                    self.on_late(str(error))
+                    continue
                 if self._loss is not None:
                     raise
                 self._lose(error)

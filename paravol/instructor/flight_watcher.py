@@ -100,6 +100,10 @@ class FlightWatcher(FlightObserver):
         """Tell that it is back."""
         self._tell(_device=f"there again after {away_s:.1f} s")
 
+    def on_late(self, text: str) -> None:
+        """Tell that it stood still."""
+        self._tell(_device=text)
+
     def on_tool_device(self, text: str) -> None:
         """Tell of the tool's device."""
         self._tell(_tool_device=text)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
-from devices.controls.steered_scope import SteeredArm
+from devices.controls.steered_scope import KEPT_S, STALL_S, SteeredArm
 from devices.controls.steering import Freedom, Steering, SteeringEvents
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
@@ -66,18 +66,19 @@ def flown(waits: list[float], until_s: float = 51.0) -> list[Pose]:
     clock = DrivenClock()
     arm = SteeredArm(FulcrumControl(FULCRUM), scripted(), clock=clock)
     poses: list[Pose] = []
-    for wait in waits:
+    while clock.at_s < until_s:
+        # later is a stall
+        wait = waits.pop() if waits else STALL_S
         clock.at_s = min(clock.at_s + wait, until_s)
         poses += arm.drain()
-    clock.at_s = until_s
-    return poses + arm.drain()
+    return poses
 
 
 @given(st.lists(st.floats(0.0, 0.4), max_size=12))
 @settings(deadline=None, max_examples=25)
 def test_the_flight_does_not_depend_on_when_it_is_read(waits: list[float]) -> None:
     expected = flown([])
-    got = flown(waits)
+    got = flown(waits.copy())
     assert [p.time_s for p in got] == [p.time_s for p in expected]
     assert [p.host_time_s for p in got] == [p.host_time_s for p in expected]
     assert [p.buttons for p in got] == [p.buttons for p in expected]
@@ -95,6 +96,42 @@ def test_poses_come_at_even_times_and_go_through_the_fulcrum() -> None:
     assert {p.buttons for p in poses} == {0, 1}
     depth = (poses[-1].tip_mm - FULCRUM.pivot_mm) @ poses[-1].pointing
     assert depth == pytest.approx(25.0 * (50.301 - 50.005), abs=1e-6)
+
+
+@given(
+    st.floats(STALL_S + 0.02, 1000.0),
+    st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(-1e3, 1e3)), max_size=8),
+)
+@settings(deadline=None, max_examples=25)
+def test_a_stall_is_told_once_and_what_was_asked_for_meanwhile_is_not_done(
+    stalled_s: float, turns: list[tuple[float, float]]
+) -> None:
+    """The flight's time stands; keys that are held go on, strokes are forgotten."""
+    clock, steering = DrivenClock(), Steering()
+    arm = SteeredArm(FulcrumControl(FULCRUM), steering, clock=clock)
+    before = arm.read(1.0)
+    begun_s = clock.at_s
+    steering.hold(Freedom.YAW, 1.0, begun_s + 0.01)
+    steering.hold(Freedom.YAW, 0.0, begun_s + 0.02)
+    steering.press(1, True, begun_s + 0.02)
+    blind_s = stalled_s - KEPT_S - 0.06
+    for share, way in sorted(turns):
+        steering.nudge(Freedom.INSERT, way, begun_s + 0.03 + share * blind_s)
+    clock.at_s += stalled_s
+    with pytest.raises(DeviceError, match="stood still") as caught:
+        arm.read(1.0)
+    assert caught.value.reason is DeviceReason.OVERRUN
+    poses = [arm.read(1.0), *arm.drain()]
+    assert len(poses) <= KEPT_S * 100 + 1
+    assert poses[0].time_s == pytest.approx(before.time_s + 0.01)
+    assert abs(poses[-1].host_time_s - clock.at_s) < 0.011
+    for pose in poses:
+        assert pose.device_from_tip.tobytes() == before.device_from_tip.tobytes()
+        assert pose.buttons == 1
+    steering.nudge(Freedom.INSERT, 0.1, clock.at_s)
+    clock.at_s += 0.05
+    moved = arm.drain()[-1].tip_mm - before.tip_mm
+    assert np.linalg.norm(moved) == pytest.approx(0.1)
 
 
 def test_reading_waits_for_the_next_tick() -> None:

@@ -94,6 +94,20 @@ def test_a_device_that_nobody_looks_for_fails_at_once_and_untold() -> None:
     assert not told
 
 
+def test_poses_that_nobody_read_in_time_end_no_flight() -> None:
+    """A reader so late loses more while it is told: that is no lost device."""
+    late = DeviceError(DeviceReason.OVERRUN, "25213 poses were lost.")
+    told: list[str] = []
+    losses: list[DeviceError] = []
+    lasting = ReconnectingSource(
+        Source([pose(1.0), late, late, pose(2.0), late, pose(3.0)]),
+        on_loss=losses.append,
+        on_late=told.append,
+    )
+    assert [lasting.read(1.0).time_s for _ in range(3)] == [1.0, 2.0, 3.0]
+    assert (told, losses) == (["25213 poses were lost."] * 3, [])
+
+
 def test_a_second_failure_ends_the_wait() -> None:
     unhomed = DeviceError(DeviceReason.NOT_HOMED, "Home it.")
     lasting = ReconnectingSource(Source([loss(), None, None, unhomed]))
