@@ -81,13 +81,6 @@ class VolumeControls(QWidget):
         """Return how it is drawn; None for the surface."""
         return METHODS[self.method.currentText()]
 
-    @property
-    def surface_colour(self) -> str:
-        """Return the look's colour at the surface: of the first point above it."""
-        points = self.look.points
-        above = [p for p in points if p.density >= self.look.surface and p.opacity]
-        return (above or points)[0].colour
-
     def show_look(self, look: VolumeLook) -> None:
         """Take over a look, and have it drawn."""
         self.look = look

@@ -1,5 +1,7 @@
 """The page of a scan: seen whole as a volume or a surface, its look beside it."""
 
+import math
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -7,11 +9,11 @@ from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout
 
-from app.window.page import Page
+from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.volume.volume_controls import VolumeControls
 from app.window.volume.volume_picture import VolumePicture
-from app.window.volume.volume_thread import Order, VolumeThread
+from app.window.volume.volume_thread import Order, VolumeThread, surface_colour
 from disk import UserError
 from paravol.volume import Drawn, Method, Orbit, Scan, Wish, load_look, save_look
 
@@ -23,17 +25,19 @@ KEYS = (
 SETTLED_MS = 150
 """So long after the last resize the picture is drawn anew."""
 
+LOOKED_MS, SILENT_S = 100, 0.4
+"""How often it is looked at what is being made, and how long that may take untold."""
+
 MOST_PX = 1024
 """Of the picture's sides: a larger one is shown larger, not finer."""
 
 
-class VolumePage(Page):
+class VolumePage(TextPage):
     """Show scans of one patient."""
 
     def __init__(self, title: str, scans: Sequence[Scan], threads: int) -> None:
         """Lay the page out; title: of the patient."""
         super().__init__()
-        self.setObjectName("page")
         self.title = f"PARAVOL: {title}"
         self._orbit = Orbit.round(scans[0].volume)
         self.picture = VolumePicture()
@@ -47,6 +51,11 @@ class VolumePage(Page):
         self._settling = QTimer(self)
         self._settling.setSingleShot(True)
         self._settling.timeout.connect(self._ask)
+        self._busy_since_s, self._grown = math.inf, 0.0
+        self._looking = QTimer(self)
+        self._looking.timeout.connect(self._look)
+        self._looking.start(LOOKED_MS)
+        self.show_stage("")
         self.picture.resized.connect(lambda: self._settling.start(SETTLED_MS))
         self.picture.turned.connect(self._on_turned)
         self.controls.changed.connect(self._ask)
@@ -70,6 +79,8 @@ class VolumePage(Page):
         self._rows = QVBoxLayout(self)
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
+        head.addWidget(self.stage)
+        head.addWidget(self.share)
         head.addWidget(self._back)
         middle = QHBoxLayout()
         middle.addWidget(self.picture, 5)
@@ -77,6 +88,7 @@ class VolumePage(Page):
         keys = QLabel(KEYS)
         keys.setWordWrap(True)
         self._rows.addLayout(head)
+        self._rows.addWidget(self.problem)
         self._rows.addLayout(middle, 1)
         self._rows.addWidget(keys)
         self.setFocusProxy(self.picture)
@@ -87,12 +99,14 @@ class VolumePage(Page):
         margin = round(12 * scale)
         self._rows.setContentsMargins(margin, margin, margin, margin // 2)
         self._rows.setSpacing(round(8 * scale))
+        self.share.setFixedWidth(round(160 * scale))
         self.picture.set_scale(scale)
         self.controls.set_scale(scale)
 
     def release(self) -> None:
         """End the thread."""
         self._settling.stop()
+        self._looking.stop()
         self.drawing.close()
 
     def open_look(self, file: Path) -> None:
@@ -142,7 +156,7 @@ class VolumePage(Page):
             self._orbit,
             size,
         )
-        surface = controls.surface_colour if method is None else ""
+        surface = surface_colour(controls.look) if method is None else ""
         self.drawing.ask(Order(wish, surface, is_moving))
 
     @Slot(object)
@@ -156,4 +170,16 @@ class VolumePage(Page):
 
     @Slot(float)
     def _on_growing(self, share: float) -> None:
+        self._grown = share
         self.picture.say(f"rays: {share:.0%}")
+
+    @Slot()
+    def _look(self) -> None:
+        """Say what is being made, and for how long, where it takes its time."""
+        now_s, stage = time.monotonic(), self.drawing.stage
+        if not stage:
+            self._busy_since_s, self._grown = now_s, 0.0
+        busy_s = now_s - self._busy_since_s
+        told = f"{stage} · {busy_s:.0f} s" if busy_s >= SILENT_S else ""
+        if told != self.stage.text():
+            self.show_stage(told, self._grown)

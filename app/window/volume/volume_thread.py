@@ -3,13 +3,15 @@
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QObject, Signal
 
 from app.vtk.volume_surface import SurfaceDrawer
 from app.window.background_work import words_for
-from paravol.volume import Drawn, Method, Scan, VolumeView, Wish
+from disk import UserError
+from paravol.volume import Drawn, Method, Scan, VolumeLook, VolumeView, Wish
 from paravol.volume.volume_view import half
 from renderers.art.tracer import RenderStoppedError
 
@@ -26,8 +28,18 @@ class Order:
     is_moving: bool = False
 
 
+LEFT_AFTER_S = 0.4
+"""Who leaves does not wait longer: what is just being compiled ends by itself."""
+
+ROUGH = "A rough surface is being made"
+VOLUME = "The volume is being made; the first time, its kernels are compiled"
+
+
 class VolumeThread(QObject):
-    """Draw for a page."""
+    """Draw for a page. stage: what is being made, "" for nothing that takes its time.
+
+    Whoever looks asks: what takes long would tell it only afterwards.
+    """
 
     drawn = Signal(object)
     """A `Drawn`."""
@@ -46,6 +58,8 @@ class VolumeThread(QObject):
         self._wanted: Order | None = None
         self._is_closed = False
         self._is_drawing = False
+        self._is_rough = True
+        self.stage = ""
         self._thread = threading.Thread(target=self._run, name="volume", daemon=True)
 
     @property
@@ -70,7 +84,7 @@ class VolumeThread(QObject):
             self._is_closed = True
             self._changed.notify()
         if self._thread.ident is not None:
-            self._thread.join()
+            self._thread.join(LEFT_AFTER_S)
 
     def _run(self) -> None:
         surfaces = SurfaceDrawer()
@@ -82,20 +96,49 @@ class VolumeThread(QObject):
                 if self._is_closed or order is None:
                     break
                 self._is_drawing = True
-            try:
-                self._draw(order, surfaces)
-            except RenderStoppedError:
-                continue
-            except Exception as error:
-                self.failed.emit(words_for(error))
+            # nobody may be left to be told
+            with suppress(RuntimeError):
+                self._try(order, surfaces)
+            self.stage = ""
         surfaces.close()
         self._view.close()
 
-    def _draw(self, order: Order, surfaces: SurfaceDrawer) -> None:
-        wish = order.wish
-        if order.surface:
-            self._draw_surface(order, surfaces)
+    def _try(self, order: Order, surfaces: SurfaceDrawer) -> None:
+        try:
+            self._draw(order, surfaces)
+        except RenderStoppedError:
             return
+        except Exception as error:
+            self.failed.emit(words_for(error))
+
+    def _draw(self, order: Order, surfaces: SurfaceDrawer) -> None:
+        if order.surface:
+            self.stage = ROUGH
+            self._draw_surface(order, surfaces)
+            self._is_rough = False
+            return
+        if self._is_rough:
+            self._draw_roughly(order, surfaces)
+        self.stage = VOLUME
+        self._draw_volume(order)
+        self._is_rough = False
+
+    def _draw_roughly(self, order: Order, surfaces: SurfaceDrawer) -> None:
+        """Draw a coarse surface before the first volume, which keeps waiting longer."""
+        self.stage = ROUGH
+        wish = order.wish
+        volume, camera = self._volumes[wish.scan], wish.orbit.camera(wish.size)
+        begun = time.monotonic()
+        # what it has no surface of is not shown before
+        with suppress(UserError):
+            colour = surface_colour(wish.look)
+            pixels = surfaces.draw(volume, wish.look, colour, camera, is_coarse=True)
+            self.drawn.emit(Drawn(pixels, time.monotonic() - begun))
+            self.refining.emit("a coarse surface, until the volume is there")
+
+    def _draw_volume(self, order: Order) -> None:
+        """Draw splats or rays, something quick before what is slow."""
+        wish = order.wish
         is_quick = wish.method.splat_mode is not None
         if order.is_moving:
             self.drawn.emit(self._view.draw(half(_quick(wish))))
@@ -129,6 +172,12 @@ class VolumeThread(QObject):
     def _goes_on(self, share: float) -> bool:
         self.growing.emit(share)
         return self._wanted is None and not self._is_closed
+
+
+def surface_colour(look: VolumeLook) -> str:
+    """Return a look's colour at its surface: of the first point above it."""
+    above = [p for p in look.points if p.density >= look.surface and p.opacity]
+    return (above or look.points)[0].colour
 
 
 def _quick(wish: Wish) -> Wish:
