@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
 from paravol.flight import FlightEnd
 from paravol.score_table import score_rows
@@ -71,6 +72,7 @@ class ResultPage(TextPage):
         self.points = _label(_tasks_text(scenario, end), "verdict")
         self.handling = _label("")
         self.say(problem)
+        self.written = DebriefRow()
         self.parts = PointsList()
         self.parts.hide()
         self._advice = _Card("What to practise next")
@@ -132,6 +134,7 @@ class ResultPage(TextPage):
         self._rows = QVBoxLayout(self)
         self._rows.addLayout(head)
         self._rows.addWidget(self.problem)
+        self._rows.addWidget(self.written)
         self._rows.addLayout(state)
         self._rows.addLayout(self._middle, 1)
         self._rows.addLayout(self._buttons)
