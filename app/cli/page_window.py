@@ -40,7 +40,7 @@ def run_page(
         interrupted = True
         window.shut()
 
-    with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
+    with errors_of_slots(window.tell) as errors, on_interrupt(interrupt):
         page, begin = make(window, 0 if graphics.is_software else EDGE_SAMPLES)
         page.left.connect(window.shut)
         window.show_page(page)

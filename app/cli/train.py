@@ -36,9 +36,10 @@ EDGE_SAMPLES = 8
 def run_train(options: TrainOptions) -> int:
     """Open the window, let fly until it is closed and print the results.
 
-    Without a scenario or a case it opens at the home page. Raises ValueError for bad
-    input, UserError where no window can open, the device's error when the arm fails in
-    a flight that was named, KeyboardInterrupt after Ctrl-C.
+    Without a scenario or a case it opens at the home page. What goes wrong in the
+    window is told there, and ends nothing. Raises ValueError for bad input, UserError
+    where no window can open, after its end the error that ended its last flight, and
+    KeyboardInterrupt after Ctrl-C.
     """
     _check(options)
     with ExitStack() as stack:
@@ -99,13 +100,13 @@ def _train(
         interrupted = True
         window.shut()
 
-    with errors_of_slots(window.shut) as errors, on_interrupt(interrupt):
+    with errors_of_slots(window.tell) as errors, on_interrupt(interrupt):
         window.show()
+        for begun in (desk.first_shown, desk.stopped):
+            begun.connect(shut_later)
         if options.case is not None:
-            desk.first_shown.connect(shut_later)
             desk.take_off(order, partial(desk.fly_case, options.case))
         elif options.scenario is not None:
-            desk.first_shown.connect(shut_later)
             desk.take_off(order, partial(desk.fly, options.scenario))
         else:
             desk.open_home()
@@ -252,15 +253,18 @@ def _check(options: TrainOptions) -> None:
 
 
 @contextmanager
-def errors_of_slots(close: Callable[[], object]) -> Iterator[list[BaseException]]:
-    """Gather what is raised below Qt, which would only print it and go on."""
+def errors_of_slots(tell: Callable[[str], object]) -> Iterator[list[BaseException]]:
+    """Gather what is raised below Qt, which would only print it; tell the first."""
+    from app.window.background_work import words_for
+
     errors: list[BaseException] = []
 
     def hook(
         kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:
         errors.append(error)
-        close()
+        if len(errors) == 1:
+            tell(words_for(error))
 
     before, sys.excepthook = sys.excepthook, hook
     try:

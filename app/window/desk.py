@@ -1,7 +1,5 @@
 """The way through the window: home, a flight, its result, and on from there."""
 
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,19 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
-from PySide6.QtCore import QObject, QUrl, Signal
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import BackgroundWork, words_for
+from app.window.flight.ended_page import EndedPage
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
 from app.window.flight.flight_tour import flight_stops
 from app.window.home.exercise_list import ListEntry
 from app.window.home.home_page import HomePage
 from app.window.main_window import MainWindow
+from app.window.opened_file import open_file
 from app.window.page import Page, TextPage
+from app.window.result.debrief_process import write_beside
 from app.window.tour import Tour
-from disk import UserError
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
@@ -60,6 +59,7 @@ STOP_PATIENCE_S = 5.0
 
 HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
+NO_BROWSER = "No browser could be opened."
 RESULT_PAGE = "app.window.result.result_page"
 """It loads what scores a flight; no flight waits for that."""
 
@@ -133,6 +133,9 @@ class Desk(QObject):
     first_shown = Signal()
     """A flight's first picture is there."""
 
+    stopped = Signal()
+    """An error ended a flight; it is told on the page."""
+
     def __init__(self, window: MainWindow, order: DeskOrder) -> None:
         super().__init__()
         self.flown: list[Flown] = []
@@ -154,6 +157,8 @@ class Desk(QObject):
             self._device = AS_TYPED
         self._has_found = False
         self._again: Callable[[], None] | None = None
+        self._wanted: object = None
+        """What is being prepared on the page that is shown; None for nothing."""
         self._works: set[BackgroundWork] = set()
         self._endings: list[threading.Thread] = []
         window.dropped.connect(self._drop)
@@ -165,6 +170,7 @@ class Desk(QObject):
         self._has_home = True
         page = HomePage()
         page.left.connect(self._window.shut)
+        page.given_up.connect(self._give_up)
         page.exercise_wanted.connect(self.fly)
         page.case_wanted.connect(self.fly_case)
         page.scan_wanted.connect(self._show_scan)
@@ -306,7 +312,7 @@ class Desk(QObject):
         """Show the scan of an exercise's head, or of a case."""
         page = self._window.page
         assert isinstance(page, HomePage)
-        page.say("")
+        is_wanted = self._begin_work("Preparing the scan")
 
         def work(progress: Progress) -> tuple[str, list[Scan]]:
             import_module(VOLUME_PAGE)
@@ -320,7 +326,7 @@ class Desk(QObject):
             return title, scans_of(patient.scene.volume, patient.others)
 
         def show(found: tuple[str, list[Scan]]) -> None:
-            if self._window.page is not page:
+            if not is_wanted():
                 return
             from app.window.volume.volume_page import VolumePage
 
@@ -328,8 +334,11 @@ class Desk(QObject):
             shown.left.connect(self.open_home)
             self._window.show_page(shown)
 
-        page.show_stage("Preparing")
-        self._do(work, show).staged.connect(page.show_stage)
+        def stage(words: str, share: float) -> None:
+            if is_wanted():
+                page.show_stage(words, share)
+
+        self._do(work, show).staged.connect(stage)
 
     # A flight
 
@@ -370,7 +379,8 @@ class Desk(QObject):
         page.guide_switched.connect(lambda is_on: self._remember(has_guide=is_on))
         flown = Flown(order.scenario, self._trainee, thread)
         page.left.connect(partial(self._on_left, flown, thread))
-        page.first_shown.connect(partial(self._on_first_shown, page, thread))
+        page.first_shown.connect(self._on_first_shown)
+        page.begun.connect(partial(self._show_flight_tour, page))
         thread.landed.connect(partial(self._on_landed, flown, thread))
         thread.finished.connect(partial(self._on_finished, flown, thread))
         self._window.show_page(page)
@@ -382,57 +392,83 @@ class Desk(QObject):
         self, order: Callable[[], FlightOrder], take_off: Callable[[FlightOrder], None]
     ) -> None:
         """Make an order beside the window: it opens files and devices."""
-        page, port = self._window.page, self._setup.devices.port
-        if isinstance(page, TextPage):
-            page.say("")
-            page.show_stage("Preparing")
+        port, is_wanted = self._setup.devices.port, self._begin_work("Preparing")
 
         def work(progress: Progress) -> FlightOrder:
             demand_port(port)
             return order()
 
         def go(made: FlightOrder) -> None:
-            # who went elsewhere meanwhile does not want to fly any more
-            if self._window.page is page:
+            if is_wanted():
                 take_off(made)
 
-        self._do(work, go)
+        def fail(problem: str) -> None:
+            if is_wanted():
+                self._tell(problem)
+
+        self._do(work, go, fail)
+
+    def _begin_work(self, stage: str) -> Callable[[], bool]:
+        """Say what is being prepared; return whether it still is wanted.
+
+        Who went elsewhere meanwhile, or gave it up, does not want it any more.
+        """
+        page, wanted = self._window.page, object()
+        self._wanted = wanted
+        if isinstance(page, TextPage):
+            page.say("")
+            page.show_stage(stage)
+        return lambda: self._window.page is page and self._wanted is wanted
+
+    def _give_up(self) -> None:
+        """Want nothing any more of what is being prepared."""
+        self._wanted = None
+        if (page := self._page(HomePage)) is not None:
+            page.show_stage("")
 
     def _tell(self, problem: str) -> None:
-        """Say on the home page what went wrong."""
-        page = self._page(HomePage)
+        """Say on the page what went wrong: where there is room for it, or on home."""
+        page = self._page(TextPage)
         if page is None:
             self.open_home(problem)
         else:
             page.show_stage("")
             page.say(problem)
 
-    def _on_first_shown(self, page: FlightPage, thread: FlightThread) -> None:
+    def _on_first_shown(self) -> None:
         self.first_shown.emit()
         # beside the flight, so that its end need not wait for it
         self._do(lambda _: import_module(RESULT_PAGE), lambda _: None)
+
+    def _show_flight_tour(self, page: FlightPage) -> None:
+        """Show a trainee who flies for the first time what there is to see."""
         if not self._has_home or FLIGHT_TOUR in self._choices.tours:
             return
-        hand = thread.flight.hand
-        hand.freeze(True)
+        page.stand(FLIGHT_TOUR, True)
         tour = Tour(page, flight_stops(page), self._window.scale)
 
         def end() -> None:
-            hand.freeze(False)
+            page.stand(FLIGHT_TOUR, False)
             page.setFocus()
             self._note_tour(FLIGHT_TOUR)
 
         tour.ended.connect(end)
 
     def _on_left(self, flown: Flown, thread: FlightThread) -> None:
-        """Go where whoever left a flight before its end wants to go."""
+        """Go home from a flight that was left; tell what ended one, where it did."""
         error, end = thread.error, flown.take_end(thread)
-        if error is not None and end is not None and self._has_home:
+        if error is None:
+            self.open_home()
+        elif end is not None:
             self._show_result(flown, thread.flight.head, words_for(error))
-        elif self._has_home:
-            self.open_home("" if error is None else words_for(error))
         else:
-            self._window.shut()
+            page = EndedPage(flown.scenario.title, words_for(error))
+            page.left.connect(self._window.shut)
+            page.home_wanted.connect(self.open_home)
+            page.again_wanted.connect(self._fly_again)
+            self._window.show_page(page)
+        if error is not None:
+            self.stopped.emit()
 
     def _on_landed(self, flown: Flown, thread: FlightThread, end: FlightEnd) -> None:
         flown.take_end(thread)
@@ -461,6 +497,7 @@ class Desk(QObject):
         page.next_wanted.connect(self.fly)
         page.again_wanted.connect(self._fly_again)
         page.debrief_wanted.connect(partial(self._write_debrief, page))
+        page.written.folder_wanted.connect(partial(self._open_folder, page))
         page.replay_wanted.connect(partial(self.replay, head=head))
         self._window.show_page(page)
         if flown.end.record is None:
@@ -546,34 +583,39 @@ class Desk(QObject):
     def _write_debrief(self, page: "ResultPage", record: Path) -> None:
         """Write the debrief beside the recording and open it in the browser."""
         page.debrief.setEnabled(False)
-        threads = self._setup.threads
-        file = record / DEBRIEF
+        threads, file, row = self._setup.threads, record / DEBRIEF, page.written
 
-        def work(progress: Progress) -> Path:
-            # a process of its own: drawing its pictures would halt the window
-            command = [sys.executable, "-m", "app", "debrief", str(record)]
-            command += ["--out", str(file), "--threads", str(threads)]
-            done = subprocess.run(command, capture_output=True, text=True)
-            if done.returncode:
-                told = done.stderr.strip().splitlines() or ["it ended without a word"]
-                raise UserError(told[-1].removeprefix("paravol: "))
-            return file
+        def work(progress: Progress) -> bool:
+            write_beside(record, file, threads, progress)
+            return open_file(file)
 
-        def end(problem: str = "") -> None:
+        def show(is_open: bool) -> None:
             if self._window.page is page:
-                page.show_stage("")
                 page.debrief.setEnabled(True)
-                page.say(problem)
-
-        def show(file: Path) -> None:
-            opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(file)))
-            end("" if opened else f"No browser could be opened; look at {file}.")
+                row.show_file(file, "" if is_open else NO_BROWSER)
 
         def fail(text: str) -> None:
-            end(f"The debrief cannot be written: {text}")
+            if self._window.page is page:
+                page.debrief.setEnabled(True)
+                row.hide()
+                page.say(f"The debrief cannot be written: {text}")
 
-        page.show_stage("Writing the debrief")
-        self._do(work, show, fail)
+        def stage(words: str, share: float) -> None:
+            if self._window.page is page:
+                row.show_stage(words, share)
+
+        page.say("")
+        row.show_stage("beginning")
+        self._do(work, show, fail).staged.connect(stage)
+
+    def _open_folder(self, page: "ResultPage", folder: Path) -> None:
+        """Have the desktop show a folder; say where it is if it cannot."""
+
+        def show(is_open: bool) -> None:
+            if not is_open and self._window.page is page:
+                page.say(f"No program could open the folder {folder}.")
+
+        self._do(lambda _: open_file(folder), show)
 
     # Closing, and what all of it needs
 

@@ -10,13 +10,15 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDropEvent,
     QKeyEvent,
+    QKeySequence,
     QResizeEvent,
+    QShortcut,
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QStackedWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.page import Page
+from app.window.page import Page, TextPage
 from app.window.settings_dialog import SettingsDialog
 from app.window.style import style_sheet, take_theme
 from app.window.themes import DARK, THEMES
@@ -46,6 +48,7 @@ class MainWindow(QMainWindow):
         self._page = Page()
         self._pages.addWidget(self._page)
         self._may_close = False
+        self._told: QMessageBox | None = None
         self._scale = 0.0
         self._preferences = WindowPreferences()
         self._screenshot = screenshot
@@ -56,6 +59,7 @@ class MainWindow(QMainWindow):
         self._timer = QTimer(self)
         self._timer.timeout.connect(lambda: None)
         self._timer.start(100)
+        QShortcut(QKeySequence("Ctrl+Q"), self).activated.connect(self.close)
         # else it could not become smaller than what its last scale needs
         self.setMinimumSize(LEAST / self.devicePixelRatioF())
         size = first_size(self.screen().availableGeometry().size())
@@ -101,6 +105,9 @@ class MainWindow(QMainWindow):
         dialog.set_scale(self._scale)
         dialog.chosen.connect(self.take_preferences)
         dialog.accepted.connect(self._keep_preferences)
+        self._page.covered(True)
+        # the page of now: another may be shown meanwhile
+        dialog.finished.connect(lambda _: self._page.covered(False))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()
 
@@ -109,6 +116,20 @@ class MainWindow(QMainWindow):
             write_preferences(self._preferences)
         except UserError as error:
             QMessageBox.warning(self, "Settings", str(error))
+
+    def tell(self, problem: str) -> None:
+        """Tell what went wrong outside of any page's work; the window stays."""
+        page = self._page
+        if isinstance(page, TextPage):
+            page.say(problem)
+        elif self._told is None:
+            icon, button = QMessageBox.Icon.Warning, QMessageBox.StandardButton.Ok
+            self._told = QMessageBox(icon, "PARAVOL", problem, button, self)
+            self._told.finished.connect(self._forget_told)
+            self._told.open()
+
+    def _forget_told(self) -> None:
+        self._told = None
 
     def _set_scale(self) -> None:
         fitting = scale_for(self.size(), self.devicePixelRatioF())

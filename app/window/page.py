@@ -39,6 +39,9 @@ class Page(QWidget):
         """Return whether the page may be left now; else it asks by itself."""
         return True
 
+    def covered(self, is_on: bool) -> None:
+        """Hear that a dialog stands over the page, or no longer."""
+
     def catch_up(self) -> None:
         """Draw what waits: a picture of the window is about to be taken."""
 

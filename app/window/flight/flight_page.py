@@ -2,6 +2,7 @@
 
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,6 +70,11 @@ INJURY_S = 5.0
 ROLL_STEP_DEG = 5.0
 ASKED = "End this flight?"
 FROZEN = "Frozen"
+HELP, COVERED, BLIND = "the keys are shown", "a dialog is open", "nothing is seen yet"
+"""Why the clock stands, beside `FROZEN`."""
+
+BEGINS_S = 30.0
+"""So long after the first picture the clock runs, with an overview or without."""
 
 
 class FlightPage(Page):
@@ -78,6 +84,9 @@ class FlightPage(Page):
     """The first picture is there."""
     guide_switched = Signal(bool)
     """The way to the task's place is shown, or no longer."""
+
+    begun = Signal()
+    """The overview shows the head, too: whoever flies can see, and the clock runs."""
 
     def __init__(self, thread: FlightThread, *, edge_samples: int) -> None:
         """Lay out the page and listen to the flight.
@@ -91,6 +100,10 @@ class FlightPage(Page):
         self._frame: DisplayedFrame | None = None
         self._registration_mm: float | None = None
         self._is_away = False
+        self._stands: set[str] = set()
+        """Why the clock stands; empty where it runs."""
+        self._has_begun = self._draws_head = False
+        self._begins_by_s = math.inf
         self._is_under_way = False
         self._may_leave = False
         self.title = f"PARAVOL: {order.scenario.title}"
@@ -128,6 +141,9 @@ class FlightPage(Page):
         self._view_keys = ViewKeys(self, self._slices, self, told)
         self._large = LargeView(self._lay_out(), self.picture, self._side)
         self._help = HelpOverlay(self, self._all_keys)
+        self._help.switched.connect(partial(self.stand, HELP))
+        # what was recorded goes on by itself, and counts from its first pose
+        self.stand(BLIND, math.isinf(order.input.until_s))
         self._injury = ""
         self._injured_until_s = 0.0
         # not before anything is flown or touched: its libraries take a second
@@ -140,6 +156,7 @@ class FlightPage(Page):
         self._timer.start(OVERVIEW_MS)
         thread.staged.connect(self._on_stage)
         thread.head_ready.connect(self._on_head)
+        thread.unseen.connect(self._on_unseen)
         thread.slices_ready.connect(self._on_slices)
         thread.touching.connect(self._on_touching)
         thread.registered.connect(self._on_registered)
@@ -150,6 +167,7 @@ class FlightPage(Page):
         thread.injured.connect(self._on_injury)
         thread.unheard.connect(self._sound.fail)
         thread.tool_device.connect(self._on_tool_device)
+        thread.late.connect(self._on_late)
         thread.task_ended.connect(self._on_task)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
@@ -336,11 +354,25 @@ class FlightPage(Page):
         else:
             self._flight.keep_moment()
 
+    def stand(self, why: str, is_on: bool) -> None:
+        """Let the clock stand for a reason, or no longer; nothing counts meanwhile.
+
+        It runs when no reason is left.
+        """
+        if is_on:
+            self._stands.add(why)
+        else:
+            self._stands.discard(why)
+        self._flight.hand.freeze(bool(self._stands))
+
+    def covered(self, is_on: bool) -> None:
+        """Let the clock stand while a dialog is open."""
+        self.stand(COVERED, is_on)
+
     def _freeze(self) -> None:
-        """Freeze the trainer, or let it go on: nothing counts meanwhile."""
-        hand = self._flight.hand
-        hand.freeze(not hand.is_frozen)
-        if hand.is_frozen:
+        """Freeze the trainer, or let it go on."""
+        self.stand(FROZEN, FROZEN not in self._stands)
+        if FROZEN in self._stands:
             key = KEYS.label(Act.FREEZE)
             self._notices.say(
                 FROZEN, f"The clock stands and nothing counts; {key} goes on."
@@ -364,6 +396,21 @@ class FlightPage(Page):
     @Slot(object)
     def _on_head(self, head: "HeadModel") -> None:
         self._overview.show_head(head)
+
+    @Slot(str)
+    def _on_unseen(self, why: str) -> None:
+        self._overview.tell(why)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Let the clock run: there is all to see that there will be."""
+        if self._has_begun:
+            return
+        self._has_begun = True
+        if BLIND in self._stands:
+            self.stand(BLIND, False)
+            self._notices.notify("The clock runs", f"Fly with {self._order.input.name}")
+        self.begun.emit()
 
     @Slot(object)
     def _on_slices(self, views: SliceViews) -> None:
@@ -408,6 +455,9 @@ class FlightPage(Page):
         before, self._frame = self._frame, frame
         if before is None:
             self._overview_due_s = 0.0
+            self._begins_by_s = time.monotonic() + BEGINS_S
+            if BLIND in self._stands:
+                self._notices.say("Look around", "The clock starts with the overview.")
             self.first_shown.emit()
         if frame.cuts != (0 if before is None else before.cuts):
             self._slices.refresh()
@@ -461,6 +511,10 @@ class FlightPage(Page):
     def _on_tool_device(self, text: str) -> None:
         self._notices.notify("The tool's device", text)
 
+    @Slot(str)
+    def _on_late(self, text: str) -> None:
+        self._notices.notify("The flight stood still", text)
+
     @Slot()
     def _on_away(self) -> None:
         """Leave the picture as it is and say that it is not live."""
@@ -505,7 +559,7 @@ class FlightPage(Page):
             pressed = f"pressing: {touched}"
         if time.monotonic() < self._injured_until_s:
             pressed = self._injury
-        if frame is not None and frame.is_frozen:
+        if frame is not None and frame.is_frozen and BLIND not in self._stands:
             pressed = "frozen"
         self.picture.warn("not live" if self._is_away else pressed, touched)
 
@@ -557,6 +611,8 @@ class FlightPage(Page):
             goal = None if guide is None else guide.place_mm
             self._slices.follow(view.world_from_tip[:3, 3], tool, goal)
         self._notices.refresh()
+        if time.monotonic() >= self._begins_by_s:
+            self._begin()
         is_stale = self._is_overview_stale or self._has_moved()
         if is_stale and time.monotonic() >= self._overview_due_s:
             self._draw_overview()
@@ -572,6 +628,7 @@ class FlightPage(Page):
         self._is_overview_stale = False
         self._overview_due_s = math.inf
         self._overview_shows = None if self._frame is None else self._frame.view
+        self._draws_head = self._frame is not None and self._overview.has_head
         self._overview.draw(self._overview_shows)
 
     def _has_moved(self) -> bool:
@@ -587,6 +644,8 @@ class FlightPage(Page):
 
     @Slot(float)
     def _on_overview_drawn(self, took_s: float) -> None:
+        if self._draws_head:
+            self._begin()
         picture = self._flight.picture
         is_late = picture is not None and picture.is_late
         share = LATE_OVERVIEW_SHARE if is_late else OVERVIEW_SHARE

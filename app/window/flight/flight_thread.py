@@ -9,11 +9,13 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from app.window.background_work import words_for
 from devices import DeviceError
 from disk import UserError
 from paravol.cutaway import cutter
@@ -37,6 +39,9 @@ from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, View
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import Status, TaskEvent, TaskState
+
+if TYPE_CHECKING:
+    from app.vtk.head_model import HeadModel
 
 RATE_OVER_S = 1.0
 """The frame rate is that of the last second."""
@@ -74,6 +79,8 @@ class FlightThread(QObject, FlightObserver):
     """A preparation and its done share, 0 to 1."""
     head_ready = Signal(object)
     """A `HeadModel`."""
+    unseen = Signal(str)
+    """There is no head for the overview, and why."""
     slices_ready = Signal(object)
     """`SliceViews` of the head."""
     touching = Signal(int)
@@ -100,6 +107,8 @@ class FlightThread(QObject, FlightObserver):
     """The device was unplugged; it is being looked for."""
     back = Signal(float)
     """It is there again; the seconds it was away."""
+    late = Signal(str)
+    """The flight stood still: how long, and what was left out by that."""
     landed = Signal(object)
     """The flight is over: the path's end was reached or the trainee ended it; the
     `FlightEnd`."""
@@ -185,6 +194,13 @@ class FlightThread(QObject, FlightObserver):
             self._modeller.start()
 
     def _model_head(self) -> None:
+        """Give the overview its head; what goes wrong is told."""
+        try:
+            self.head_ready.emit(self._made_head())
+        except Exception as error:
+            self.unseen.emit(words_for(error))
+
+    def _made_head(self) -> "HeadModel":
         """Build what the overview shows of the head, beside touching and flying.
 
         The first picture does not wait for it.
@@ -198,8 +214,7 @@ class FlightThread(QObject, FlightObserver):
         cut_open = cutter(patient, self.flight.path)
         face = None if patient.face is None else patient.face()
         coarseness = FINE if order.scenario.head.scene else COARSENESS
-        head = head_model(patient.surface, targets, cut_open, face, coarseness)
-        self.head_ready.emit(head)
+        return head_model(patient.surface, targets, cut_open, face, coarseness)
 
     def on_touch(self, stage: str, share: float) -> None:
         """Report each fiducial once."""
@@ -316,6 +331,10 @@ class FlightThread(QObject, FlightObserver):
     def on_return(self, away_s: float) -> None:
         """Tell the window."""
         self.back.emit(away_s)
+
+    def on_late(self, text: str) -> None:
+        """Tell the window."""
+        self.late.emit(text)
 
     def on_frame(self, event: FrameEvent) -> None:
         """Keep the frame for the window, with the frame rate of the last second."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, Slot
+from PySide6.QtCore import QEvent, QObject, Qt, Signal, Slot
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
@@ -17,6 +17,9 @@ Rows = Sequence[tuple[str, str]]
 
 class HelpOverlay(QWidget):
     """Lie over a page with groups of keys and what they do; hidden at first."""
+
+    switched = Signal(bool)
+    """The keys are shown, or no longer."""
 
     def __init__(self, page: QWidget, told: Callable[[], Mapping[str, Rows]]) -> None:
         """Lay groups of keys out, each below its name; empty ones are left out.
@@ -55,7 +58,9 @@ class HelpOverlay(QWidget):
         for label, key in zip(self._keys, shown, strict=True):
             label.setText(key)
         key = KEYS.label(Act.HELP)
-        self._closing.setText(f"{key}, ? or Esc hides this. The flight goes on.")
+        self._closing.setText(
+            f"{key}, ? or Esc hides this. The clock stands meanwhile."
+        )
 
     def _table(self, name: str, keys: Rows) -> QGridLayout:
         table = QGridLayout()
@@ -90,6 +95,7 @@ class HelpOverlay(QWidget):
         if not self.isHidden():
             self._place()
             self.raise_()
+        self.switched.emit(not self.isHidden())
 
     def _place(self) -> None:
         """Lie in the middle of the page, as large as is needed and there is room."""
@@ -114,7 +120,7 @@ class HelpOverlay(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Go away."""
-        self.hide()
+        self.switch()
 
 
 def _balanced(

@@ -40,6 +40,8 @@ class HomePage(TextPage):
     recordings_wanted = Signal()
     settings_wanted = Signal()
     tour_ended = Signal()
+    given_up = Signal()
+    """What is being prepared is not wanted any more."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -114,6 +116,8 @@ class HomePage(TextPage):
                 self.full_screen_wanted.emit()
             case Qt.Key.Key_Q if ctrl:
                 self.left.emit()
+            case Qt.Key.Key_Escape if not self.stage.isHidden():
+                self.given_up.emit()
             case _:
                 super().keyPressEvent(event)
 
@@ -135,7 +139,7 @@ class HomePage(TextPage):
 
     def show_stage(self, stage: str, share: float = 0.0) -> None:
         """Say what is being done, and how far it is; nothing starts meanwhile."""
-        super().show_stage(stage, share)
+        super().show_stage(stage and f"{stage} · Esc gives it up", share)
         for part in (self.go_on, self.card, self.list):
             part.setEnabled(not stage)
 

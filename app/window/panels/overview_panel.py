@@ -34,6 +34,7 @@ from PySide6.QtWidgets import QWidget
 from app.window.panels.qt_image import image_of
 from app.window.panels.refresher import Refresher
 from app.window.panels.side_marks import paint_letters
+from app.window.style import OVER, font_of
 from paravol.cutaway import Cutaway
 from paravol.side_letters import SideLetter, side_letters
 from scenarios import Endoscope, View
@@ -99,6 +100,7 @@ class OverviewView(QWidget):
         self._scale = 1.0
         self._dragged_from: QPointF | None = None
         self._head: HeadModel | None = None
+        self._told = "The head is being made ready"
         self._cutaway: Cutaway | None = None
         self._is_open = False
         self._is_cutting = False
@@ -120,6 +122,16 @@ class OverviewView(QWidget):
             window.SetDPI(round(72 * scale))
 
         self._change(change)
+
+    @property
+    def has_head(self) -> bool:
+        """Return whether pictures that are asked for now show a head."""
+        return self._head is not None
+
+    def tell(self, words: str) -> None:
+        """Say why there is no picture."""
+        self._told = words
+        self.update()
 
     def show_head(self, head: "HeadModel") -> None:
         """Show a head, whole."""
@@ -283,6 +295,10 @@ class OverviewView(QWidget):
         painter = QPainter(self)
         if self._image.isNull():
             painter.fillRect(self.rect(), QColor(BACKGROUND))
+            painter.setPen(OVER.quiet)
+            painter.setFont(font_of(10, self._scale))
+            centred = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(self.rect(), int(centred), self._told)
         else:
             painter.drawImage(self.rect(), self._image)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -1,0 +1,61 @@
+"""The page of a flight that could not begin or go on: why, and where to go from it."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout
+
+from app.window.page import TextPage
+from app.window.page_style import page_sheet
+
+
+class EndedPage(TextPage):
+    """Say what ended a flight of which there is no result."""
+
+    again_wanted = Signal()
+    home_wanted = Signal()
+
+    def __init__(self, title: str, problem: str) -> None:
+        """Lay the page out; title: of the exercise."""
+        super().__init__()
+        self.title = f"PARAVOL: {title}"
+        heading, about = QLabel("This flight has ended"), QLabel(title)
+        heading.setObjectName("verdict")
+        about.setObjectName("heading")
+        self.again, self.home = QPushButton("Again (A)"), QPushButton("Home (H)")
+        self.again.setObjectName("primary")
+        self.again.clicked.connect(self.again_wanted)
+        self.home.clicked.connect(self.home_wanted)
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        buttons.addWidget(self.home)
+        buttons.addWidget(self.again)
+        self._rows = QVBoxLayout(self)
+        for part in (heading, about, self.problem, self.stage, self.share):
+            self._rows.addWidget(part)
+        self._rows.addStretch(1)
+        self._rows.addLayout(buttons)
+        self.say(problem)
+        self.show_stage("")
+
+    def set_scale(self, scale: float) -> None:
+        """Draw everything as large as the window has room for."""
+        self.setStyleSheet(page_sheet(scale))
+        margin = round(16 * scale)
+        self._rows.setContentsMargins(margin, margin, margin, margin)
+        self._rows.setSpacing(round(10 * scale))
+
+    def showEvent(self, event: object) -> None:
+        """Let Enter fly once more."""
+        self.again.setFocus()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Press the button of a key."""
+        match event.key():
+            case Qt.Key.Key_A:
+                self.again.click()
+            case Qt.Key.Key_H | Qt.Key.Key_Escape:
+                self.home.click()
+            case Qt.Key.Key_F11:
+                self.full_screen_wanted.emit()
+            case _:
+                super().keyPressEvent(event)
