@@ -44,7 +44,7 @@ _LONG = "task time", "path length", "idle share"
 
 _WORDS = (
     (("margin", "near miss", "hazard", "breach", "smallest distance"), "hazard"),
-    (("contact", "touch", "force", "lens"), "contact"),
+    (("contact", "touch", "force", "lens", "broken"), "contact"),
     (("LDLJ", "SPARC", "jerk", "steadiness", "smooth", "peaks"), "smooth"),
     (("horizon", "centr", "view", "working distance", "attended"), "view"),
     (("removed", "wanted", "protected", "tissue"), "removal"),

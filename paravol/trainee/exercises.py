@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from scenarios import Scenario, load_scenario
 from scenarios.ladder import Door, Rung, rungs
+from scenarios.passing import goals_of
 from scenarios.scenario import CURRICULUM, Level, bundled_scenarios
 from scenarios.tasks import Status
 from scenarios.tasks.task import (
@@ -116,13 +117,17 @@ def percent_of(entry: "SessionEntry") -> float | None:
     return None if entry.scored is None else entry.scored.percent
 
 
-def attempt_text(entry: "SessionEntry") -> str:
-    """Return how an attempt ended, in a word: tasks done, or points when it passed."""
+def attempt_text(entry: "SessionEntry", scenario: Scenario) -> str:
+    """Return how an attempt ended, in a word: tasks done, or points when it passed.
+
+    scenario: the exercise; what only asks to keep away from something is not counted.
+    """
     percent = percent_of(entry)
     points = "" if percent is None else f"{percent:.0f}"
     if entry.has_passed is False and entry.tasks:
-        done = sum(status == Status.DONE for status in entry.tasks.values())
-        return f"✗ {done}/{len(entry.tasks)}"
+        uncounted = {task.name for task in scenario.tasks} - goals_of(scenario)
+        ends = [end for name, end in entry.tasks.items() if name not in uncounted]
+        return f"✗ {ends.count(Status.DONE)}/{len(ends)}"
     marks = {True: "✓ ", False: "✗ ", None: ""}
     return f"{marks[entry.has_passed]}{points}".strip()
 

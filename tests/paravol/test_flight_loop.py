@@ -303,7 +303,11 @@ def test_a_frame_tells_what_its_sample_felt() -> None:
                 self.feeling.figures = FeltFigures(breaks=(BREAK,))
 
     frames: list[FrameEvent] = []
-    flown(frames.append, Breaking())
+    _, kept = flown(frames.append, Breaking())
+    breaks = [r for r in kept.records if isinstance(r, EventRecord)]
+    assert [(r.time_s, r.text) for r in breaks if r.kind == "break"] == [
+        (4.0, f"{WALL}, at 6.0 N by the curette")
+    ]
     for event in frames:
         time_s = event.sample.time_s
         assert event.signs.hazard == ("orbit", time_s)

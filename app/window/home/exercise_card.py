@@ -116,7 +116,9 @@ def _results_text(exercise: Exercise) -> str:
     """Return the last attempts, the newest first, and what passes the exercise."""
     lines = []
     for attempt in reversed(exercise.attempts[-LAST_RUNS:]):
-        how = f"{attempt_text(attempt)}  in {attempt.duration_s:.0f} s"
+        how = (
+            f"{attempt_text(attempt, exercise.scenario)}  in {attempt.duration_s:.0f} s"
+        )
         lines.append(f"{attempt.begun[:10]}   {how}")
     if not lines:
         lines = ["Not flown yet."]

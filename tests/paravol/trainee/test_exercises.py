@@ -2,11 +2,14 @@
 
 import random
 
+import msgspec
+
 from paravol.progress import SessionEntry
 from paravol.trainee import ladder_of, learns
 from paravol.trainee.exercises import attempt_text, in_order, short_title
 from scenarios import load_scenario
 from scenarios.ladder import Door
+from scenarios.passing import goals_of
 from scenarios.scenario import CURRICULUM, Level
 from tests.paravol.progress.learners import entry
 
@@ -80,7 +83,15 @@ def test_a_flight_that_failed_is_never_the_best() -> None:
     found = ladder_of(runs).find("hoops")
     assert found is not None
     assert found.best_percent == 70.0
-    assert [attempt_text(run) for run in runs] == ["✗ 1/2", "✓ 70"]
+    assert [attempt_text(run, found.scenario) for run in runs] == ["✗ 1/2", "✓ 70"]
+
+
+def test_what_was_kept_away_from_is_no_task_done() -> None:
+    """An untouched uncinectomy had one of its three tasks done."""
+    scenario, _ = load_scenario("uncinectomy")
+    tasks = {task.name: "open" for task in scenario.tasks} | {"safe": "done"}
+    run = msgspec.structs.replace(entry(has_passed=False), tasks=tasks)
+    assert attempt_text(run, scenario) == f"✗ 0/{len(goals_of(scenario))}"
 
 
 def test_a_title_is_short_without_its_explanation() -> None:
