@@ -210,7 +210,7 @@ def _unjudged(part: Part) -> Part:
 def _withheld(item: Item, evidence: Evidence, done: DoneShare | None) -> str:
     """Return why an item gives no points whatever its value is; "" where it may."""
     if item.when_done and done is not None and not done.is_all:
-        return f"given when all is done; {done.done} of {done.asked} was"
+        return f"only when all is done, and {done.done} of {done.asked} is"
     hurt = () if evidence.operation is None else evidence.operation.injuries
     if item.metric in NEARNESS and hurt:
         return f"{hurt[0].structure} was hurt"

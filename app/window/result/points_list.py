@@ -86,7 +86,7 @@ def reason_text(part: Part) -> str:
     text = f"{part.source}: {amount(part)}"
     if full and none:
         text += f"; full points at {full[0]:g}, none at {none[0]:g}"
-    return f"{text}. None: {part.withheld}" if part.withheld else text
+    return f"{text}. No points: {part.withheld}" if part.withheld else text
 
 
 def _label(text: str, name: str = "") -> QLabel:

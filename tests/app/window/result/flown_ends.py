@@ -100,7 +100,7 @@ def only_first(hand: ScriptedHand) -> None:
 def shaving(hurts: bool) -> tuple[Scenario, PatientScene, list[Sample]]:
     """Shave to and fro in an orbit, or beside it, where an exercise asks for it."""
     scenario, _ = load_scenario("first_flight")
-    tissues = {"unknown tissue": Limits(least_mm3=1.0)}
+    tissues = {"mucosa": Limits(least_mm3=1.0)}
     scenario = msgspec.structs.replace(
         scenario,
         title="Shave, and leave the orbit whole",

@@ -101,8 +101,13 @@ def test_an_injury_takes_the_points_for_keeping_away(
     assert found.rubric == "operation"
     near = [part for part in found.parts if part.source == "hazard dose"]
     assert [part.points for part in near] == [0.0, 0.0]
-    assert any("None: orbit was hurt" in line for line in lines)
+    assert any("No points: orbit was hurt" in line for line in lines)
     assert "✗ failed: orbit was hurt" in lines
+    # all was done, and yet it is neither passed nor worth much
+    assert pages[0].points.text() == "1 of 1 tasks"
+    assert pages[0].verdict.text() == "Not passed yet"
+    assert found.percent is not None
+    assert found.percent <= 40.0
     # what was hurt is the first of the figures
     assert lines[lines.index("Figures") + 1] == "injury: orbit"
     one_word_has_one_number(flown, lines)
