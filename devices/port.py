@@ -41,6 +41,7 @@ class DeviceReason(Enum):
     GARBAGE = "the line delivers bytes that are no packets"
     LOOPBACK = "the port returns our own bytes"
     OVERRUN = "poses were not read in time"
+    OUT_OF_REACH = "the tool is where no hand can be"
 
 
 class DeviceError(Exception):

@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
@@ -40,6 +41,7 @@ from paravol.inputs.pose_sources import (
     OrderedPoses,
     ReconnectingSource,
 )
+from paravol.inputs.reach import Reach, ReachedPoses
 from paravol.inputs.scope_rack import ScopeRack
 from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
@@ -342,8 +344,9 @@ class Flight:
                 second = stack.enter_context(order.instrument.open(patient))
                 self.hand.follow(order.instrument, second)
             self._progress("Opening the input", 1.0)
+            reached = ReachedPoses(CancellableSource(poses, self._closed, self._ended))
             source = ReconnectingSource(
-                CancellableSource(poses, self._closed, self._ended),
+                reached,
                 order.patience_s,
                 observer.on_loss,
                 observer.on_return,
@@ -358,10 +361,14 @@ class Flight:
                 has_instrument=has_instrument,
             )
             matrix = self.hand.world_from_device = registration.world_from_device
+            reached.reach = Reach.of(before.surface.distance, matrix)
+            reaches = [reached.reach]
             session = build_session(scenario, patient, matrix, size, operation)
             self.session = session
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
+                second.reach = Reach.of(before.surface.distance, np.eye(4))
+                reaches.append(second.reach)
                 second.on_loss = second.on_return = partial(
                     self._on_tool_device, recorder, session
                 )
@@ -374,6 +381,10 @@ class Flight:
                     completer, streamer, matrix, has_instrument
                 )
             timing = self._follow(source, completer, session, view, recorder, patient)
+            for reach in reaches:
+                if told := reach.told():
+                    now_s = session.score().duration_s
+                    recorder.add(EventRecord(now_s, "device", told))
             if not recorder.samples:
                 return None
             score = session.score()

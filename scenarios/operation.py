@@ -29,6 +29,7 @@ from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
 from surgery.pushing import LONGEST_MM, Pushing, PushingState, Rod
 from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
+from surgery.straight_way import is_way
 
 CLOSED, OPEN = 0.9, 0.5
 """A bite is taken when the jaw closes beyond the first after it was open beyond the
@@ -45,9 +46,6 @@ SHORTEST_MM = 0.1
 
 TIP_MM = 5.0
 """What a tool cuts with lies at most so far from its origin: a turn moves it."""
-
-FASTEST_MM_S = 2000.0
-"""Nothing is cut on a faster way: no hand moves so, a device was moved or lost."""
 
 ABSENT_S = 0.25
 """Nothing is cut on a way between samples farther apart than this."""
@@ -82,7 +80,7 @@ class _Cutting:
         """Return whether a hand may have come here by the straight way."""
         elapsed_s = time_s - self.seen_s
         moved_mm = float(np.linalg.norm(frame[:3, 3] - self.seen[:3, 3]))
-        return elapsed_s <= ABSENT_S and moved_mm <= FASTEST_MM_S * elapsed_s
+        return elapsed_s <= ABSENT_S and is_way(moved_mm, elapsed_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from surgery.kernels import touch_force as tick
 from surgery.kernels.squeeze_jaws import squeeze_jaws
 from surgery.kernels.touch_force import Patch
 from surgery.patient import OperatedPatient
+from surgery.straight_way import is_way
 
 Doubles = NDArray[np.float64]
 
@@ -249,6 +250,10 @@ class ToolForce:
             elapsed_s = 1.0 / STEPS_PER_S
         else:
             self._way[0] = before[1]
+            moved_mm = np.linalg.norm(world_from_tool[:3, 3] - before[1][:3, 3])
+            if not is_way(float(moved_mm), elapsed_s):
+                self._state[tick.HAS] = 0.0
+                self._way[0] = world_from_tool
         is_pose = bool(np.isfinite(self._way[1]).all())
         steps = 1
         if is_pose and np.isfinite(self._way[0]).all():

@@ -38,6 +38,7 @@ from surgery.kernels.sweep_hazard import (
     reach_of_cut,
     steepest,
 )
+from surgery.straight_way import STRIKES_MM_S, is_way
 
 ABSENT_S = 0.5
 """Longer than this between two samples, a tool was away: nobody knows its way."""
@@ -193,13 +194,14 @@ class InjuryWatch:
         capsules: ``(n, 16)`` rows of `surgery.solids`, in the patient, mm: the same
         parts of the tool in the same order each time. None of its samples may be
         earlier than the one before. A pose that is not finite is no pose: the tool
-        comes anew after it.
+        comes anew after it, as where no hand can have gone straight.
         """
         if not np.isfinite(capsules).all():
             self.leave(by)
             return ()
         rows = _capsules(capsules)
         before = self._tools.get(by)
+        elapsed_s = 0.0 if before is None else time_s - before.time_s
         if before is not None and not time_s >= before.time_s:
             raise UserError(
                 f"samples must be in order of time: {time_s} after {before.time_s}"
@@ -207,7 +209,10 @@ class InjuryWatch:
         is_new = (
             before is None
             or before.capsules.shape != rows.shape
-            or time_s - before.time_s > ABSENT_S
+            or elapsed_s > ABSENT_S
+            or not is_way(
+                _least_moved_mm(before.capsules, rows), elapsed_s, STRIKES_MM_S
+            )
         )
         if before is None or is_new:
             fresh = np.zeros(STATE)
@@ -400,6 +405,12 @@ def _hazard(volume: Volume) -> _Hazard:
 def _rows(volume: Volume) -> NDArray[np.float64]:
     """Return the ``(3, 4)`` transform of mm to voxels."""
     return np.ascontiguousarray(volume.voxel_from_world[:3])
+
+
+def _least_moved_mm(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
+    """Return the way of the end that moved least: a turn moves the others."""
+    ways = (after - before)[:, :6].reshape(-1, 3)
+    return float(np.linalg.norm(ways, axis=1).min())
 
 
 def _capsules(rows: solid.Rows) -> NDArray[np.float64]:

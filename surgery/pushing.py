@@ -360,8 +360,10 @@ class Pushing:
         """Return the voxel (k, j, i) of the patient's fields next to a shown place."""
         m = self._grid.voxel
         rest = self.at_rest(point[None], is_dented=False)[0]
-        at = np.rint(m[:, :3] @ rest + m[:, 3]).astype(np.int64)
-        i, j, k = np.clip(at, 0, np.array(self._rest[0].shape[::-1]) - 1).tolist()
+        # clipped first: no voxel's number is as large as a far place
+        top = np.array(self._rest[0].shape[::-1]) - 1
+        at = np.clip(np.rint(m[:, :3] @ rest + m[:, 3]), 0, top)
+        i, j, k = at.astype(np.int64).tolist()
         return k, j, i
 
     def _is_mobile(self, point: NDArray[np.float64]) -> bool:
@@ -431,11 +433,13 @@ class Pushing:
         reach = reach_mm / distance.spacing_mm
         low = np.floor(at.min(axis=0) - reach)
         high = np.ceil(at.max(axis=0) + reach) + 1
-        return self._clipped(np.concatenate([low, high]).astype(np.int64))
+        return self._clipped(np.concatenate([low, high]))
 
-    def _clipped(self, box: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _clipped(
+        self, box: NDArray[np.float64] | NDArray[np.int64]
+    ) -> NDArray[np.int64]:
         top = np.array(self._rest[0].shape[::-1] * 2)
-        clipped: NDArray[np.int64] = np.clip(box, 0, top)
+        clipped: NDArray[np.int64] = np.clip(box, 0, top).astype(np.int64)
         return clipped
 
 

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from devices import DeviceError, Pose
 from devices.port import DeviceReason
+from paravol.inputs.reach import Reach
 
 OLDEST_S = 0.25
 """A tool whose device was silent for so long is withdrawn from view: a frozen one
@@ -75,7 +76,8 @@ class SecondDevice:
     """Say where the tool is at each of the scope's poses.
 
     on_loss: called once with a sentence when the device is lost, on_return: with one
-    when it is back. A flight goes on without it.
+    when it is back. A flight goes on without it. reach: of the head that its poses are
+    about; None to take all.
     """
 
     def __init__(
@@ -84,6 +86,7 @@ class SecondDevice:
         """Take over an open source."""
         self.on_loss: Callable[[str], None] = _ignore
         self.on_return: Callable[[str], None] = _ignore
+        self.reach: Reach | None = None
         self._source = source
         self._name = name
         self._reopen = reopen
@@ -132,6 +135,8 @@ class SecondDevice:
 
     def _take(self) -> None:
         for pose in self._source.drain():
+            if self.reach is not None and not self.reach.holds(pose):
+                continue
             self._join.put(pose)
             self._newest_s = max(self._newest_s, pose.host_time_s)
 

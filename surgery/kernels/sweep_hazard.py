@@ -188,11 +188,44 @@ def _place(before: Doubles, after: Doubles, n: int, t: float, out: Doubles) -> f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _off_grid_mm(values: Shorts, voxel: Doubles, x: float, y: float, z: float) -> float:
+    """Return how far a place is from the grid, mm; 0 within."""
+    square = 0.0
+    for axis in range(3):
+        a, b, c, shift = voxel[axis]
+        u = a * x + b * y + c * z + shift
+        u -= min(max(u, 0.0), values.shape[2 - axis] - 1.0)
+        square += u * u / (a * a + b * b + c * c)
+    return math.sqrt(square)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _away_mm(
+    values: Shorts, voxel: Doubles, bottom: float, before: Doubles, after: Doubles,
+    t: float,
+) -> float:  # fmt: skip
+    """Return a gap that capsules surely keep, mm: the hazard lies within the grid.
+
+    A tool that is far from the head is known so by one look.
+    """
+    ends = np.empty(6)
+    least = math.inf
+    for n in range(before.shape[0]):
+        length = _place(before, after, n, t, ends)
+        away = _off_grid_mm(
+            values, voxel, 0.5 * (ends[0] + ends[3]), 0.5 * (ends[1] + ends[4]),
+            0.5 * (ends[2] + ends[5]),
+        )  # fmt: skip
+        least = min(least, away + bottom - 0.5 * length - before[n, 6])
+    return least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _least(
     values: Shorts, voxel: Doubles, grid: tuple[float, float, float], before: Doubles,
     after: Doubles, t: float, cap: float, found: Doubles,
 ) -> float:  # fmt: skip
-    """Return the gap between capsules and a hazard, mm; `cap` if it is not less.
+    """Return the gap between capsules and a hazard, mm; `cap` or more if not less.
 
     At most `TOL_MM` too large. grid: unit of the values, how steep they are, and the
     least of them, mm. t: share of the way. found: ``(4,)`` number of the capsule, place
@@ -201,6 +234,9 @@ def _least(
     unit, steep, bottom = grid
     ends = np.empty(6)
     best = cap
+    away = _away_mm(values, voxel, min(bottom, 0.0), before, after, t)
+    if away >= cap:
+        return away
     for n in range(before.shape[0]):
         length = _place(before, after, n, t, ends)
         radius = before[n, 6]

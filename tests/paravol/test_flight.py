@@ -545,6 +545,41 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     assert (event.kind, event.text) == ("snapshot", "frame 0")
 
 
+@pytest.mark.parametrize("far_mm", [1e6, -3.697e28])
+def test_poses_beyond_any_hand_are_left_out_told_and_the_flight_goes_on(
+    far_mm: float, short_scenario: Path, tmp_path: Path
+) -> None:
+    """A word for "missing" in the middle, for half a second, and at the end."""
+    scenario, folder = load_scenario(str(short_scenario))
+    whole = load_probe_path(folder / scenario.path)
+    tips, tools = whole.tip_mm.copy(), whole.instrument_tip_mm.copy()
+    missing = np.zeros(len(tips), bool)
+    missing[[20, -1]] = missing[80:130] = True
+    tips[missing, 0] = far_mm
+    tools[40:42, 2] = far_mm
+    path = replace(whole, tip_mm=tips, instrument_tip_mm=tools)
+    path_file = tmp_path / "missing.path.json"
+    save_probe_path(path, path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    record = tmp_path / "flight.paravol"
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), Kept())
+    flown = flight.run()
+    assert flown is not None
+    assert flight.result is not None
+    assert flight.result.title == "The path is flown"
+    records = read_session(record)[1]
+    flown_s = {r.time_s for r in records if isinstance(r, SampleRecord)}
+    assert flown_s == set(whole.t_s[~missing])
+    told = [r.text for r in records if isinstance(r, EventRecord)]
+    lost, back, count = (text for text in told if "frame" not in text)
+    assert "out of reach" in lost
+    assert back == "The device is back after 0.5 s."
+    assert count.startswith(f"{missing.sum()} poses lay beyond any hand's reach")
+    report = replay_session(record, threads=1, progress=lambda stage, share: None)
+    assert report.is_exact
+    assert report.score == flown.score
+
+
 def first_bite(folder: Path) -> Path:
     """Write two seconds of the bundled operation: tissue is pushed and bitten."""
     scenario, bundled = load_scenario("first_operation")

@@ -8,11 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.scene import ChangeKind
-from scenarios.endoscope import Endoscope
+from scenarios.endoscope import Endoscope, tip_frame
+from scenarios.instrument_state import InstrumentState
 from scenarios.instruments.catalogue import INSTRUMENTS, Action, instrument_named
-from scenarios.operation import ABSENT_S, CLOSED, FASTEST_MM_S, OPEN, SCRAPES_N
+from scenarios.operation import ABSENT_S, CLOSED, OPEN, SCRAPES_N
+from scenarios.sample import Sample
 from surgery.solids import ROUGH
-from tests.scenarios.recorded_hand import FLOOR_MM, Hand, replayed
+from surgery.straight_way import FASTEST_MM_S
+from tests.scenarios.recorded_hand import FLOOR_MM, Hand, operation_on, replayed
 
 FORCEPS, DEBRIDER = "straight forceps", "microdebrider"
 
@@ -271,3 +274,24 @@ def test_a_frozen_trainer_injects_nothing_and_an_injection_comes_back() -> None:
     operation.restore(state, Endoscope())
     assert np.array_equal(operation.patient.wounds_pale, then)
     assert operation.figures().injected_ml == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("tool", sorted(INSTRUMENTS))
+@pytest.mark.parametrize("far_mm", [200.0, 1e4, 1e6, -3.697e28])
+def test_on_a_jump_through_the_head_nothing_is_cut_hurt_or_felt(
+    tool: str, far_mm: float
+) -> None:
+    """Of both hands, down through wall and orbit and back, a sample each."""
+    operation, kept = operation_on(), operation_on()
+    state = InstrumentState(tool, jaw=1.0, is_working=True, is_sucking=True)
+    for n, z_mm in enumerate((0.0, -far_mm, 0.0, 0.0)):
+        place = np.array([12.0, 11.0, FLOOR_MM + 8.0 + z_mm])
+        frame = tip_frame(place, np.array([0.0, 0.0, -1.0]))
+        sample = Sample(
+            0.01 * n, frame, 0.0, place, np.array([0.0, 0.0, -1.0]), 0, state
+        )
+        operation.step(sample, frame, Endoscope())
+        assert operation.touch.size_n == operation.scope_touch.size_n == 0.0
+    assert operation.injured == frozenset()
+    assert operation.patient.books.counts == 0
+    assert operation.patient.hash() == kept.patient.hash()

@@ -18,6 +18,7 @@ from surgery import solids
 from surgery.edit import Edit
 from surgery.injury import ABSENT_S, InjuryWatch
 from surgery.kernels.sweep_hazard import CLOSE_MM, TOL_MM, steepest
+from surgery.straight_way import STRIKES_MM_S
 
 Vector = NDArray[np.float64]
 
@@ -483,3 +484,30 @@ def inward(hazard: Volume, places: Vector) -> Vector:
     size = np.linalg.norm(slope, axis=-1, keepdims=True)
     unit: Vector = slope / np.maximum(size, 1e-9)
     return unit
+
+
+@pytest.mark.parametrize("far_mm", [1e4, 1e6, 1e9])
+def test_what_lies_outside_the_head_cannot_be_hurt_and_takes_no_time(
+    far_mm: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A way is followed at any length, if one is said to be one: here each is."""
+    monkeypatch.setattr("surgery.injury.is_way", lambda *_: True)
+    watched = InjuryWatch(HazardVolumes({"orbit": BALL}), LAYERS, DEPTH)
+    for n, x_mm in enumerate((-9.0, -far_mm, -9.0, -far_mm)):
+        watched.move("probe", 0.1 * n, ball(np.array((x_mm, 0.0, 0.0)), 0.5))
+    assert not watched.injuries
+    assert watched.approaches == {}
+    # and what lies inside is found on a way from there
+    watched.move("probe", 0.4, ball(MIDDLE, 0.5))
+    assert [injury.wall for injury in watched.injuries] == ["lamina papyracea"]
+    assert watched.injuries[0].place_mm[0] == pytest.approx(BEHIND_MM, abs=0.2)
+
+
+def test_nothing_is_hurt_on_a_way_that_no_hand_went() -> None:
+    """Through the ball, from air to air, faster than a hand; then as fast as one."""
+    watched = watch(BALL)
+    before, behind = np.array((-9.0, 0.0, 0.0)), np.array((219.0, 0.0, 0.0))
+    watched.move("probe", 0.0, ball(before, 0.5))
+    assert watched.move("probe", 0.01, ball(behind, 0.5)) == ()
+    watched.move("hand", 0.0, ball(before, 0.5))
+    assert watched.move("hand", 228.0 / STRIKES_MM_S, ball(behind, 0.5)) != ()
