@@ -136,7 +136,7 @@ def _undone(
     title = first.name if task is None else task.title
     hint = "" if task is None else task.hint
     anchors = [e.anchor for e in events if e.kind is Kind.TASK and title in e.title]
-    why = first.why or f"It reached {first.progress:.0%}."
+    why = f"{first.why or f'It reached {first.progress:.0%}'}."
     how = hint or "Do this task alone until it is done."
     return [Advice(f"The task: {title}", why, how, anchors[0] if anchors else "")]
 

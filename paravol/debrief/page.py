@@ -22,6 +22,7 @@ from paravol.verdict_texts import points_text, verdict_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Track
 from scenarios.metrics.value_text import value_text
+from scenarios.passing import goals_of
 from scenarios.rubrics import Assessment
 from scenarios.tasks.engine import Status
 
@@ -160,10 +161,13 @@ def _head_words(findings: Findings) -> str:
 def _tasks(findings: Findings) -> list[dict[str, Any]]:
     titles = {task.name: task.title for task in findings.scenario.tasks}
     words = {Status.DONE: "good", Status.FAILED: "danger"}
+    goals = goals_of(findings.scenario)
     return [
         {
             "title": titles.get(state.name, state.name),
-            "status": str(state.status),
+            "status": "kept"
+            if state.status is Status.DONE and state.name not in goals
+            else str(state.status),
             "style": words.get(state.status, "quiet"),
             "progress": f"{state.progress:.0%}",
             "opened": _seconds(state.opened_s),

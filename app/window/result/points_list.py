@@ -37,6 +37,10 @@ class PointsList(QFrame):
         self._put(_label("Where the points come from", "subheading"), row, 0, 3)
         row += 1
         self._put(_label(points_text(assessment)), row, 0, 3)
+        for fail in assessment.fails:
+            row += 1
+            text = f"{fail.why}: at most {fail.most_percent:g} points in all."
+            self._put(_label(text, "alarm"), row, 0, 3)
         for part in assessment.parts:
             row += 1
             bar = QProgressBar()
@@ -52,10 +56,6 @@ class PointsList(QFrame):
             self._put(points, row, 2)
             row += 1
             self._put(_label(reason_text(part)), row, 1, 2)
-        for fail in assessment.fails:
-            row += 1
-            text = f"{fail.why}: at most {fail.most_percent:g} points in all."
-            self._put(_label(text, "alarm"), row, 0, 3)
         for remark in assessment.remarks:
             if remark in points_text(assessment):
                 continue

@@ -1,6 +1,8 @@
 """Events are told by gravity and in order; pictures go round the kinds."""
 
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from hypothesis import given
@@ -11,9 +13,12 @@ from paravol.debrief.events import (
     URGENCY,
     Event,
     Kind,
+    events_of,
     spans,
     worth_a_picture,
 )
+from scenarios import Scenario, Score
+from scenarios.scoring import BreakFigure, OperationFigures
 
 EVENTS = st.lists(
     st.builds(
@@ -63,3 +68,29 @@ def test_pictures_go_to_told_events_of_every_kind(
     if chosen:
         urgent = min(URGENCY.index(e.kind) for e in shown)
         assert URGENCY.index(chosen[0].kind) == urgent
+
+
+def test_bone_that_broke_is_among_the_events() -> None:
+    """A wall that gave in at 24 N and one at 91 N were in no list."""
+    breaks = [
+        BreakFigure(1.5, "thin bone", 24.0, "curette"),
+        BreakFigure(2.5, "", 91.0, "endoscope"),
+    ]
+    score = Score(9.0, 0.0, 1.0, 0, {}, operation=OperationFigures(breaks=breaks))
+    measured = SimpleNamespace(
+        hazards=None, tool_hazards=None, edits=None, contacts=None, scope_changes=()
+    )
+    findings: Any = SimpleNamespace(
+        score=score,
+        scenario=Scenario("s", "S"),
+        metrics=SimpleNamespace(measured=measured),
+        followed=SimpleNamespace(frozen=()),
+        recording=SimpleNamespace(records=()),
+        begin_s=0.0,
+        end_s=9.0,
+    )
+    found = [(e.kind, e.shown_s, e.title, e.number) for e in events_of(findings)]
+    assert found == [
+        (Kind.BREAK, 1.5, "Broken: thin bone, at 24.0 N by the curette", 1),
+        (Kind.BREAK, 2.5, "Broken: bone, at 91.0 N by the endoscope", 2),
+    ]
