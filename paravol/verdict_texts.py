@@ -15,27 +15,39 @@ _VERDICTS = {
 }
 
 
+def headline_text(assessment: Assessment) -> str:
+    """Return whether a session is passed, and how much was not done."""
+    told, done = _VERDICTS[assessment.verdict], assessment.done
+    if done is None or done.is_all:
+        return told
+    return f"{told}: {done.done} of {done.asked} done"
+
+
 def verdict_text(assessment: Assessment) -> str:
-    """Return whether a session is passed, and first of all what was not done."""
-    mark, done = assessment.exercise, assessment.done
+    """Return whether a session is passed, what was not done, and what else was not."""
+    mark = assessment.exercise
     whys: list[str] = []
-    if done is not None and not done.is_all:
-        whys.append(f"{done.done} of {done.asked} done")
     if mark is not None:
         whys += mark.missed
     elif assessment.percent is not None:
         whys.append(f"{assessment.pass_percent:g} points are needed")
         whys += [fail.why for fail in assessment.fails]
-    told = _VERDICTS[assessment.verdict]
-    return f"{told}: {'; '.join(whys)}" if whys else told
+    told = headline_text(assessment)
+    between = "; " if ":" in told else ": "
+    return f"{told}{between}{'; '.join(whys)}" if whys else told
 
 
 def total_text(assessment: Assessment) -> str:
     """Return the total with its noise."""
     if assessment.percent is None:
         return "no points"
-    told = value_text(round(assessment.percent, 1), assessment.percent_sigma)
+    told = points_figure(assessment.percent, assessment.percent_sigma)
     return f"{told} of 100 points"
+
+
+def points_figure(points: float, sigma: float = 0.0) -> str:
+    """Return points to a tenth, and their noise where that is more."""
+    return value_text(points, sigma) if sigma >= 0.05 else value_text(round(points, 1))
 
 
 def points_text(assessment: Assessment) -> str:
@@ -46,7 +58,7 @@ def points_text(assessment: Assessment) -> str:
     if done is None or done.is_all or flown is None:
         return f"{total_text(assessment)} for how it was flown"
     share = value_text(round(100.0 * done.share, 1), unit="%")
-    told = value_text(round(flown, 1))
+    told = points_figure(flown)
     return f"{total_text(assessment)}: {told} for how it was flown, {share} was done"
 
 

@@ -16,7 +16,12 @@ from paravol.session_scoring import (
     score_all,
     sessions_in,
 )
-from paravol.verdict_texts import points_text, verdict_text, whole_text
+from paravol.verdict_texts import (
+    points_figure,
+    points_text,
+    verdict_text,
+    whole_text,
+)
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
 from scenarios.metrics.value_text import value_text
@@ -132,7 +137,7 @@ def part_text(part: Part) -> str:
     value = part.reason
     if part.value is not None:
         value = value_text(part.value, part.sigma, part.unit)
-    points = value_text(part.points, part.points_sigma)
+    points = points_figure(part.points, part.points_sigma)
     knots = ", ".join(f"{at:g}: {percent:g} %" for at, percent in part.thresholds)
     text = f"{points} of {part.most_points:g}: {part.source} {value}"
     text += f" ({knots})" + _when(part.intervals)

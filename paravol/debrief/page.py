@@ -18,7 +18,7 @@ from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
 from paravol.metric_texts import metric_figure
 from paravol.score_table import score_rows
-from paravol.verdict_texts import points_text, verdict_text
+from paravol.verdict_texts import headline_text, points_text, verdict_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import HazardGaps, Track
 from scenarios.metrics.value_text import value_text
@@ -99,7 +99,9 @@ def _told(material: Material) -> dict[str, Any]:
         "assessment": material.assessment,
         "amount": amount,
         "points_text": points_text,
-        "verdict_text": verdict_text,
+        "headline": headline_text(material.assessment)
+        if material.assessment.exercise is not None
+        else verdict_text(material.assessment),
         "tasks": _tasks(findings),
         "timeline": charts.timeline(findings, events),
         "told": [event for event in events if event.is_told],
