@@ -16,6 +16,9 @@ Doubles = NDArray[np.float64]
 LEAST_SAMPLES = 4
 """A piece of fewer samples has no third difference and is not filtered."""
 
+LOST_MM = 1e5
+"""No tracker sees so far: some say so that they miss a tool."""
+
 _FINER = 20
 """At most so many times the metrics' rate is kept before the low-pass."""
 
@@ -74,7 +77,7 @@ class Track:
     @cached_property
     def valid(self) -> NDArray[np.intp]:
         """Return where samples are poses and time goes on."""
-        good = np.isfinite(self.time_s) & np.isfinite(self.tip_mm).all(axis=1)
+        good = np.isfinite(self.time_s) & (np.abs(self.tip_mm) < LOST_MM).all(axis=1)
         good &= np.isfinite(self.quaternion).all(axis=1)
         places = np.flatnonzero(good)
         if len(places) == 0:

@@ -20,6 +20,14 @@ def test_samples_that_are_no_pose_are_dropped() -> None:
     assert len(frames.valid) == len(times) - 3
 
 
+@pytest.mark.parametrize("word", [1e6, -3.697e28, -np.inf, np.nan])
+def test_a_trackers_word_for_a_tool_that_it_misses_is_no_place(word: float) -> None:
+    times, tips = wander(1.0)
+    tips[5, 1] = word
+    seen = track(times, tips)
+    assert seen.valid.tolist() == [n for n in range(len(times)) if n != 5]
+
+
 def test_a_clock_that_stops_or_runs_back_gives_no_samples() -> None:
     tips = np.zeros((6, 3))
     frames = track([0.0, 1.0, 1.0, 0.5, 1.5, 2.0], tips)
