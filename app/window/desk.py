@@ -670,7 +670,9 @@ class Desk(QObject):
 
 def _end(thread: FlightThread) -> None:
     """Stop a flight; its object ends in the window's thread, as it began there."""
-    thread.stop(STOP_PATIENCE_S)
+    while not thread.stop(STOP_PATIENCE_S):
+        # it is still compiling, or the machine is busy: it speaks once more at its end
+        pass
     thread.deleteLater()
 
 

@@ -47,7 +47,7 @@ SPECIAL = [
     *(Key.Key_Escape, Key.Key_Return, Key.Key_Enter, Key.Key_Tab, Key.Key_Backtab),
     *(Key.Key_Backspace, Key.Key_Delete, Key.Key_Insert, Key.Key_Menu, Key.Key_Help),
     *(Key.Key_Left, Key.Key_Right, Key.Key_Up, Key.Key_Down, Key.Key_PageUp),
-    *(Key.Key_PageDown, Key.Key_Home, Key.Key_End, Key.Key_Space, Key.Key_unknown),
+    *(Key.Key_PageDown, Key.Key_Home, Key.Key_End, Key.Key_Space),
     *(Key.Key_Shift, Key.Key_Control, Key.Key_Alt, Key.Key_CapsLock),
     *(Key.Key_Odiaeresis, Key.Key_ssharp, Key.Key_MediaPlay, Key.Key_VolumeUp),
 ]

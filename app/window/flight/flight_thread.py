@@ -8,6 +8,7 @@ thread; of the frames only the newest is kept for it.
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -174,7 +175,9 @@ class FlightThread(QObject, FlightObserver):
             # An exception of a thread is lost; the window raises this one.
             self.error = error
         self._feedback.quiet()
-        self.finished.emit()
+        with suppress(RuntimeError):
+            # a program that ended without it has no window any more
+            self.finished.emit()
 
     def on_progress(self, stage: str, share: float) -> None:
         """Report a stage; some report every step of thousands."""
