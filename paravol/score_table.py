@@ -13,7 +13,7 @@ from scenarios.hazard_watch import HazardApproach
 from scenarios.metrics import Metric
 from scenarios.metrics.metric import SCOPE
 from scenarios.metrics.value_text import value_text
-from scenarios.scoring import PRESSURE_MM, OperationFigures
+from scenarios.scoring import PRESSURE_MM, UNKNOWN_GAP_MM, OperationFigures
 
 MOST_TISSUES = 4
 """Tissues that are named in a line."""
@@ -143,7 +143,7 @@ def clearance(score: Score) -> str:
     """Return the smallest gap; none is known without a sample."""
     gap_mm = score.min_clearance_mm
     if gap_mm > FREE_MM:
-        return "unknown" if gap_mm == float("inf") else "free"
+        return "unknown" if gap_mm >= UNKNOWN_GAP_MM else "free"
     return f"{gap_mm:.2f} mm"
 
 

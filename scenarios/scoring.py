@@ -37,6 +37,11 @@ ABSENT_S = 0.5
 the tip went meanwhile, and where it comes back is no part of the path."""
 
 
+UNKNOWN_GAP_MM = 1000.0
+"""More than any gap that is measured. A flight that was frozen throughout has no other,
+and its result is written, too: JSON knows no infinity."""
+
+
 @dataclass(frozen=True, slots=True)
 class InjuryFigure:
     """Sum up one injury; see `surgery.injury.Injury`."""
@@ -107,7 +112,8 @@ class Score:
 
     path_length_mm: length of the tip's path, in steps of at least `STILL_MM`, without
         what happened while nothing was measured.
-    min_clearance_mm: smallest gap between the scope's shaft and tissue.
+    min_clearance_mm: smallest gap between the scope's shaft and tissue;
+        `UNKNOWN_GAP_MM` where nothing was measured.
     contacts: number of separate times the gap fell below zero.
     target_distance_mm: nearest approach of the tip to each target.
     contact_s: total time in contact. pressure_s: part of it deeper than `PRESSURE_MM`.
@@ -154,7 +160,7 @@ class Scorer:
     _last_s: float = 0.0
     _counted_tip: NDArray[np.float64] | None = None
     _length: float = 0.0
-    _gap: float = float("inf")
+    _gap: float = UNKNOWN_GAP_MM
     _contacts: int = 0
     _depth: float = 0.0
     _structure: str = ""

@@ -1,12 +1,23 @@
 import itertools
+import json
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from paravol.score_table import clearance
 from scenarios import Score, Scorer
 from scenarios.scoring import counted_path_mm
+
+
+def test_the_score_of_nothing_can_be_written_and_read_again() -> None:
+    """Of a flight that was frozen from its beginning to its end."""
+    score = Scorer({"center": np.zeros(3)}).score()
+    text = json.dumps(msgspec.to_builtins(score), allow_nan=False)
+    assert msgspec.json.decode(text, type=Score) == score
+    assert clearance(score) == "unknown"
 
 
 @given(st.integers(2, 120), st.floats(12.0, 20.0))

@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QWidget,
 )
+from shiboken6 import isValid
 
 Key, Modifier, Button = Qt.Key, Qt.KeyboardModifier, Qt.MouseButton
 
@@ -67,12 +68,13 @@ class Waits(threading.Thread):
     """Sum up how much longer than asked for a process beside sleeps, and when."""
 
     SLEEPER = (
-        "import sys, time\n"
+        "import os, signal, time\n"
+        "signal.signal(signal.SIGPIPE, signal.SIG_DFL)\n"
         "while True:\n"
         "    before = time.monotonic()\n"
         "    time.sleep(0.01)\n"
         "    late = time.monotonic() - before - 0.01\n"
-        "    if late > 0.005: print(before, late, flush=True)\n"
+        "    if late > 0.005: os.write(1, f'{before} {late}\\n'.encode())\n"
     )
 
     def __init__(self) -> None:
@@ -267,7 +269,7 @@ class Monkey(QObject):
         mask = self.random.choice(MODIFIERS)
         self.note(f"click {button.name} at {at.x()} {at.y()} {mask.name or mask}")
         QTest.mouseClick(window.windowHandle(), button, mask, at)
-        if self.random.random() < 0.2 and window.windowHandle() is not None:
+        if self.random.random() < 0.2 and isValid(window) and window.isVisible():
             QTest.mouseDClick(window.windowHandle(), button, mask, at)
 
     def press_button(self, window: QWidget) -> None:
@@ -293,10 +295,12 @@ class Monkey(QObject):
         QTest.mousePress(handle, button, Modifier.NoModifier, begin)
         steps = self.random.randrange(1, 8)
         for n in range(1, steps + 1):
-            if window.windowHandle() is not handle or not window.isVisible():
+            # a menu that was hit is gone
+            if not isValid(window) or not window.isVisible():
                 return
             QTest.mouseMove(handle, begin + (end - begin) * n / steps)
-        QTest.mouseRelease(handle, button, Modifier.NoModifier, end)
+        if isValid(window):
+            QTest.mouseRelease(handle, button, Modifier.NoModifier, end)
 
     def wheel(self, window: QWidget) -> None:
         """Turn the wheel anywhere."""
