@@ -38,13 +38,15 @@ def let_loose(seconds: float, folder: Path) -> tuple[dict[str, Any], str]:
         "HOME": folder / "home",
         "XDG_DATA_HOME": folder / "data",
         "XDG_CONFIG_HOME": folder / "config",
+        "PYTHONPATH": ROOT,
     }
     for place in places.values():
-        place.mkdir()
+        place.mkdir(exist_ok=True)
     with virtual_screen(1920, 1080):
         done = subprocess.run(
             [sys.executable, "-m", "tests.stress.monkey", str(seed), str(seconds), log],
-            cwd=ROOT,
+            # views that it saves lie here
+            cwd=folder,
             env=os.environ | {name: str(place) for name, place in places.items()},
             capture_output=True,
             text=True,
