@@ -437,6 +437,8 @@ class FlightPage(Page):
     def _on_registered(self, residual_mm: float | None) -> None:
         self._registration_mm = residual_mm
         self._is_under_way = True
+        # what was prepared is done
+        self._notices.say("")
         if residual_mm is None:
             self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
         else:

@@ -127,6 +127,11 @@ class PictureView(QWidget):
             self._message, self._detail, self._share = message, detail, share
             self._renew()
 
+    @property
+    def message(self) -> str:
+        """Return the message over the picture; "" for none."""
+        return self._message
+
     def warn(self, alarm: str, touched: str = "") -> None:
         """Put a red ring and a word round the picture; an empty word takes it off.
 
