@@ -14,6 +14,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -248,9 +249,13 @@ class OverviewView(QWidget):
     def _close_scene(self) -> None:
         if self._is_made:
             self._plotter.close()
+        if self._cutaway is not None:
+            self._cutaway.close()
 
     def _draw(self, view: View | None, size: list[int]) -> None:
         """Draw and tell the window; in the overview's own thread."""
+        if self._is_released:
+            return
         begun = time.monotonic()
         if view is not None:
             self.scene.follow(view)
@@ -258,7 +263,9 @@ class OverviewView(QWidget):
             self._plotter.window_size = size
         image = image_of(self.scene.picture())
         letters = side_letters(*self.scene.picture_axes)
-        self._pictured.emit(_Picture(image, letters, time.monotonic() - begun))
+        # nobody may be left to be told
+        with suppress(RuntimeError):
+            self._pictured.emit(_Picture(image, letters, time.monotonic() - begun))
 
     @Slot(object)
     def _on_pictured(self, picture: _Picture) -> None:
@@ -279,16 +286,14 @@ class OverviewView(QWidget):
             self._drawer.submit(work).add_done_callback(_tell_defect)
 
     def release(self) -> None:
-        """Free the graphics memory; end the threads."""
+        """Have the graphics memory freed and the threads end; returns at once."""
         if self._is_released:
             return
         self._is_released = True
         self._refresher.close()
-        # in the thread that the OpenGL context belongs to
-        self._drawer.submit(self._close_scene).result()
-        self._drawer.shutdown()
-        if self._cutaway is not None:
-            self._cutaway.close()
+        # in the thread that the OpenGL context belongs to; no page waits for a picture
+        self._drawer.submit(self._close_scene)
+        self._drawer.shutdown(wait=False)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the newest picture."""

@@ -46,12 +46,8 @@ class Refresher(Generic[T]):
                 self._thread.start()
 
     def close(self) -> None:
-        """Make no more; wait for what is being made."""
+        """Make no more; what is being made is not shown, and not waited for."""
         self._closed.set()
-        with self._lock:
-            thread = self._thread
-        if thread is not None:
-            thread.join()
 
     def _run(self) -> None:
         while True:
