@@ -2,12 +2,19 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image, ImageColor
 
 from app.__main__ import main
+from app.window.style import READY
 from tests.app.window.opened_window import run_script
+from tests.paravol.trainee import hoops_flight
+
+Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
 
 
 def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -107,3 +114,26 @@ def test_no_first_picture_waits_for_what_only_later_ones_need() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.display
+@pytest.mark.slow
+def test_an_error_in_a_flight_is_told_on_the_page_until_the_window_is_closed(
+    train: Train, tmp_path: Path
+) -> None:
+    shot = tmp_path / "shot.png"
+    record = hoops_flight.record(tmp_path / "a.paravol")
+    done, left = train(
+        *("--scenario", "centring", "--input", f"recording:{record}"),
+        *("--seconds", "1", "--screenshot", str(shot)),
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"paravol: {record} was flown through another head")
+    assert done.stderr.count("\n") == 1
+    assert not left
+    with Image.open(shot) as picture:
+        pixels = np.asarray(picture.convert("RGB"), dtype=np.int64)
+    # a way to fly again stands in the corner, where a flight's page has none
+    corner = pixels[-60:, -150:]
+    again = np.abs(corner - np.array(ImageColor.getrgb(READY.name()))).max(axis=-1) < 9
+    assert again.mean() > 0.2

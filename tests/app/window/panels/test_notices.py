@@ -22,7 +22,7 @@ def test_a_notice_waits_while_a_stage_is_told(
     picture: PictureView, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now_s = 100.0
-    monkeypatch.setattr(notices.time, "monotonic", lambda: now_s)
+    monkeypatch.setattr("time.monotonic", lambda: now_s)
     told = Notices(picture)
     told.say("Making the head", "", 0.2)
     told.notify("No sound", "There is no player.")
@@ -45,7 +45,7 @@ def test_a_notice_waits_for_the_answer_to_a_question(
     picture: PictureView, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now_s = 100.0
-    monkeypatch.setattr(notices.time, "monotonic", lambda: now_s)
+    monkeypatch.setattr("time.monotonic", lambda: now_s)
     told = Notices(picture)
     told.ask("End?", "Enter ends")
     told.notify("Injury", "of bone")
@@ -61,7 +61,7 @@ def test_what_takes_long_is_told_with_its_seconds(
     picture: PictureView, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now_s = 100.0
-    monkeypatch.setattr(notices.time, "monotonic", lambda: now_s)
+    monkeypatch.setattr("time.monotonic", lambda: now_s)
     told = Notices(picture)
     told.say("Preparing", "Wait.", 0.0)
     told.refresh()
