@@ -19,8 +19,9 @@ class WindowPreferences(msgspec.Struct, frozen=True, omit_defaults=True):
 
     theme: a name of `app.window.themes`; one that is not there is as good as the first.
     font_scale: factor on every text, within `FONT_SCALES`. mouse_speed, wheel_speed,
-    key_speed: factors, within `SPEEDS`. keys: of actions by their names, both of
-    `app.window.keyboard.actions`; those that are not there have their first keys.
+    key_speed: factors, within `SPEEDS`. language: its code; "" for the system's. keys:
+    of actions by their names, both of `app.window.keyboard.actions`; those that are not
+    there have their first keys.
     """
 
     theme: str = "dark"
@@ -28,6 +29,7 @@ class WindowPreferences(msgspec.Struct, frozen=True, omit_defaults=True):
     mouse_speed: float = 1.0
     wheel_speed: float = 1.0
     key_speed: float = 1.0
+    language: str = ""
     inverts_pitch: bool = False
     inverts_wheel: bool = False
     swaps_buttons: bool = False

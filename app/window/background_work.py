@@ -10,6 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal, Slot
 
 from app.errors import sentence
+from app.window.texts import tr
 from paravol.patient import Progress
 
 
@@ -77,4 +78,8 @@ def words_for(error: BaseException) -> str:
     if told is not None:
         return told
     traceback.print_exception(error, file=sys.stderr)
-    return f"The program made a mistake ({type(error).__name__}: {error})."
+    return tr(
+        "The program made a mistake ({kind}: {error}).",
+        kind=type(error).__name__,
+        error=error,
+    )

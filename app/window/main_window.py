@@ -21,6 +21,7 @@ from app.window.keyboard.key_map import KEYS
 from app.window.page import Page, TextPage
 from app.window.settings_dialog import SettingsDialog
 from app.window.style import style_sheet, take_theme
+from app.window.texts import take_language, tr
 from app.window.themes import DARK, THEMES
 from app.window.window_size import LEAST, FullScreen, first_size, scale_for
 from disk import UserError
@@ -95,6 +96,7 @@ class MainWindow(QMainWindow):
             chosen = msgspec.structs.replace(chosen, theme=DARK)
         self._preferences = chosen
         take_theme(chosen.theme)
+        take_language(chosen.language)
         KEYS.follow(chosen)
         self._scale = 0.0
         self._set_scale()
@@ -115,7 +117,7 @@ class MainWindow(QMainWindow):
         try:
             write_preferences(self._preferences)
         except UserError as error:
-            QMessageBox.warning(self, "Settings", str(error))
+            QMessageBox.warning(self, tr("Settings"), str(error))
 
     def tell(self, problem: str) -> None:
         """Tell what went wrong outside of any page's work; the window stays."""
@@ -189,5 +191,5 @@ class MainWindow(QMainWindow):
         self._page.catch_up()
         partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.png")
         if not self.grab().save(str(partial)):
-            raise UserError(f"The screenshot {path} cannot be written.")
+            raise UserError(tr("The screenshot {path} cannot be written.", path=path))
         os.replace(partial, path)

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.window.keyboard.actions import LEFT_HANDED
 from app.window.keyboard.key_table import KeyTable
+from app.window.texts import LANGUAGES, tr
 from app.window.themes import THEMES
 from paravol.window_preferences import WindowPreferences
 
@@ -37,21 +38,26 @@ class SettingsDialog(QDialog):
 
     def __init__(self, before: WindowPreferences, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Settings")
+        self.setWindowTitle(tr("Settings"))
         self._before = before
         self._forms: list[QFormLayout] = []
         self._boxes: list[QComboBox] = []
         self.theme = QComboBox()
-        self.theme.addItems([name.capitalize() for name in THEMES])
+        self.theme.addItems([tr(name.capitalize()) for name in THEMES])
         self.theme.setCurrentIndex(list(THEMES).index(before.theme))
+        self.language = QComboBox()
+        self.language.addItems([tr("As the system"), *LANGUAGES.values()])
+        codes = ["", *LANGUAGES]
+        if before.language in codes:
+            self.language.setCurrentIndex(codes.index(before.language))
         self.texts = _steps(FONT_STEPS, before.font_scale)
         self.mouse = _steps(SPEED_STEPS, before.mouse_speed)
         self.wheel = _steps(SPEED_STEPS, before.wheel_speed)
         slower = [speed for speed in SPEED_STEPS if speed <= 1.0]
         self.pace = _steps(slower, before.key_speed)
-        self.pitch = QCheckBox("Dragging &up tilts down")
-        self.turned_wheel = QCheckBox("The wheel turned &away draws back")
-        self.swapped = QCheckBox("Left &button turns the post, right one tilts")
+        self.pitch = QCheckBox(tr("Dragging &up tilts down"))
+        self.turned_wheel = QCheckBox(tr("The wheel turned &away draws back"))
+        self.swapped = QCheckBox(tr("Left &button turns the post, right one tilts"))
         for box, is_on in (
             (self.pitch, before.inverts_pitch),
             (self.turned_wheel, before.inverts_wheel),
@@ -66,24 +72,32 @@ class SettingsDialog(QDialog):
         self.keys.told.connect(self.told.setText)
         tabs = self.tabs = QTabWidget()
         tabs.addTab(
-            self._form(("&Theme", self.theme), ("&Size of texts", self.texts)), "Looks"
+            self._form(
+                (tr("&Theme"), self.theme),
+                (tr("&Size of texts"), self.texts),
+                (tr("&Language, from the next page on"), self.language),
+            ),
+            tr("Looks"),
         )
         hand = self._form(
-            ("Speed of the &mouse", self.mouse),
-            ("Speed of the &wheel", self.wheel),
-            ("Speed of &keys", self.pace),
+            (tr("Speed of the &mouse"), self.mouse),
+            (tr("Speed of the &wheel"), self.wheel),
+            (tr("Speed of &keys"), self.pace),
             ("", self.pitch),
             ("", self.turned_wheel),
             ("", self.swapped),
         )
-        tabs.addTab(hand, "Mouse")
-        tabs.addTab(self._key_page(), "Keys")
+        tabs.addTab(hand, tr("Mouse"))
+        tabs.addTab(self._key_page(), tr("Keys"))
         kinds = QDialogButtonBox.StandardButton
         buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        for button in buttons.buttons():
-            button.setIcon(QIcon())  # the desktop's own fit no theme
+        for kind, words in ((kinds.Ok, tr("OK")), (kinds.Cancel, tr("Cancel"))):
+            # neither the desktop's words, which may be in another language, nor its
+            # icons, which fit no theme
+            buttons.button(kind).setText(words)
+            buttons.button(kind).setIcon(QIcon())
         self._rows = QVBoxLayout(self)
         self._rows.addWidget(tabs)
         self._rows.addWidget(buttons)
@@ -108,9 +122,14 @@ class SettingsDialog(QDialog):
     def _key_page(self) -> QWidget:
         page = QWidget()
         rows = QVBoxLayout(page)
-        hint = QLabel("Choose a line and press Enter, or click twice; then its key.")
+        hint = QLabel(
+            tr("Choose a line and press Enter, or click twice; then its key.")
+        )
         hint.setWordWrap(True)
-        first, left = QPushButton("&First keys"), QPushButton("For &left-handers")
+        first, left = (
+            QPushButton(tr("&First keys")),
+            QPushButton(tr("For &left-handers")),
+        )
         first.clicked.connect(lambda: self._take_hand(is_left=False))
         left.clicked.connect(lambda: self._take_hand(is_left=True))
         self.first_keys, self.left_handed = first, left
@@ -132,9 +151,9 @@ class SettingsDialog(QDialog):
             {a.value: key for a, key in LEFT_HANDED.items()} if is_left else {}
         )
         self.told.setText(
-            "The right hand steers; the mouse's buttons are swapped."
+            tr("The right hand steers; the mouse's buttons are swapped.")
             if is_left
-            else "All keys are as they were at first."
+            else tr("All keys are as they were at first.")
         )
 
     def set_scale(self, scale: float) -> None:
@@ -155,6 +174,7 @@ class SettingsDialog(QDialog):
         return msgspec.structs.replace(
             self._before,
             theme=list(THEMES)[self.theme.currentIndex()],
+            language=["", *LANGUAGES][self.language.currentIndex()],
             font_scale=FONT_STEPS[self.texts.currentIndex()],
             mouse_speed=SPEED_STEPS[self.mouse.currentIndex()],
             wheel_speed=SPEED_STEPS[self.wheel.currentIndex()],

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 
 from app.window.page_style import page_sheet
 from app.window.style import READY
+from app.window.texts import tr
 
 _DIMMED = QColor(0, 0, 0, 165)
 _CARD_WIDTH = 380.0
@@ -58,7 +59,7 @@ class Tour(QWidget):
         self._next = QPushButton()
         self._next.setObjectName("primary")
         self._next.clicked.connect(self._go_on)
-        skip = QPushButton("Skip (Esc)")
+        skip = QPushButton(tr("Skip (Esc)"))
         skip.clicked.connect(self.end)
         for button in (self._next, skip):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -107,8 +108,10 @@ class Tour(QWidget):
         stop, is_last = self.stop, self._number + 1 == len(self._stops)
         self._title.setText(stop.title)
         self._text.setText(stop.text)
-        self._count.setText(f"{self._number + 1} of {len(self._stops)}")
-        self._next.setText("Begin (Enter)" if is_last else "Next (Enter)")
+        self._count.setText(
+            tr("{number} of {count}", number=self._number + 1, count=len(self._stops))
+        )
+        self._next.setText(tr("Begin (Enter)") if is_last else tr("Next (Enter)"))
         self.setAccessibleName(f"{stop.title}. {stop.text}")
         self._place()
         self.update()

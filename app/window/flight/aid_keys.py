@@ -10,6 +10,7 @@ from app.window.flight.flight_thread import FlightThread
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.panels.endoscope_panel import picture_square
+from app.window.texts import tr
 
 
 class AidKeys(QObject):
@@ -67,10 +68,10 @@ class AidKeys(QObject):
                 self._thread.guide_by(is_on)
                 self._switched(is_on)
                 if is_on:
-                    told = "The arrow leads to the task's place."
+                    told = tr("The arrow leads to the task's place.")
                 else:
-                    told = f"{KEYS.label(Act.GUIDE)} shows it again."
-                self._notify(f"Way {'shown' if is_on else 'hidden'}", told)
+                    told = tr("{guide} shows it again.", guide=KEYS.label(Act.GUIDE))
+                self._notify(tr("Way shown") if is_on else tr("Way hidden"), told)
             case Act.NAMES:
                 self._thread.names_at = self._below_mouse()
             case _:

@@ -10,50 +10,51 @@ from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys, tool_use
 from app.window.keyboard.actions import Act
 from app.window.panels.action_bar import ActionBar, ActionButton, Choice
+from app.window.texts import later, tr
 from scenarios.instrument_state import NO_TOOL
 
 STEERING = (
-    ActionButton(Act.MOVE_IN, "In", is_held=True),
-    ActionButton(Act.MOVE_OUT, "Out", is_held=True),
-    ActionButton(Act.TURN_LEFT, "Post ↺", is_held=True),
-    ActionButton(Act.TURN_RIGHT, "Post ↻", is_held=True),
+    ActionButton(Act.MOVE_IN, later("In"), is_held=True),
+    ActionButton(Act.MOVE_OUT, later("Out"), is_held=True),
+    ActionButton(Act.TURN_LEFT, later("Post ↺"), is_held=True),
+    ActionButton(Act.TURN_RIGHT, later("Post ↻"), is_held=True),
 )
 """Where mouse and keys move the scope."""
 
 POST = (
-    ActionButton(Act.TURN_LEFT, "Post ↺", repeats=True),
-    ActionButton(Act.TURN_RIGHT, "Post ↻", repeats=True),
+    ActionButton(Act.TURN_LEFT, later("Post ↺"), repeats=True),
+    ActionButton(Act.TURN_RIGHT, later("Post ↻"), repeats=True),
 )
 """Where another device moves it."""
 
 SCOPE = (
-    ActionButton(Act.HEAD_LEFT, "Head ↺", repeats=True),
-    ActionButton(Act.HEAD_RIGHT, "Head ↻", repeats=True),
-    ActionButton(Act.NEXT_SCOPE, "Scope"),
+    ActionButton(Act.HEAD_LEFT, later("Head ↺"), repeats=True),
+    ActionButton(Act.HEAD_RIGHT, later("Head ↻"), repeats=True),
+    ActionButton(Act.NEXT_SCOPE, later("Scope")),
 )
-WASH = (ActionButton(Act.WASH, "Wash"),)
+WASH = (ActionButton(Act.WASH, later("Wash")),)
 """Who washes is the second hand."""
 
 TOOLS = (
-    ActionButton(Act.NEXT_TOOL, "Tool", is_wide=True),
-    ActionButton(Act.WORK, "Work", is_held=True),
-    ActionButton(Act.TOOL_AHEAD, "Ahead", repeats=True),
-    ActionButton(Act.TOOL_BACK, "Back", repeats=True),
-    ActionButton(Act.SUCTION, "Suction"),
-    ActionButton(Act.UNDO, "Undo"),
-    ActionButton(Act.HOLD, "Hold"),
+    ActionButton(Act.NEXT_TOOL, later("Tool"), is_wide=True),
+    ActionButton(Act.WORK, later("Work"), is_held=True),
+    ActionButton(Act.TOOL_AHEAD, later("Ahead"), repeats=True),
+    ActionButton(Act.TOOL_BACK, later("Back"), repeats=True),
+    ActionButton(Act.SUCTION, later("Suction")),
+    ActionButton(Act.UNDO, later("Undo")),
+    ActionButton(Act.HOLD, later("Hold")),
 )
 TASKS = (
-    ActionButton(Act.FREEZE, "Freeze"),
-    ActionButton(Act.HINT, "Hint"),
-    ActionButton(Act.GUIDE, "Way"),
+    ActionButton(Act.FREEZE, later("Freeze")),
+    ActionButton(Act.HINT, later("Hint")),
+    ActionButton(Act.GUIDE, later("Way")),
 )
 REST = (
-    ActionButton(Act.NAMES, "Names", is_held=True),
-    ActionButton(Act.MOMENT, "Moment"),
-    ActionButton(Act.SOUND, "Sound"),
-    ActionButton(Act.FULL_SCREEN, "Screen"),
-    ActionButton(Act.END, "End"),
+    ActionButton(Act.NAMES, later("Names"), is_held=True),
+    ActionButton(Act.MOMENT, later("Moment")),
+    ActionButton(Act.SOUND, later("Sound")),
+    ActionButton(Act.FULL_SCREEN, later("Screen")),
+    ActionButton(Act.END, later("End")),
 )
 
 
@@ -114,8 +115,8 @@ class FlightActions:
 
 
 def _scope_name(angle_deg: float) -> str:
-    return f"{angle_deg:g}° scope"
+    return tr("{angle_deg:g}° scope", angle_deg=angle_deg)
 
 
 def _tool_name(name: str) -> str:
-    return "No tool" if name == NO_TOOL else name.capitalize()
+    return tr("No tool") if name == NO_TOOL else tr(name.capitalize())

@@ -7,6 +7,7 @@ from app.window.keyboard.key_map import KEYS
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.task_panel import TaskPanel
+from app.window.texts import tr
 from app.window.tour import TourStop
 
 
@@ -16,29 +17,45 @@ def flight_stops(page: QWidget) -> list[TourStop]:
     found = [
         (
             page.findChild(PictureView),
-            "What the scope sees",
-            "Drag on the picture to tilt the scope about the nostril; "
-            f"{key(Act.MOVE_IN)} and {key(Act.MOVE_OUT)}, or the wheel, move it in and "
-            "out.",
+            tr("What the scope sees"),
+            tr(
+                "Drag on the picture to tilt the scope about the nostril; "
+                "{move_in} and {move_out}, or the wheel, move it in and "
+                "out.",
+                move_in=key(Act.MOVE_IN),
+                move_out=key(Act.MOVE_OUT),
+            ),
         ),
         (
             page.findChild(TaskPanel),
-            "What to do now",
-            "The open tasks, and how far they are. "
-            f"{key(Act.HINT)} shows a hint; {key(Act.FREEZE)} freezes the clock.",
+            tr("What to do now"),
+            tr(
+                "The open tasks, and how far they are. {hint} shows a "
+                "hint; {freeze} freezes the clock.",
+                hint=key(Act.HINT),
+                freeze=key(Act.FREEZE),
+            ),
         ),
         (
             page.findChild(OverviewView),
-            "Where you are",
-            "The head from outside, with the scope in it. "
-            f"{key(Act.OPEN_HEAD)} opens the head.",
+            tr("Where you are"),
+            tr(
+                "The head from outside, with the scope in it. {open_head} "
+                "opens the head.",
+                open_head=key(Act.OPEN_HEAD),
+            ),
         ),
     ]
     keys = TourStop(
         None,
-        "Keys",
-        f"{key(Act.HELP)} or ? shows all keys. {key(Act.MOMENT)} keeps a moment; "
-        f"{key(Act.END)} ends the flight and shows what it was worth.",
+        tr("Keys"),
+        tr(
+            "{help} or ? shows all keys. {moment} keeps a moment; "
+            "{end} ends the flight and shows what it was worth.",
+            help=key(Act.HELP),
+            moment=key(Act.MOMENT),
+            end=key(Act.END),
+        ),
     )
     stops = [TourStop(part, title, text) for part, title, text in found if part]
     return [*stops, keys]

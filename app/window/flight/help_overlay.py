@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWi
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import tr
 
 COLUMNS = 3
 
@@ -32,7 +33,7 @@ class HelpOverlay(QWidget):
         self.setObjectName("help")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._rows = QVBoxLayout(self)
-        title = QLabel("Keys and mouse")
+        title = QLabel(tr("Keys and mouse"))
         title.setObjectName("title")
         self._rows.addWidget(title)
         self._columns = QHBoxLayout()
@@ -56,20 +57,20 @@ class HelpOverlay(QWidget):
         """Name the keys as they are now."""
         shown = [key for group in self._told().values() for key, _ in group]
         for label, key in zip(self._keys, shown, strict=True):
-            label.setText(key)
+            label.setText(tr(key))
         key = KEYS.label(Act.HELP)
         self._closing.setText(
-            f"{key}, ? or Esc hides this. The clock stands meanwhile."
+            tr("{key}, ? or Esc hides this. The clock stands meanwhile.", key=key)
         )
 
     def _table(self, name: str, keys: Rows) -> QGridLayout:
         table = QGridLayout()
         table.setColumnStretch(1, 1)
-        heading = QLabel(name)
+        heading = QLabel(tr(name))
         heading.setObjectName("task")
         table.addWidget(heading, 0, 0, 1, 2)
         for row, (key, does) in enumerate(keys, 1):
-            left, right = QLabel(key), QLabel(does)
+            left, right = QLabel(tr(key)), QLabel(tr(does))
             left.setObjectName("key")
             self._keys.append(left)
             right.setWordWrap(True)

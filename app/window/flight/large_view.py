@@ -3,6 +3,7 @@
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.window.flight.side_panel import SideColumn
+from app.window.texts import later
 
 
 class LargeView:
@@ -14,9 +15,9 @@ class LargeView:
         self._picture = picture
         self._side = side
         self._views = {
-            "The scope's picture": picture,
-            "Slices": side.slices,
-            "Overview": side.overview,
+            later("The scope's picture"): picture,
+            later("Slices"): side.slices,
+            later("Overview"): side.overview,
         }
         self.name = "The scope's picture"
 

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import tr
 from paravol.inputs.scope_rack import ScopeRack
 
 
@@ -39,7 +40,9 @@ class ScopeKeys(QObject):
             if len(self._scopes.choices_deg) > 1:
                 self._tell(self._scopes.step(1 if act is Act.NEXT_SCOPE else -1))
             else:
-                self._notify("There is no other scope", "The exercise allows one only.")
+                self._notify(
+                    tr("There is no other scope"), tr("The exercise allows one only.")
+                )
         return True
 
     def take(self, angle_deg: float) -> None:
@@ -48,11 +51,15 @@ class ScopeKeys(QObject):
         self._tell(angle_deg)
 
     def _tell(self, angle_deg: float) -> None:
-        self._notify(f"Scope of {angle_deg:g}°", scope_use(angle_deg))
+        self._notify(
+            tr("Scope of {angle_deg:g}°", angle_deg=angle_deg), scope_use(angle_deg)
+        )
 
 
 def scope_use(angle_deg: float) -> str:
     """Return where a scope of an angle looks, in words."""
     if angle_deg == 0.0:
-        return "It looks straight ahead."
-    return f"It looks {angle_deg:g}° aside, towards the light post."
+        return tr("It looks straight ahead.")
+    return tr(
+        "It looks {angle_deg:g}° aside, towards the light post.", angle_deg=angle_deg
+    )

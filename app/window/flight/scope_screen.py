@@ -13,7 +13,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
+from app.window.keyboard.actions import Act
+from app.window.keyboard.key_map import KEYS
 from app.window.panels.endoscope_panel import PictureView, picture_square
+from app.window.texts import tr
 from app.window.window_size import scale_for
 
 
@@ -33,7 +36,7 @@ class ScopeScreen(QWidget):
 
     def __init__(self, picture: PictureView, page: QWidget) -> None:
         super().__init__(None, Qt.WindowType.Window | Qt.WindowType.FramelessWindowHint)
-        self.setWindowTitle("PARAVOL: the scope's picture")
+        self.setWindowTitle(tr("PARAVOL: the scope's picture"))
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._picture = picture
@@ -56,8 +59,11 @@ class ScopeScreen(QWidget):
         # without a window manager nothing else does it
         self.setGeometry(screen.geometry())
         if screen is self._page.screen():
-            return "There is one screen only: F3 takes the picture away again"
-        return f"The scope's picture fills {screen.name() or 'the other screen'}"
+            return tr(
+                "There is one screen only: {key} takes the picture away again",
+                key=KEYS.label(Act.SECOND_SCREEN),
+            )
+        return tr("The scope's picture fills {name}", name=screen.name())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint what the picture shows."""

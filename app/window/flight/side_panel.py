@@ -9,6 +9,7 @@ from app.window.panels.moments import MomentView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
+from app.window.texts import tr
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
 from scenarios import InstrumentState
@@ -37,13 +38,17 @@ class SideColumn(QWidget):
         self._info.setObjectName("status")
         self._info.setWordWrap(True)
         self.slices.told.connect(self._info.setText)
-        title = QLabel(order.scenario.title)
+        title = QLabel(tr(order.scenario.title))
         title.setObjectName("title")
         title.setWordWrap(True)
         about = QLabel(
-            f"{scope.diameter_mm:g} mm scope · {order.input.name}"
-            + ("" if second is None else f" · tool: {second.name}")
-            + f" · {KEYS.label(Act.HELP)}: all keys"
+            tr(
+                "{diameter_mm:g} mm scope · {name}",
+                diameter_mm=scope.diameter_mm,
+                name=tr(order.input.name),
+            )
+            + ("" if second is None else tr(" · tool: {name}", name=second.name))
+            + tr(" · {help}: all keys", help=KEYS.label(Act.HELP))
         )
         about.setWordWrap(True)
         self._column = QVBoxLayout(self)
@@ -58,7 +63,7 @@ class SideColumn(QWidget):
 
     def show_tool(self, tool: InstrumentState) -> None:
         """Say which tool is in hand, and what it does."""
-        text = f"In hand: {tool_text(tool)}"
+        text = tr("In hand: {tool}", tool=tool_text(tool))
         if self._tool.text() != text:
             self._tool.setText(text)
 

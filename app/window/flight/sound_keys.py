@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import tr
 from paravol.feedback import SoundPlayer
 
 
@@ -42,8 +43,8 @@ class SoundKeys(QObject):
     def caption(self) -> str:
         """Return what to say of the sound beside what it tells of."""
         if self._problem:
-            return "no sound"
-        return "" if self._sound.is_on else "sound off"
+            return tr("no sound")
+        return "" if self._sound.is_on else tr("sound off")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the sound; let the rest pass."""
@@ -56,8 +57,8 @@ class SoundKeys(QObject):
                 else:
                     is_on = self._sound.switch()
                     self._notify(
-                        f"Sound {'on' if is_on else 'off'}",
-                        "High and quick: a hazard is near. Low: force.",
+                        tr("Sound on") if is_on else tr("Sound off"),
+                        tr("High and quick: a hazard is near. Low: force."),
                     )
             case Act.SOUND:
                 pass
@@ -70,4 +71,4 @@ class SoundKeys(QObject):
         return True
 
     def _say_volume(self, volume: float) -> None:
-        self._notify(f"Volume {volume:.0%}", "")
+        self._notify(tr("Volume {volume:.0%}", volume=volume), "")

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import later, tr
 from paravol.inputs.operating_hand import OperatingHand
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, Action
@@ -22,22 +23,22 @@ AHEAD_MM, TURN_DEG = 1.0, 15.0
 """Steps of a key that is pressed or held."""
 
 _USES = {
-    Action.BITE: "Hold {work}: its jaws close and bite.",
-    Action.POWERED: "{suction} turns its suction on; hold {work}: it cuts.",
-    Action.SCRAPE: "Hold {work} and drag: it scrapes.",
-    Action.CUT: "Hold {work} and drag: it cuts.",
-    Action.INJECT: "Put its tip into the mucosa; hold {work}: it injects.",
-    Action.FEEL: "It takes nothing.",
-    Action.SUCK: "{suction} turns its suction on and off.",
+    Action.BITE: later("Hold {work}: its jaws close and bite."),
+    Action.POWERED: later("{suction} turns its suction on; hold {work}: it cuts."),
+    Action.SCRAPE: later("Hold {work} and drag: it scrapes."),
+    Action.CUT: later("Hold {work} and drag: it cuts."),
+    Action.INJECT: later("Put its tip into the mucosa; hold {work}: it injects."),
+    Action.FEEL: later("It takes nothing."),
+    Action.SUCK: later("{suction} turns its suction on and off."),
 }
 
 
 def tool_use(name: str) -> str:
     """Return how a tool of the catalogue is used, in words."""
     if name == NO_TOOL:
-        return "The second hand is free."
+        return tr("The second hand is free.")
     said = _USES[INSTRUMENTS[name].action]
-    return said.format(work=KEYS.label(Act.WORK), suction=KEYS.label(Act.SUCTION))
+    return tr(said, work=KEYS.label(Act.WORK), suction=KEYS.label(Act.SUCTION))
 
 
 class ToolKeys(QObject):
@@ -118,14 +119,18 @@ class ToolKeys(QObject):
                 self._hand.work(True)
             case Act.UNDO:
                 self._hand.undo()
-                self._notify("Undone", "The last cut was taken back, if there was one.")
+                self._notify(
+                    tr("Undone"), tr("The last cut was taken back, if there was one.")
+                )
             case Act.SUCTION:
                 self.is_sucking = not self.is_sucking
                 self._hand.suck(self.is_sucking)
-                self._notify(f"Suction {'on' if self.is_sucking else 'off'}", "")
+                self._notify(
+                    tr("Suction on") if self.is_sucking else tr("Suction off"), ""
+                )
             case Act.WASH:
                 self._hand.wash()
-                self._notify("Washing the lens", "")
+                self._notify(tr("Washing the lens"), "")
             case Act.HOLD:
                 self._swap()
 
@@ -134,19 +139,28 @@ class ToolKeys(QObject):
         if not self._hand.swap():
             key = KEYS.label(Act.NEXT_TOOL)
             self._notify(
-                "The scope cannot be held",
-                f"Take a tool first ({key}); a tool with a device of its own needs no "
-                "hand.",
+                tr("The scope cannot be held"),
+                tr(
+                    "Take a tool first ({key}); a tool with a device of its "
+                    "own needs no hand.",
+                    key=key,
+                ),
             )
         elif self._hand.holds_scope:
             self._notify(
-                "The scope is held",
-                f"Its controls move the tool; {KEYS.label(Act.HOLD)}: back.",
+                tr("The scope is held"),
+                tr(
+                    "Its controls move the tool; {hold}: back.",
+                    hold=KEYS.label(Act.HOLD),
+                ),
             )
         else:
             self._notify(
-                "The scope moves",
-                f"The tool stays; {KEYS.label(Act.NEXT_TOOL)} puts another one in.",
+                tr("The scope moves"),
+                tr(
+                    "The tool stays; {next_tool} puts another one in.",
+                    next_tool=KEYS.label(Act.NEXT_TOOL),
+                ),
             )
 
     def _choose(self, step: int) -> None:
@@ -157,4 +171,4 @@ class ToolKeys(QObject):
     def take(self, name: str) -> None:
         """Take a tool, or put the one in hand away."""
         self._hand.choose(name)
-        self._notify(name.capitalize() or "No tool in hand", tool_use(name))
+        self._notify(tr(name.capitalize() or "No tool in hand"), tool_use(name))

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.panels.slices_panel import SlicesView
+from app.window.texts import tr
 
 WINDOW_STEP_HU = 50.0
 PLACE_STEP = 2.0
@@ -73,7 +74,9 @@ class ViewKeys(QObject):
             case Act.FOLLOW:
                 self._notify(self._slices.switch_following(), self._slices.info)
             case Act.PLANE:
-                self._notify(self._slices.next_plane(), "Keys go through these slices.")
+                self._notify(
+                    self._slices.next_plane(), tr("Keys go through these slices.")
+                )
             case Act.WINDOW:
                 self._notify(self._slices.next_window(), "")
             case Act.SLICE_AHEAD:

@@ -11,11 +11,12 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.home.exercise_list import ListEntry
+from app.window.texts import later, tr
 from paravol.trainee import Exercise, KnownCase, learns
 from paravol.trainee.exercises import attempt_text
 from scenarios.ladder import LAST_RUNS, Door
 
-HOW_PASSED = "Three passes in a row, or five of six, pass it."
+HOW_PASSED = later("Three passes in a row, or five of six, pass it.")
 
 
 class ExerciseCard(QFrame):
@@ -46,12 +47,12 @@ class ExerciseCard(QFrame):
         scrolled.setWidgetResizable(True)
         scrolled.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scrolled.viewport().setAutoFillBackground(False)
-        self.start = QPushButton("Start")
+        self.start = QPushButton(tr("Start"))
         self.start.setObjectName("primary")
         self.start.clicked.connect(self.started)
         self._column = QVBoxLayout(self)
         self._column.addWidget(scrolled, 1)
-        self.scan = QPushButton("Look at the scan")
+        self.scan = QPushButton(tr("Look at the scan"))
         self.scan.clicked.connect(self.scan_wanted)
         self._column.addWidget(self.scan)
         self._column.addWidget(self.start)
@@ -72,33 +73,47 @@ class ExerciseCard(QFrame):
             self._show_case(entry.case)
         else:
             self._fill(
-                "Open a case",
+                tr("Open a case"),
                 "",
-                "A folder that paravol import made of a CT scan, or paravol phantom of "
-                "a synthetic head.",
+                tr(
+                    "A folder that paravol import made of a CT scan, or paravol "
+                    "phantom of a synthetic head."
+                ),
             )
-            self._offer("Choose a folder…")
+            self._offer(tr("Choose a folder…"))
 
     def _show_exercise(self, exercise: Exercise) -> None:
         scenario = exercise.scenario
         tasks = len(scenario.tasks)
-        facts = f"{scenario.level} · {scenario.scope.angle_deg:g}° scope"
+        facts = tr(
+            "{level} · {angle_deg:g}° scope",
+            level=tr(scenario.level),
+            angle_deg=scenario.scope.angle_deg,
+        )
         if tasks:
-            facts += f" · {tasks} task{'s'[: tasks - 1]}"
+            facts += (
+                tr(" · 1 task") if tasks == 1 else tr(" · {tasks} tasks", tasks=tasks)
+            )
         waits = ""
         if exercise.door is Door.LOCKED:
-            waits = f"Locked: first pass {_listed(exercise.waits)}."
-        learnt = "You learn to\n" + "\n".join(f"•  {w}" for w in learns(scenario))
-        about = scenario.about or "A guided flight; nothing must be done."
-        self._fill(scenario.title, facts, about, learnt, waits, _results_text(exercise))
-        self._offer("Start" if not waits else "Locked", is_open=not waits)
+            waits = tr(
+                "Locked: first pass {exercises}.", exercises=_listed(exercise.waits)
+            )
+        learnt = tr("You learn to\n") + "\n".join(
+            "•  " + tr(w) for w in learns(scenario)
+        )
+        about = tr(scenario.about or "A guided flight; nothing must be done.")
+        self._fill(
+            tr(scenario.title), facts, about, learnt, waits, _results_text(exercise)
+        )
+        self._offer(tr("Start") if not waits else tr("Locked"), is_open=not waits)
 
     def _show_case(self, case: KnownCase) -> None:
-        self._fill(case.title, case.about, "A free flight through this head.")
+        self._fill(case.title, case.about, tr("A free flight through this head."))
         where = str(case.folder)
         self._labels[5].setText(where)
         self._labels[5].setVisible(True)
-        self._offer("Start")
+        self._offer(tr("Start"))
 
     def _fill(self, *texts: str) -> None:
         for label, text in zip(
@@ -116,16 +131,20 @@ def _results_text(exercise: Exercise) -> str:
     """Return the last attempts, the newest first, and what passes the exercise."""
     lines = []
     for attempt in reversed(exercise.attempts[-LAST_RUNS:]):
-        how = (
-            f"{attempt_text(attempt, exercise.scenario)}  in {attempt.duration_s:.0f} s"
+        how = tr(
+            "{points}  in {duration_s:.0f} s",
+            points=attempt_text(attempt, exercise.scenario),
+            duration_s=attempt.duration_s,
         )
         lines.append(f"{attempt.begun[:10]}   {how}")
     if not lines:
-        lines = ["Not flown yet."]
+        lines = [tr("Not flown yet.")]
     if exercise.rung is not None and exercise.door is not Door.PASSED:
-        lines.append(HOW_PASSED)
-    return "Your results (✓ points, or ✗ tasks done)\n" + "\n".join(lines)
+        lines.append(tr(HOW_PASSED))
+    return tr("Your results (✓ points, or ✗ tasks done)\n") + "\n".join(lines)
 
 
 def _listed(names: tuple[str, ...]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if names[1:] else names[0]
+    return (
+        tr(" and ").join([", ".join(names[:-1]), names[-1]]) if names[1:] else names[0]
+    )

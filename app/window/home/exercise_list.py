@@ -12,14 +12,18 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.style import INK, QUIET, READY
+from app.window.texts import later, tr
 from paravol.trainee import Exercise, KnownCase, Ladder
 from paravol.trainee.exercises import attempt_text
 from scenarios.ladder import Door
 from scenarios.scenario import Level
 
-COLUMNS = ("Exercise", "Status", "Runs", "Last", "Best")
-OPEN_CASE = "Open a case folder…"
-_MARKS = {Door.PASSED: "✓ passed", Door.LOCKED: "locked"}
+COLUMNS = (
+    *(later("Exercise"), later("Status"), later("Runs")),
+    *(later("Last"), later("Best")),
+)
+OPEN_CASE = later("Open a case folder…")
+_MARKS = {Door.PASSED: later("✓ passed"), Door.LOCKED: later("locked")}
 _PLACE = Qt.ItemDataRole.UserRole
 
 
@@ -50,8 +54,8 @@ class ExerciseList(QTreeWidget):
         super().__init__()
         self._entries: list[ListEntry] = []
         self.setColumnCount(len(COLUMNS))
-        self.setHeaderLabels(COLUMNS)
-        self.setAccessibleName("Exercises and cases")
+        self.setHeaderLabels([tr(column) for column in COLUMNS])
+        self.setAccessibleName(tr("Exercises and cases"))
         self.setRootIsDecorated(False)
         self.setIndentation(0)
         self.setItemsExpandable(False)
@@ -84,18 +88,18 @@ class ExerciseList(QTreeWidget):
         wanted = None
         for level in Level:
             group = [e for e in ladder.exercises if e.scenario.level is level]
-            self._add_heading(str(level).capitalize(), bool(group))
+            self._add_heading(tr(str(level).capitalize()), bool(group))
             for exercise in group:
                 item = self._add_exercise(exercise)
                 wanted = item if exercise.name == selected else wanted
-        self._add_heading("Flights along a recorded path", bool(ladder.others))
+        self._add_heading(tr("Flights along a recorded path"), bool(ladder.others))
         for exercise in ladder.others:
             item = self._add_exercise(exercise)
             wanted = item if exercise.name == selected else wanted
-        self._add_heading("Cases", True)
+        self._add_heading(tr("Cases"), True)
         for case in cases:
-            self._add(ListEntry(case=case), [case.title, "open"], INK)
-        self._add(ListEntry(), [OPEN_CASE], INK)
+            self._add(ListEntry(case=case), [case.title, tr("open")], INK)
+        self._add(ListEntry(), [tr(OPEN_CASE)], INK)
         self.blockSignals(False)
         if wanted is not None:
             self.setCurrentItem(wanted)
@@ -126,8 +130,8 @@ class ExerciseList(QTreeWidget):
     def _add_exercise(self, exercise: Exercise) -> QTreeWidgetItem:
         attempts = exercise.attempts
         texts = [
-            exercise.scenario.title,
-            _MARKS.get(exercise.door, "open"),
+            tr(exercise.scenario.title),
+            tr(_MARKS.get(exercise.door, "open")),
             str(len(attempts)) if attempts else "",
             attempt_text(attempts[-1], exercise.scenario) if attempts else "",
             percent_text(exercise.best_percent),

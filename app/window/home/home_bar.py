@@ -6,11 +6,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from app.window.texts import later, tr
 from disk import UserError
 from paravol.trainee import FoundDevice
 
-NOBODY = "no name"
-SEARCHING = " (looking for more…)"
+NOBODY = later("no name")
+SEARCHING = later(" (looking for more…)")
 
 LEAST_LETTERS = 3
 """A chooser shows at least so much of what is chosen."""
@@ -37,21 +38,21 @@ class HomeBar(QWidget):
         self.trainee = QComboBox()
         self.trainee.setEditable(True)
         self.trainee.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.trainee.setAccessibleName("Who trains: a made-up name, or nobody")
-        self.trainee.setToolTip("A name that you made up; none is needed.")
+        self.trainee.setAccessibleName(tr("Who trains: a made-up name, or nobody"))
+        self.trainee.setToolTip(tr("A name that you made up; none is needed."))
         edit = self.trainee.lineEdit()
         assert edit is not None
-        edit.setPlaceholderText(NOBODY)
+        edit.setPlaceholderText(tr(NOBODY))
         edit.editingFinished.connect(self._on_name)
         self.trainee.activated.connect(self._on_name)
         self.device = QComboBox()
-        self.device.setAccessibleName("What moves the scope")
+        self.device.setAccessibleName(tr("What moves the scope"))
         self.device.activated.connect(self._on_device)
-        self.recordings = QPushButton("Recordings")
-        self.connection = QPushButton("Connection")
-        self.connection.setToolTip("Look at an arm, and register it")
-        self.settings = QPushButton("Settings")
-        self.tour = QPushButton("Tour (F1)")
+        self.recordings = QPushButton(tr("Recordings"))
+        self.connection = QPushButton(tr("Connection"))
+        self.connection.setToolTip(tr("Look at an arm, and register it"))
+        self.settings = QPushButton(tr("Settings"))
+        self.tour = QPushButton(tr("Tour (F1)"))
         self._name = ""
         self._scale = 1.0
         self._devices: list[FoundDevice] = []
@@ -59,7 +60,10 @@ class HomeBar(QWidget):
         self._row.addWidget(brand)
         self._row.addStretch(1)
         self._captions: list[QLabel] = []
-        for text, chooser in (("Who", self.trainee), ("Steer with", self.device)):
+        for text, chooser in (
+            (tr("Who"), self.trainee),
+            (tr("Steer with"), self.device),
+        ):
             label = QLabel(text)
             label.setBuddy(chooser)
             self._captions.append(label)
@@ -94,7 +98,7 @@ class HomeBar(QWidget):
         self._name = chosen
         self.trainee.clear()
         self.trainee.addItems(["", *names])
-        self.trainee.setItemData(0, NOBODY, Qt.ItemDataRole.ToolTipRole)
+        self.trainee.setItemData(0, tr(NOBODY), Qt.ItemDataRole.ToolTipRole)
         self.trainee.setEditText(chosen)
 
     def show_devices(
@@ -104,13 +108,13 @@ class HomeBar(QWidget):
         self._devices = list(devices)
         self.device.clear()
         for device in devices:
-            problem = " (not usable)" if device.problem else ""
-            self.device.addItem(device.title + problem)
+            problem = tr(" (not usable)") if device.problem else ""
+            self.device.addItem(tr(device.title) + problem)
             place = self.device.count() - 1
-            told = device.problem or device.title
+            told = device.problem or tr(device.title)
             self.device.setItemData(place, told, Qt.ItemDataRole.ToolTipRole)
         if not is_all:
-            self.device.setItemText(0, devices[0].title + SEARCHING)
+            self.device.setItemText(0, tr(devices[0].title) + tr(SEARCHING))
         words = [device.words for device in devices]
         self.device.setCurrentIndex(words.index(chosen) if chosen in words else 0)
 

@@ -20,12 +20,13 @@ from app.window.home.recovery_card import RecoveryCard
 from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
 from paravol.trainee import FoundDevice, KnownCase, Ladder
 from paravol.trainee.exercises import short_title
 from scenarios.ladder import Door
 
-KEYS = "Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends"
+KEYS = later("Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends")
 
 
 class HomePage(TextPage):
@@ -77,7 +78,7 @@ class HomePage(TextPage):
         self._middle.addLayout(self._left, 3)
         self._middle.addWidget(self.card, 2)
         foot = QHBoxLayout()
-        foot.addWidget(QLabel(KEYS), 1)
+        foot.addWidget(QLabel(tr(KEYS)), 1)
         foot.addWidget(self.stage)
         foot.addWidget(self.share)
         self._rows = QVBoxLayout(self)
@@ -128,11 +129,11 @@ class HomePage(TextPage):
         self._ladder, self._cases = ladder, list(cases)
         following = ladder.worth_doing(last)
         self._next = following.name
-        word = "Continue" if last else "Begin"
+        word = tr("Continue") if last else tr("Begin")
         if following.door is Door.PASSED:
-            word = "Fly again"
-        self.go_on.setText(f"{word}: {short_title(following.scenario)}")
-        self.go_on.setAccessibleName(f"{word}: {following.scenario.title}")
+            word = tr("Fly again")
+        self.go_on.setText(f"{word}: {tr(short_title(following.scenario))}")
+        self.go_on.setAccessibleName(f"{word}: {tr(following.scenario.title)}")
         self.list.show_all(ladder, list(cases), following.name)
         if self.focusWidget() is None or self.focusWidget() is self:
             self.go_on.setFocus()
@@ -155,32 +156,41 @@ class HomePage(TextPage):
         stops = [
             TourStop(
                 None,
-                "Welcome",
-                "Here you train endoscopic sinus surgery. This takes half a minute; "
-                "F1 shows it again.",
+                tr("Welcome"),
+                tr(
+                    "Here you train endoscopic sinus surgery. This takes half a "
+                    "minute; F1 shows it again."
+                ),
             ),
             TourStop(
                 self.go_on,
-                "Go on here",
-                "This starts what is worth doing next. Press Enter and you fly.",
+                tr("Go on here"),
+                tr("This starts what is worth doing next. Press Enter and you fly."),
             ),
             TourStop(
                 self.list,
-                "The ladder",
-                "Exercises from the first look to surgery. A locked one opens when "
-                f"those before are passed. {PASSING}",
+                tr("The ladder"),
+                tr(
+                    "Exercises from the first look to surgery. A locked one "
+                    "opens when those before are passed. {passing}",
+                    passing=tr(PASSING),
+                ),
             ),
             TourStop(
                 self.bar.device,
-                "Your hand",
-                "The mouse always works. An arm, a gamepad or a force device is found "
-                "when it is plugged in.",
+                tr("Your hand"),
+                tr(
+                    "The mouse always works. An arm, a gamepad or a force device is "
+                    "found when it is plugged in."
+                ),
             ),
             TourStop(
                 self.bar.trainee,
-                "Who trains",
-                "With a name that you made up, your results are kept apart from those "
-                "of others. None is needed.",
+                tr("Who trains"),
+                tr(
+                    "With a name that you made up, your results are kept apart from "
+                    "those of others. None is needed."
+                ),
             ),
         ]
         self._tour = Tour(self, stops, self._scale)
@@ -208,17 +218,20 @@ class HomePage(TextPage):
         if entry.exercise is not None:
             if entry.exercise.door is Door.LOCKED:
                 self.say(
-                    f"{short_title(entry.exercise.scenario)} is locked: first pass "
-                    f"{', '.join(entry.exercise.waits)}."
+                    tr(
+                        "{exercise} is locked: first pass {others}.",
+                        exercise=tr(short_title(entry.exercise.scenario)),
+                        others=", ".join(entry.exercise.waits),
+                    )
                 )
                 return
             self.exercise_wanted.emit(entry.exercise.name)
         elif entry.case is not None:
             self.case_wanted.emit(entry.case.folder)
         else:
-            folder = QFileDialog.getExistingDirectory(self, "Open a case folder")
+            folder = QFileDialog.getExistingDirectory(self, tr("Open a case folder"))
             if folder:
                 self.case_wanted.emit(Path(folder))
 
 
-PASSING = "Three passes in a row, or five of six, are enough."
+PASSING = later("Three passes in a row, or five of six, are enough.")

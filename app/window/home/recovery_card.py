@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
+from app.window.texts import tr
 from paravol.unfinished_sessions import UnfinishedSession
 
 
@@ -27,9 +28,9 @@ class RecoveryCard(QFrame):
         self._text.setObjectName("body")
         self._text.setWordWrap(True)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self.recover = QPushButton("Recover")
-        self.keep = QPushButton("Keep as it is")
-        self.discard = QPushButton("Discard")
+        self.recover = QPushButton(tr("Recover"))
+        self.keep = QPushButton(tr("Keep as it is"))
+        self.discard = QPushButton(tr("Discard"))
         self._row = QHBoxLayout(self)
         self._row.addWidget(self._text, 1)
         for button, wanted in (
@@ -55,11 +56,18 @@ class RecoveryCard(QFrame):
         self.setVisible(bool(self._left))
         if self._left:
             first, more = self._left[0], len(self._left) - 1
-            self._text.setText(
-                f"A flight was cut off: {first.title}, {first.length_s:.0f} s, begun "
-                f"{first.created[:16].replace('T', ' ')}. Its recording is there up to "
-                "the last half second." + f" {more} more follow." * bool(more)
+            begun = first.created[:16].replace("T", " ")
+            text = tr(
+                "A flight was cut off: {title}, {length_s:.0f} s, begun "
+                "{begun}. Its recording is there up to the last half "
+                "second.",
+                title=first.title,
+                length_s=first.length_s,
+                begun=begun,
             )
+            if more:
+                text += tr(" {more} more follow.", more=more)
+            self._text.setText(text)
 
     def _answer(self, wanted: SignalInstance) -> None:
         session = self._left.pop(0)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import groupby
 
+from app.window.texts import tr
 from devices.controls.keyboard import FINE, MOVES, PEDALS
 
 
@@ -289,6 +290,6 @@ def rows(
     """
     listed = [a for a in ACTIONS if a.group is group and a.act not in hidden]
     return [
-        (label(*(action.act for action in together)), row)
+        (label(*(action.act for action in together)), tr(row))
         for row, together in groupby(listed, key=lambda action: action.row)
     ]

@@ -9,6 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from app.window.keyboard.actions import ACTIONS, FIXED, STEERING, Act
 from app.window.keyboard.places import SCAN_CODES, name_of, place_of
 from app.window.keyboard.printed_keys import PrintedKeys
+from app.window.texts import later, tr
 from devices.controls.keyboard import Feel
 from paravol.window_preferences import WindowPreferences
 
@@ -19,7 +20,8 @@ _MODIFIERS = {
 }
 _SIGNS = {
     **{"Left": "←", "Right": "→", "Up": "↑", "Down": "↓"},
-    **{"PageUp": "Pg↑", "PageDown": "Pg↓", "Return": "Enter", "Escape": "Esc"},
+    **{"PageUp": later("Pg↑"), "PageDown": later("Pg↓"), "Home": later("Home")},
+    **{"End": later("End"), "Space": later("Space")},
 }
 
 
@@ -165,12 +167,12 @@ class KeyMap(QObject):
             if sign[0] == "@" and len(sign) > 1:
                 place: str | None = sign[1:]
             elif len(sign) > 1:
-                return before.replace("Shift+", "⇧") + _SIGNS.get(sign, sign)
+                return _said(before) + tr(_SIGNS.get(sign, sign))
             else:
                 place = self.printed.place(sign)
             for at in (place, sign):
                 if at in SCAN_CODES and self._is_at(at, before, act):
-                    return before.replace("Shift+", "⇧") + self.printed[at]
+                    return _said(before) + self.printed[at]
         return ""
 
     def _is_at(self, place: str, before: str, act: Act) -> bool:
@@ -208,6 +210,11 @@ def _is_key(text: str) -> bool:
         return False
     sign = _parted(text)[1].removeprefix("@") or "@"
     return sign.upper() in SCAN_CODES or hasattr(Qt.Key, f"Key_{sign}")
+
+
+def _said(modifiers: str) -> str:
+    """Return modifiers as they stand on keys."""
+    return modifiers.replace("Shift+", "⇧").replace("Ctrl", tr("Ctrl"))
 
 
 def _parted(key: str) -> tuple[str, str]:

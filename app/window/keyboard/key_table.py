@@ -8,8 +8,9 @@ from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
 from app.window.keyboard.actions import ACTIONS, FIXED, OF, Act, Group
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import later, tr
 
-WAITS = "press a key…"
+WAITS = later("press a key…")
 
 
 class KeyTable(QTreeWidget):
@@ -26,17 +27,17 @@ class KeyTable(QTreeWidget):
         super().__init__(parent)
         self.keys = dict(keys)
         self._waits: Act | None = None
-        self.setAccessibleName("Keys")
+        self.setAccessibleName(tr("Keys"))
         self.setColumnCount(2)
         self.setHeaderHidden(True)
         self.setRootIsDecorated(False)
         self._items: dict[Act, QTreeWidgetItem] = {}
         for group in Group:
-            heading = QTreeWidgetItem(self, [group.value])
+            heading = QTreeWidgetItem(self, [tr(group.value)])
             heading.setFlags(Qt.ItemFlag.ItemIsEnabled)
             for action in ACTIONS:
                 if action.group is group and action.act not in FIXED:
-                    item = QTreeWidgetItem(heading, [action.does])
+                    item = QTreeWidgetItem(heading, [tr(action.does)])
                     item.setData(0, Qt.ItemDataRole.UserRole, action.act.value)
                     self._items[action.act] = item
         self.expandAll()
@@ -53,14 +54,14 @@ class KeyTable(QTreeWidget):
 
     def _show_keys(self) -> None:
         for act, item in self._items.items():
-            item.setText(1, WAITS if act is self._waits else KEYS.label(act))
+            item.setText(1, tr(WAITS) if act is self._waits else KEYS.label(act))
 
     def _ask(self, item: QTreeWidgetItem | None) -> None:
         """Wait for the key of an action."""
         name = None if item is None else item.data(0, Qt.ItemDataRole.UserRole)
         self._waits = None if name is None else Act(name)
         self._show_keys()
-        self.told.emit("Esc leaves it as it is." if self._waits else "")
+        self.told.emit(tr("Esc leaves it as it is.") if self._waits else "")
 
     def event(self, event: QEvent) -> bool:
         """Have all keys while one is waited for: no button of the dialog takes them."""
@@ -85,10 +86,12 @@ class KeyTable(QTreeWidget):
         keys, before = KEYS.given(act, event, self.keys)
         is_given = keys != self.keys
         self.take(keys)
-        said = "" if before is None else f" {OF[before].does}: {KEYS.label(before)}."
+        said = (
+            "" if before is None else f" {tr(OF[before].does)}: {KEYS.label(before)}."
+        )
         if not is_given:
-            said = "The key stays as it was: that one is needed."
+            said = tr("The key stays as it was: that one is needed.")
             said = "" if event.key() == Qt.Key.Key_Escape else said
         elif said:
-            said = f"The two have changed places.{said}"
+            said = tr("The two have changed places.{said}", said=said)
         self.told.emit(said)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QMenu, QToolButton, QWidget
 from app.window.keyboard.actions import OF, Act
 from app.window.keyboard.key_map import KEYS
 from app.window.style import BACKGROUND, EDGE, INK, PANEL, QUIET, READY
+from app.window.texts import tr
 
 COLUMNS, BUTTON = 2, (62, 38)
 """Buttons beside one another; width and height of one at the designed size."""
@@ -114,7 +115,7 @@ class ActionBar(QWidget):
         text = f"{button.property('label')}\n{key}"
         if button.text() != text:
             button.setText(text)
-            button.setToolTip(f"{OF[act].does} (key {key})")
+            button.setToolTip(tr("{does} (key {key})", does=tr(OF[act].does), key=key))
 
     @Slot()
     def _tell_keys(self) -> None:
@@ -139,9 +140,9 @@ class ActionBar(QWidget):
 
     def _made(self, said: ActionButton) -> QToolButton:
         button = self._buttons[said.act] = QToolButton(self)
-        self.name(said.act, said.label)
-        button.setAccessibleName(said.label)
-        button.setAccessibleDescription(OF[said.act].does)
+        self.name(said.act, tr(said.label))
+        button.setAccessibleName(tr(said.label))
+        button.setAccessibleDescription(tr(OF[said.act].does))
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         button.setCheckable(not (said.is_held or said.repeats))
         if said.is_held:

@@ -21,6 +21,7 @@ from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
 from app.window.panels.side_marks import paint_heading, paint_letters
 from app.window.style import OVER, font_of
+from app.window.texts import tr
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.flight import FlightEnd
 from paravol.guide import GuideMark, NameMark
@@ -172,9 +173,17 @@ class PictureView(QWidget):
             _paint_alarm(painter, square, scale)
             _paint_corner(painter, room, scale, OVER.alarm, f"▲ {self._alarm}")
         elif self._touched:
-            _paint_corner(painter, room, scale, OVER.ink, f"touching: {self._touched}")
+            _paint_corner(
+                painter,
+                room,
+                scale,
+                OVER.ink,
+                tr("touching: {touched}", touched=self._touched),
+            )
         if self._towards and not self._image.isNull():
-            _paint_towards(painter, room, scale, f"looks to {self._towards}")
+            _paint_towards(
+                painter, room, scale, tr("looks to {towards}", towards=self._towards)
+            )
         if self._result is not None:
             paint_result(painter, room, self._result, scale)
         if self._message:

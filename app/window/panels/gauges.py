@@ -3,9 +3,10 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
+from app.window.texts import later, tr
 from paravol.readings import UNKNOWN, Readings
 
-SHOWN = ("Time", "Clearance", "Nostril")
+SHOWN = (later("Time"), later("Clearance"), later("Nostril"))
 """Of the readings; the nearest hazard is on its bar, the rest in the quiet line."""
 
 
@@ -19,7 +20,7 @@ class Gauges(QWidget):
         row = self._row = QHBoxLayout(self)
         self._figures: dict[str, QLabel] = {}
         for caption in SHOWN:
-            before, figure = QLabel(caption), QLabel(UNKNOWN)
+            before, figure = QLabel(tr(caption)), QLabel(UNKNOWN)
             before.setObjectName("caption")
             figure.setObjectName("figure")
             row.addWidget(before)

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QDialog, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY, font_of
+from app.window.texts import tr
 from paravol.snapshots.snapshot_queue import MomentPicture
 
 HEIGHT_PX = 120
@@ -75,7 +76,7 @@ class MomentView(QWidget):
             self._images.pop(oldest, None)
         title, detail = self.caption
         self.setAccessibleName(f"{title}, {detail}")
-        self.setToolTip("Kept moments: a click enlarges one, the wheel shows more.")
+        self.setToolTip(tr("Kept moments: a click enlarges one, the wheel shows more."))
         if self.enlarged is not None and self.enlarged.time_s == at_s:
             self.enlarged.show_image(self._images.get(at_s), caption_of(picture))
         self.show()
@@ -215,21 +216,29 @@ class EnlargedMoment(QDialog):
 
 def caption_of(picture: MomentPicture) -> tuple[str, str]:
     """Return what is said of a moment: a title and a line of detail."""
-    title = f"Moment at {picture.time_s:.1f} s"
+    title = tr("Moment at {time_s:.1f} s", time_s=picture.time_s)
     if picture.done is not None:
-        return title, f"being drawn: {picture.done:.0%}"
+        return title, tr("being drawn: {done:.0%}", done=picture.done)
     if picture.pixels is None:
         return title, picture.message
-    detail = f"saved as snapshots/{Path(picture.message).name}"
+    detail = tr("saved as snapshots/{name}", name=Path(picture.message).name)
     if picture.rmse is not None:
-        detail += f" · live picture off by {picture.rmse:.1f} of 255"
+        detail += tr(" · live picture off by {rmse:.1f} of 255", rmse=picture.rmse)
     return title, detail
 
 
 def short_of(picture: MomentPicture) -> str:
     """Return the same in a few words, for below a small picture."""
     if picture.done is not None:
-        return f"{picture.done:.0%} drawn" if picture.done > 0.0 else "waits"
+        return (
+            tr("{done:.0%} drawn", done=picture.done)
+            if picture.done > 0.0
+            else tr("waits")
+        )
     if picture.pixels is None:
-        return "failed"
-    return "saved" if picture.rmse is None else f"live ±{picture.rmse:.1f}/255"
+        return tr("failed")
+    return (
+        tr("saved")
+        if picture.rmse is None
+        else tr("live ±{rmse:.1f}/255", rmse=picture.rmse)
+    )

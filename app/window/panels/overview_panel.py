@@ -36,6 +36,7 @@ from app.window.panels.qt_image import image_of
 from app.window.panels.refresher import Refresher
 from app.window.panels.side_marks import paint_letters
 from app.window.style import OVER, font_of
+from app.window.texts import tr
 from paravol.cutaway import Cutaway
 from paravol.side_letters import SideLetter, side_letters
 from scenarios import Endoscope, View
@@ -180,7 +181,7 @@ class OverviewView(QWidget):
     def switch(self) -> str:
         """Open the head from the side, or close it; say what happens."""
         if self._head is None or self._head.cut_open is None:
-            return "There is no head to open yet"
+            return tr("There is no head to open yet")
         self._is_open = not self._is_open
         if self._is_open and self._cutaway is None:
             if not self._is_cutting:
@@ -190,9 +191,9 @@ class OverviewView(QWidget):
                 threading.Thread(
                     target=lambda: report(cut_open()), name="cut", daemon=True
                 ).start()
-            return "Opening the head"
+            return tr("Opening the head")
         self._show()
-        return "Head opened" if self._is_open else "Head closed"
+        return tr("Head opened") if self._is_open else tr("Head closed")
 
     @Slot(object)
     def _on_cut(self, cutaway: Cutaway) -> None:

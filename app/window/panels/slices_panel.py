@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.style import OVER, font_of
+from app.window.texts import later, tr
 from paravol.side_letters import place_text
 from paravol.slice_views import GRAY_WINDOWS, Plane, Show, SliceViews
 
@@ -46,18 +47,18 @@ ON_SLICE_MM = 1.0
 HU_PER_PIXEL = 4.0
 """How much a drag over one pixel changes the window."""
 
-FOLLOWS = "The slices follow the scope"
+FOLLOWS = later("The slices follow the scope")
 WIDGET_MOST = 16777215
 """Qt's own limit to what a widget measures."""
 
 LEGEND = (
-    (MARK, "+ the scope's tip"),
-    (TOOL_MARK, "◇ the tool's tip"),
-    (PLACE_MARK, "□ the task's place"),
-    (PLACE_MARK, "○ the place that is looked up"),
+    (MARK, later("+ the scope's tip")),
+    (TOOL_MARK, later("◇ the tool's tip")),
+    (PLACE_MARK, later("□ the task's place")),
+    (PLACE_MARK, later("○ the place that is looked up")),
 )
 _NOTCH = 120.0
-_TITLES = {Show.CT: "CT", Show.MR: "MR", Show.BOTH: "CT bone on MR"}
+_TITLES = {Show.CT: "CT", Show.MR: "MR", Show.BOTH: later("CT bone on MR")}
 _Place = NDArray[np.float64]
 
 
@@ -127,11 +128,11 @@ class SlicesView(QWidget):
         """Return what is shown: scan, window, plane, place."""
         if self._views is None or self._at_mm is None:
             return ""
-        words = [_TITLES[self.show_kind]]
+        words = [tr(_TITLES[self.show_kind])]
         if self.show_kind is Show.CT:
             words[0] += f" {self.window_hu.text()}"
         if self._is_following:
-            words.append("follows the scope")
+            words.append(tr("follows the scope"))
         else:
             number = float(self._views.ct.sample(self._at_mm))
             words += [
@@ -188,10 +189,10 @@ class SlicesView(QWidget):
     def switch(self) -> str:
         """Go on to the next scan; gives its name, or why there is only one."""
         if self._views is None or self._views.second is None:
-            return "This head has one scan only"
+            return tr("This head has one scan only")
         self.show_kind = self.show_kind.next()
         self._draw()
-        return _TITLES[self.show_kind]
+        return tr(_TITLES[self.show_kind])
 
     def look_up(self, place_mm: _Place) -> None:
         """Cut all three slices through a place, until `follow_again`."""
@@ -218,12 +219,12 @@ class SlicesView(QWidget):
     def switch_following(self) -> str:
         """Look the scope's place up, or follow the scope again; say which."""
         if self._views is None or self._at_mm is None:
-            return "There are no slices yet"
+            return tr("There are no slices yet")
         if self._is_following:
             self.look_up(self._at_mm)
-            return "The slices stay at this place"
+            return tr("The slices stay at this place")
         self.follow_again()
-        return FOLLOWS
+        return tr(FOLLOWS)
 
     def step(self, slices: float) -> None:
         """Scroll so many slices through the chosen plane."""
@@ -262,7 +263,12 @@ class SlicesView(QWidget):
         if self._views is not None:
             self._draw()
         low, high = self.window_hu.ends
-        return f"CT window {self.window_hu.text()}: {low:.0f} to {high:.0f} HU"
+        return tr(
+            "CT window {window}: {low:.0f} to {high:.0f} HU",
+            window=self.window_hu.text(),
+            low=low,
+            high=high,
+        )
 
     def _draw(self) -> None:
         assert self._views is not None
@@ -278,7 +284,7 @@ class SlicesView(QWidget):
     def _tell(self) -> None:
         if self.info != self._info:
             self._info = self.info
-            self.setAccessibleName(f"Slices: {self._info}")
+            self.setAccessibleName(tr("Slices: {info}", info=self._info))
             self.told.emit(self._info)
         self.update()
 
@@ -389,8 +395,9 @@ class SlicesView(QWidget):
         wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
         for colour, text in (*LEGEND, (OVER.quiet.name(), self._info)):
             painter.setPen(QColor(colour))
-            drawn = painter.boundingRect(line, wrap, text)
-            painter.drawText(line, wrap, text)
+            said = tr(text)
+            drawn = painter.boundingRect(line, wrap, said)
+            painter.drawText(line, wrap, said)
             line.setTop(drawn.bottom() + 6.0 * self._scale)
 
     def _paint(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
@@ -506,7 +513,8 @@ class SlicesView(QWidget):
             (flag.AlignBottom | down, bottom),
         ]
         if plane is Plane.AXIAL:
-            short = "both" if self.show_kind is Show.BOTH else _TITLES[self.show_kind]
+            both = self.show_kind is Show.BOTH
+            short = tr("both") if both else _TITLES[self.show_kind]
             texts.append((flag.AlignBottom | flag.AlignLeft, short))
         if plane is self.plane and not self._is_following:
             texts.append((flag.AlignTop | flag.AlignLeft, "▸"))

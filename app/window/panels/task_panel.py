@@ -6,12 +6,13 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.texts import later, tr
 from paravol.guide import GuideMark
 from scenarios import Scenario
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import KeepAway
 
-ALL_DONE = "All tasks are done. {end} ends the flight."
+ALL_DONE = later("All tasks are done. {end} ends the flight.")
 SHOWN = 2
 """Tasks at once; what must only be kept comes last."""
 
@@ -67,9 +68,11 @@ class TaskPanel(QWidget):
         states = self._states
         done = sum(state.status is Status.DONE for state in states)
         failed = [state for state in states if state.status is Status.FAILED]
-        text = f"{done} of {len(states)} tasks done"
+        text = tr("{done} of {count} tasks done", done=done, count=len(states))
         if failed:
-            text += f" · {len(failed)} failed: {failed[-1].why}"
+            text += tr(
+                " · {count} failed: {why}", count=len(failed), why=failed[-1].why
+            )
         _set_text(self._count, text + self._way)
         shown = self._open()[:SHOWN]
         for (line, bar), state in zip(
@@ -78,11 +81,11 @@ class TaskPanel(QWidget):
             bar.setVisible(state is not None)
             line.setVisible(state is not None)
             if state is not None:
-                _set_text(line, self._tasks[state.name].title)
+                _set_text(line, tr(self._tasks[state.name].title))
                 bar.setValue(round(100 * state.progress))
         if not shown and done + len(failed) == len(states):
             self._lines[0][0].setVisible(True)
-            _set_text(self._lines[0][0], ALL_DONE.format(end=KEYS.label(Act.END)))
+            _set_text(self._lines[0][0], tr(ALL_DONE, end=KEYS.label(Act.END)))
         self._tell_hint()
 
     def show_way(self, guide: GuideMark | None, *, is_on: bool) -> None:
@@ -92,9 +95,9 @@ class TaskPanel(QWidget):
         """
         way = ""
         if guide is not None:
-            way = f" · {guide.text()} to {guide.what}"
+            way = tr(" · {way} to {place}", way=guide.text(), place=tr(guide.what))
         elif self._open() and not is_on:
-            way = f" · {KEYS.label(Act.GUIDE)} shows the way"
+            way = tr(" · {guide} shows the way", guide=KEYS.label(Act.GUIDE))
         if way != self._way:
             self._way = way
             self._tell()
@@ -114,8 +117,9 @@ class TaskPanel(QWidget):
         """Return what helps now."""
         for state in self._open():
             if self._tasks[state.name].hint:
-                return self._tasks[state.name].hint
-        return " ".join(self._scenario.hints) or "There is no hint for this."
+                return tr(self._tasks[state.name].hint)
+        hints = " ".join(tr(hint) for hint in self._scenario.hints)
+        return hints or tr("There is no hint for this.")
 
     def _open(self) -> list[TaskState]:
         """Return the open tasks, those that must only be kept at the end."""
@@ -127,7 +131,9 @@ class TaskPanel(QWidget):
 
     def _tell_hint(self) -> None:
         self._hint.setVisible(self._has_hint)
-        _set_text(self._hint, f"Hint: {self.hint}" if self._has_hint else "")
+        _set_text(
+            self._hint, tr("Hint: {hint}", hint=self.hint) if self._has_hint else ""
+        )
 
 
 def _set_text(label: QLabel, text: str) -> None:

@@ -17,6 +17,7 @@ from app.window.style import (
     Colours,
     font_of,
 )
+from app.window.texts import tr
 from paravol.feedback import NO_SIGNS, Strain, TouchSigns
 from paravol.feedback.touch_signs import FULL_N, MARGIN_MM
 
@@ -61,7 +62,7 @@ def hazard_look(signs: TouchSigns, colours: Colours = COLOURS) -> tuple[QColor, 
     if not signs.is_near_hazard:
         return colours.quiet, ""
     if signs.hazard_mm < CAREFUL_MM:
-        return colours.warning, "▲ close"
+        return colours.warning, tr("▲ close")
     return colours.caution, "near"
 
 
@@ -97,7 +98,11 @@ class TouchBars(QWidget):
         is_bite, self._is_bite = self._is_bite, now < self._bite_until_s
         if (signs, sound, is_bite) != (self._signs, self._sound, self._is_bite):
             self._signs, self._sound = signs, sound
-            words = f"Force {signs.force_text()}. Hazard {signs.hazard_text()}."
+            words = tr(
+                "Force {force}. Hazard {hazard}.",
+                force=signs.force_text(),
+                hazard=signs.hazard_text(),
+            )
             self.setAccessibleName(words)
             self.update()
 
@@ -121,7 +126,7 @@ class TouchBars(QWidget):
         sign = "▲ " if signs.strain in _ALARMING else ""
         words = [each for each in (sign + word, "bite" * self._is_bite) if each]
         self._words(
-            painter, place, "Force", signs.force_text(), " · ".join(words), colour
+            painter, place, tr("Force"), signs.force_text(), " · ".join(words), colour
         )
         bar = self._bar(place)
         painter.fillRect(bar, EDGE)
@@ -149,7 +154,7 @@ class TouchBars(QWidget):
         colour, word = hazard_look(signs)
         words = [each for each in (word, self._sound) if each]
         self._words(
-            painter, place, "Hazard", signs.hazard_text(), " · ".join(words), colour
+            painter, place, tr("Hazard"), signs.hazard_text(), " · ".join(words), colour
         )
         bar = self._bar(place)
         painter.fillRect(bar, EDGE)
@@ -157,7 +162,12 @@ class TouchBars(QWidget):
         self._mark(painter, bar, margin)
         is_beyond = signs.hazard is None or signs.hazard_mm > HAZARD_SCALE_MM
         if not is_beyond or signs.hazard is None:
-            self._number(painter, bar, bar.right(), f"{HAZARD_SCALE_MM:g} mm")
+            self._number(
+                painter,
+                bar,
+                bar.right(),
+                f"{HAZARD_SCALE_MM:g} mm",
+            )
         if signs.hazard is None:
             return
         way = min(max(signs.hazard_mm / HAZARD_SCALE_MM, 0.0), 1.0)

@@ -10,4 +10,6 @@ from PySide6.QtWidgets import QApplication
 def application() -> Iterator[QApplication]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("QT_QPA_PLATFORM", "offscreen")
+        # the texts that are compared are English, whatever the system speaks
+        patch.setenv("LC_ALL", "C.UTF-8")
         yield QApplication(["test"])
