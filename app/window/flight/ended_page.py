@@ -4,8 +4,10 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout
 
+from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.texts import tr
 
 
 class EndedPage(TextPage):
@@ -17,11 +19,14 @@ class EndedPage(TextPage):
     def __init__(self, title: str, problem: str) -> None:
         """Lay the page out; title: of the exercise."""
         super().__init__()
-        self.title = f"PARAVOL: {title}"
-        heading, about = QLabel("This flight has ended"), QLabel(title)
+        self.title = f"PARAVOL: {tr(title)}"
+        heading, about = QLabel(tr("This flight has ended")), QLabel(tr(title))
         heading.setObjectName("verdict")
         about.setObjectName("heading")
-        self.again, self.home = QPushButton("Again (A)"), QPushButton("Home (H)")
+        self.again, self.home = (
+            QPushButton(tr("Again (A)")),
+            QPushButton(tr("Home (H)")),
+        )
         self.again.setObjectName("primary")
         self.again.clicked.connect(self.again_wanted)
         self.home.clicked.connect(self.home_wanted)
@@ -50,7 +55,7 @@ class EndedPage(TextPage):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Press the button of a key."""
-        match event.key():
+        match american(event):
             case Qt.Key.Key_A:
                 self.again.click()
             case Qt.Key.Key_H | Qt.Key.Key_Escape:

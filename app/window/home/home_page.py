@@ -140,7 +140,8 @@ class HomePage(TextPage):
 
     def show_stage(self, stage: str, share: float = 0.0) -> None:
         """Say what is being done, and how far it is; nothing starts meanwhile."""
-        super().show_stage(stage and f"{stage} · Esc gives it up", share)
+        said = tr("{stage} · Esc gives it up", stage=stage) if stage else ""
+        super().show_stage(said, share)
         for part in (self.go_on, self.card, self.list):
             part.setEnabled(not stage)
 
