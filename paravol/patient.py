@@ -209,7 +209,7 @@ class PatientScene:
             raise UserError(f"the renderer is 'fsr' or 'art', got {renderer!r}")
         view.add_instrument(seen, buffer)
         radiance = view.light(seen, buffer)
-        chosen = meter(radiance) if gain is None else gain
+        chosen = meter(radiance, buffer.material) if gain is None else gain
         pixels = view.expose(seen, buffer, radiance, gain=chosen, number=0)
         depth_mm = buffer.depth_mm
         return Look(pixels, depth_mm, camera, chosen, instrument_pose, instrument, jaw)

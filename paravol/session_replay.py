@@ -166,6 +166,8 @@ class Replay:
         self._unlike: frozenset[str] = frozenset()
         if not patient.structures_sha256 == info.structures_sha256 != "":
             self._unlike |= _NAMES
+        if not self._same_look:
+            self._unlike |= _SEEN
         if patient.hazards_sha256 != info.hazards_sha256:
             self._unlike |= _HAZARDS
         self.samples: list[Sample] = []
@@ -374,6 +376,9 @@ _FIRST_FIGURES = frozenset(
 
 _NAMES = frozenset(("worst_structure", "touched_s", "tool", "coverage"))
 """Figures that depend on how the head's structures are named."""
+
+_SEEN = frozenset(("coverage", "tasks"))
+"""Figures that depend on how the lens gets dirty, which is a part of the look."""
 
 _HAZARDS = frozenset(("hazards",))
 """Figures that depend on how the head's hazards were measured."""

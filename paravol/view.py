@@ -10,9 +10,9 @@ from xxhash import xxh3_128_hexdigest
 
 from paravol.patient import PatientScene, Progress, no_progress
 from renderers.fsr import FuzzySetRenderer
-from renderers.scene import Camera, Change, GBuffer
+from renderers.scene import Camera, Change, GBuffer, Material
 from renderers.scene.change import merged
-from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
 from renderers.scene.thread_team import Errand, ThreadTeam
@@ -115,7 +115,14 @@ class EndoscopeView:
             progress(stage, 0.8 * min(n, 1) + 0.1 * max(n - 1, 0))
             buffer = self.gbuffer(view)
             radiance = self.light(view, buffer)
-            self.expose(view, buffer, radiance, gain=meter(radiance), number=0)
+            gain = meter(radiance, buffer.material)
+            self.expose(view, buffer, radiance, gain=gain, number=0)
+        # a tool at the lens, and all that gets on it
+        buffer.material[:] = Material.METAL
+        buffer.depth_mm[:] = 1.0
+        self.lens = LensState(all_over(0.5), all_over(0.5), 0.5, 0.5)
+        self.expose(view, buffer, radiance, gain=gain, number=0)
+        self.lens = CLEAN
         progress(stage, 1.0)
 
     @staticmethod
@@ -249,7 +256,7 @@ class EndoscopeView:
         self.settle()
         chosen, lens = gain, self.lens
         if chosen is None:
-            chosen = self._auto_gain.follow(meter(radiance), elapsed_s)
+            chosen = self._auto_gain.follow(meter(radiance, buffer.material), elapsed_s)
 
         def finish(pixels: NDArray[np.uint8]) -> Frame:
             frame = Frame(pixels, buffer, chosen, lens)

@@ -278,7 +278,7 @@ def stage_times(view: EndoscopeView, seen: View) -> list[float]:
     tick()
     radiance = view.light(seen, buffer)
     tick()
-    gain = meter(radiance)
+    gain = meter(radiance, buffer.material)
     tick()
     pixels = view.expose(seen, buffer, radiance, gain=gain, number=1)
     tick()

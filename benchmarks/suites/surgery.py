@@ -29,7 +29,7 @@ from paravol.snapshots.operated_head import OperatedHead
 from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Change, GBuffer, ImageError
-from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier
 from scenarios import View, tip_frame
@@ -160,7 +160,7 @@ class SurgeryPlan(Plan, suite="surgery"):
                 f"{name}/lens/picture",
                 {
                     CLEAR: partial(self._lens, CLEAN),
-                    SOILED: partial(self._lens, LensState(0.4, 0.3)),
+                    SOILED: partial(self._lens, LensState(all_over(0.4), fog=0.3)),
                 },
                 size,
                 5.0,

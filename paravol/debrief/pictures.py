@@ -18,6 +18,7 @@ from paravol.patient import Progress
 from paravol.session_setup import build_view
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.render_session import render_session
+from paravol.snapshots.view_file import ScopeLook
 from paravol.snapshots.view_sources import session_views
 from renderers.scene.lens_state import CLEAN
 from scenarios.instrument_state import NO_TOOL
@@ -179,8 +180,8 @@ def _traced(
     head, views = session_views(folder, np.array(times), size, case, progress)
     if wound_s is not None:
         bare = msgspec.structs.replace(views[-2], instruments=())
-        look = msgspec.structs.replace(bare.look, soil=0.0, fog=0.0)
-        bare = msgspec.structs.replace(bare, look=look)
+        assert isinstance(bare.look, ScopeLook)
+        bare = msgspec.structs.replace(bare, look=bare.look.through(CLEAN))
         views[-2] = msgspec.structs.replace(bare, operated=None)
         views[-1] = msgspec.structs.replace(bare, operated=views[-1].operated)
     drawn: list[Picture] = []

@@ -16,17 +16,16 @@ from numpy.typing import ArrayLike
 from disk import UserError, whole_file
 from disk.typed_record import decode_json
 from renderers.scene import Camera, Distortion, Projection
-from renderers.scene.lens_state import LensState
 from renderers.snapshots.request import (
     Amount,
     Axis,
     DeflectorSpec,
+    OnLens,
     Pixels,
     Point,
     Positive,
     ProjectionName,
     Row,
-    Share,
     to_deflection,
 )
 from renderers.snapshots.scene_loader import rigid_pose
@@ -141,7 +140,7 @@ class ViewCamera(_Strict, frozen=True):
         )
 
 
-class ScopeLook(_Strict, frozen=True, tag="scope", tag_field="mode"):
+class ScopeLook(OnLens, frozen=True, tag="scope", tag_field="mode"):
     """See it as an endoscope does; the fields are those of `ScopeWork`."""
 
     ring_radius_mm: Annotated[float, Meta(gt=0, le=20)] = 0.95
@@ -150,14 +149,6 @@ class ScopeLook(_Strict, frozen=True, tag="scope", tag_field="mode"):
     blood_bias: Annotated[float, Meta(ge=0, le=10)] = 1.0
     gain: Annotated[float, Meta(gt=0, le=1e9)] | None = None
     frame_number: Annotated[int, Meta(ge=0, lt=2**31)] = 0
-    soil: Share = 0.0
-    fog: Share = 0.0
-    soil_seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
-
-    @property
-    def lens(self) -> LensState:
-        """Return what lies on the front lens."""
-        return LensState(self.soil, self.fog, self.soil_seed)
 
 
 class ClassicLook(_Strict, frozen=True, tag="classic", tag_field="mode"):

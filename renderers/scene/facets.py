@@ -28,7 +28,7 @@ class Facets:
     pieces, parent: ``(m, 9)`` float32 and ``(m,)`` int32; where triangles are looked
     for: small triangles that together cover the large ones, and whose they are.
     spheres: ``(g, 4)`` float32, centre and radius of ``pieces[first[g]:first[g + 1]]``.
-    is_closed: whether they bound solids, so that from outside none is seen from behind.
+    is_closed: whether they bound solids, so that none is to be seen from behind.
     """
 
     corners: NDArray[np.float32]

@@ -35,6 +35,10 @@ class Material(IntEnum):
     DEEP_TISSUE = 10
 
 
+TOOLS = (Material.METAL, Material.DARK_PLASTIC)
+"""What tools are made of, and tissue is not."""
+
+
 def read_only(array: NDArray[Kind]) -> NDArray[Kind]:
     """View an array, C-ordered, so that it cannot be written.
 

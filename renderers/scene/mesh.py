@@ -5,14 +5,14 @@ tissue's pixel by pixel, under any lens.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from renderers.scene.camera import Camera
+from renderers.scene.camera import Camera, Projection
 from renderers.scene.facets import Facets
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.spine import Spine
@@ -105,12 +105,21 @@ class Mesh:
     def listed(
         self, camera: Camera, world_from_mesh: NDArray[np.float64]
     ) -> "ListedFacets":
-        """List what a view may show of the mesh; `draw` it when there is a buffer."""
+        """List what a view may show of the mesh; `draw` it when there is a buffer.
+
+        Nothing of a solid that the eye is in.
+        """
         # Imported here: pictures without instruments need not load the compiler.
         from renderers.scene.mesh_drawing import list_facets_in_view
 
         facets = self.facets()
-        return list_facets_in_view(facets, int(self.material), camera, world_from_mesh)
+        listed = list_facets_in_view(
+            facets, int(self.material), camera, world_from_mesh
+        )
+        has_eye = facets.is_closed and camera.projection is not Projection.ORTHOGRAPHIC
+        if has_eye and self.spine(world_from_mesh).holds(camera.eye_mm):
+            return replace(listed, lists=[])
+        return listed
 
     def spine(self, world_from_mesh: NDArray[np.float64]) -> Spine:
         """Return what casts the mesh's shadow, placed by a rigid 4x4 transform.

@@ -16,7 +16,6 @@ from renderers.scene.kernels.triangles import (
     CutMesh,
     LensBounds,
     bound_groups,
-    is_outside,
     list_facets,
 )
 from renderers.scene.mesh import RowRunner
@@ -134,7 +133,8 @@ def list_facets_in_view(
     top, bottom = int(seen[:, 0].min()), int(seen[:, 1].max())
     flat = camera.projection is Projection.ORTHOGRAPHIC
     front = 0.0
-    if facets.is_closed and not flat and is_outside(facets.corners, -shift @ turn):
+    if facets.is_closed and not flat:
+        # from outside a solid hides its own far side; from within it is not drawn
         front = -float(np.linalg.det(turn))
     mesh = CutMesh(facets.corners, facets.pieces, facets.parent, facets.first)
     # all at once, not row by row: to look through what is in view takes long

@@ -77,6 +77,14 @@ class Spine:
         is_free[0, 0] = is_free[-1, 1] = True
         return cls(start + centre, end + centre, radius, is_free)
 
+    def holds(self, place_mm: Doubles) -> bool:
+        """Return whether a place ``(3,)`` is within a capsule."""
+        axis, off = self.end_mm - self.start_mm, place_mm - self.start_mm
+        square = np.maximum((axis * axis).sum(axis=1), 1e-12)
+        share = np.clip((off * axis).sum(axis=1) / square, 0.0, 1.0)
+        away = np.linalg.norm(off - share[:, None] * axis, axis=1)
+        return bool(np.any(away < self.radius_mm))
+
     def placed(self, world_from_mesh: Doubles) -> "Spine":
         """Move the capsules by a rigid 4x4 transform."""
         turn, shift = world_from_mesh[:3, :3], world_from_mesh[:3, 3]

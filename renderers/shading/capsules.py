@@ -34,12 +34,14 @@ def capsule_table(casters: Sequence[Caster], camera: Camera) -> NDArray[np.float
 
     Only what lies before the plane of the fibre ends: light from there to what the
     lens sees never goes behind it. Where a capsule is cut by that plane its end counts
-    as a joint.
+    as a joint. A tool that the lens is in is not drawn and hides no light.
     """
     rows = []
     forward = camera.frame[3]
     for caster in casters:
         spine = caster.spine
+        if spine.holds(camera.eye_mm):
+            continue
         surface = SURFACES[caster.material]
         albedo = surface.f0 + (surface.red + surface.green + surface.blue) / 3
         starts, ends = spine.start_mm - camera.eye_mm, spine.end_mm - camera.eye_mm

@@ -12,12 +12,13 @@ from renderers.shading.materials import material_table
 from renderers.shading.noise import noise_tile, stored_tile, tile_from_mm
 from renderers.shading.tissue_colour import SKIN_COLOR, colour_table
 
-LOOK_VERSION = 5
+LOOK_VERSION = 6
 """Counts what one sees: raised whenever the same view gets other pixels, so that
 recorded pictures are not compared with those of another look. 2: shadows of tools,
 mirrored walls, hairs, sharp rims. 3: tools' normals rounded otherwise. 4: near hairs
 out of focus, near walls that keep their shading, ground steel. 5: mirrored walls and
-their shadows to .02 mm."""
+their shadows to .02 mm. 6: near tools out of focus, none from within; the lens is
+soiled in places, with mucus and drops."""
 
 _MOTTLE_VOXELS = 5.7
 """Tile voxels per dominant wavelength of a tile of shortest wavelength 4."""

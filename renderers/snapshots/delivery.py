@@ -21,7 +21,6 @@ from renderers.scene import (
     save_png,
 )
 from renderers.scene.change import changed_box
-from renderers.scene.lens_state import LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import (
     CameraPass,
@@ -264,7 +263,7 @@ class Finisher:
             request.to_camera(),
             gain=work.gain,
             frame_number=work.frame_number,
-            lens=LensState(work.soil, work.fog, work.soil_seed),
+            lens=work.lens,
         )
 
     def _shader(

@@ -86,7 +86,7 @@ class Refinement:
         self._radiance = sight.shader.shade(
             self._gbuffer, sight.camera, sight.light, casters=sight.casters
         )
-        self._gain = self._work.gain or meter(self._radiance)
+        self._gain = self._work.gain or meter(self._radiance, self._gbuffer.material)
         self._sight = finisher.sight(request, self._work, scene)
         self._fine = GBuffer.empty(*empty_gather(request).depth.shape)
         self._have = np.zeros(self._fine.size, np.bool_)

@@ -5,7 +5,7 @@ refused with the field's name. A request names data by digest only, never by pat
 """
 
 import math
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 import msgspec
 import numpy as np
@@ -27,7 +27,7 @@ from renderers.scene.deflection import (
     Scaling,
     Translation,
 )
-from renderers.scene.lens_state import LensState
+from renderers.scene.lens_state import NONE, LensState, all_over
 
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
@@ -162,7 +162,42 @@ class WoundsSpec(_Strict, frozen=True):
     pale: Digest | None = None
 
 
-class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
+ShareOfSector = tuple[Share, Share, Share, Share, Share, Share, Share, Share]
+
+
+class OnLens(_Strict, frozen=True, kw_only=True):
+    """Say what lies on the front lens, see `renderers.scene.lens_state`.
+
+    soil: blood all over it, as in files from before it lay in sectors.
+    """
+
+    soil: Share = 0.0
+    fog: Share = 0.0
+    soil_seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    soil_blood: ShareOfSector = NONE
+    soil_mucus: ShareOfSector = NONE
+    drops: Share = 0.0
+
+    @property
+    def lens(self) -> LensState:
+        """Return what lies on the front lens."""
+        blood = all_over(self.soil) if self.soil else self.soil_blood
+        return LensState(blood, self.soil_mucus, self.fog, self.drops, self.soil_seed)
+
+    def through(self, lens: LensState) -> Self:
+        """Return the same with something else on the lens."""
+        return msgspec.structs.replace(
+            self,
+            soil=0.0,
+            soil_blood=lens.blood,
+            soil_mucus=lens.mucus,
+            fog=lens.fog,
+            drops=lens.drops,
+            soil_seed=lens.seed,
+        )
+
+
+class ScopeWork(OnLens, frozen=True, tag="scope", tag_field="mode"):
     """Draw what the endoscope sees.
 
     distance, blood, skin: arrays of one grid; see `renderers.scene.AirSurface`.
@@ -170,8 +205,7 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     operated on, whose distance is the one before: an array int32 ``(n, 513)`` of the
     bricks of 8 x 8 x 8 voxels that differ, ascending. A row is a brick's number, x
     fastest, and the bits of its values; see `renderers.snapshots.volume_changes`. None
-    where none differ. wounds: None for a head that nobody operates on. soil, fog,
-    soil_seed: of the front lens, see `renderers.scene.lens_state`.
+    where none differ. wounds: None for a head that nobody operates on.
     """
 
     distance: Digest
@@ -188,9 +222,6 @@ class ScopeWork(_Strict, frozen=True, tag="scope", tag_field="mode"):
     path_tracing: PathTracingSpec | None = msgspec.field(name="truth", default=None)
     changes: Digest | None = None
     wounds: WoundsSpec | None = None
-    soil: Share = 0.0
-    fog: Share = 0.0
-    soil_seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
 
 
 class LightSpec(_Strict, frozen=True):
@@ -316,10 +347,7 @@ class SnapshotRequest(_Strict, frozen=True):
         """Return the same as it is seen through a lens on which something lies."""
         if lens.is_clean or not isinstance(self.work, ScopeWork):
             return self
-        work = msgspec.structs.replace(
-            self.work, soil=lens.soil, fog=lens.fog, soil_seed=lens.seed
-        )
-        return msgspec.structs.replace(self, work=work)
+        return msgspec.structs.replace(self, work=self.work.through(lens))
 
     def to_quality(self) -> Quality:
         """Build the quality with its replacements."""

@@ -14,6 +14,7 @@ from surgery.solids import capsule
 from tests.surgery.heads import floor_at, walled
 
 PLACES = [np.array([9.0 + 2 * n, 10.0 + (n % 3), 9.6]) for n in range(4)]
+DOWN = np.diag([1.0, 1.0, -1.0])
 
 
 class Head:
@@ -45,7 +46,7 @@ class Head:
             self.film.suck(Suction(PLACES[action % 4], 3.0) if action % 2 else None)
             self.lens.wash()
         self.film.advance(self.time_s)
-        self.lens.advance(self.time_s, PLACES[action % 4])
+        self.lens.advance(self.time_s, np.vstack([PLACES[action % 4], DOWN]), 0.5)
 
     def seen(self) -> list[bytes]:
         """All that anybody sees of it, and the books."""

@@ -153,7 +153,7 @@ class Operating(Still):
         at = np.array([4.0 + 0.5 * sample.time_s, 10.0, 10.0])
         edit = self.patient.carve(capsule(at, at, 1.0), Taker())
         assert edit is not None
-        self.state = LensState(soil=sample.time_s / 100)
+        self.state = LensState(fog=sample.time_s / 100)
         if sample.time_s in (3.0, 5.0):
             self.injuries.append(
                 Injury(sample.time_s, "orbit", WALL, "right", at, 1.0, "curette")
@@ -290,7 +290,7 @@ def test_a_frame_shows_the_lens_as_its_sample_left_it() -> None:
     flown(frames.append, Operating())
     assert len(frames) == 20
     for event in frames:
-        assert event.frame.lens == LensState(soil=event.sample.time_s / 100)
+        assert event.frame.lens == LensState(fog=event.sample.time_s / 100)
 
 
 def test_a_frame_tells_what_its_sample_felt() -> None:

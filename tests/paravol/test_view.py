@@ -98,6 +98,36 @@ def test_a_jaw_that_moves_is_seen_to_move(
     assert (closed.depth_mm <= none.depth_mm).all()
 
 
+def tool_at(view: View, name: str, ahead_mm: float, below_mm: float) -> View:
+    """The tip on the axis of the picture, the shaft so far below the lens."""
+    eye, _, up, forward = view.camera.frame
+    tip = eye + ahead_mm * forward
+    pose = tip_frame(tip, tip - eye + below_mm * up)
+    return dataclasses.replace(
+        view, instrument=name, world_from_instrument=pose, jaw=0.0
+    )
+
+
+@pytest.mark.parametrize("name", INSTRUMENTS)
+def test_no_tool_is_seen_from_within_nor_darkens_what_is_behind_it(
+    patient: tuple[list[EndoscopeView], list[View]], name: str
+) -> None:
+    """Wherever its shaft passes, through the lens included; tissue keeps its light."""
+    (view, _), seen = patient
+    bare = dataclasses.replace(seen[0], instrument=NO_TOOL)
+    view._auto_gain.gain = None
+    gain = view.draw(bare, number=0, elapsed_s=0.0).gain
+    for ahead_mm, below_mm in ((1.0, 0.0), (6.0, 0.3), (9.0, 2.6), (14.0, 5.0)):
+        view._auto_gain.gain = None
+        here = tool_at(bare, name, ahead_mm, below_mm)
+        frame = view.draw(here, number=0, elapsed_s=0.0)
+        is_tool = frame.gbuffer.material == Material.METAL
+        assert is_tool.mean() < 0.5
+        assert abs(np.log2(frame.gain / gain)) < 0.5
+        dark = frame.pixels[~is_tool].mean()
+        assert dark > 0.6 * view.draw(bare, number=0, elapsed_s=9.9).pixels.mean()
+
+
 def test_a_resting_scope_is_exposed_anew_each_time(
     patient: tuple[list[EndoscopeView], list[View]],
 ) -> None:

@@ -5,7 +5,7 @@ from numba import njit
 
 from renderers.lanes import any_, f32, f64, full, lanes, load_where, store_where, unzip3
 from renderers.lanes.arrays import Doubles, Floats, Ints, Lanes
-from renderers.scene.kernels.triangles import row_span, slope
+from renderers.scene.kernels.triangles import NEAREST_MM, row_span, slope
 
 W = 8
 
@@ -25,8 +25,8 @@ def fill_facets(
 ) -> tuple[int, int]:  # fmt: skip
     """Lower `depth` to the nearest of the listed triangles' and note whose it is.
 
-    Does so in rows ``begin..end`` only. Returns the first column that it looked at and
-    the one past the last.
+    Does so in rows ``begin..end`` only, and beyond `NEAREST_MM` of an eye. Returns the
+    first column that it looked at and the one past the last.
 
     places: ``(n, 20)``, see `edge_products`; three corners in pixels; how far the sides
     bulge out from between them, or BOXED. boxes: ``(n, 5)``, which triangle, first
@@ -34,6 +34,7 @@ def fill_facets(
     """
     width = depth.shape[1]
     here = lanes(W)
+    from_ = np.float32(0 if flat else NEAREST_MM)
     least, most = width, 0
     for r in range(count):
         top, bottom = max(boxes[r, 3], begin), min(boxes[r, 4] + 1, end)
@@ -77,7 +78,7 @@ def fill_facets(
                 else:
                     t = f32(d0 / total)
                 near = load_where(depth, at, wanted)
-                nearer = inside & (t > np.float32(0)) & (t < near)
+                nearer = inside & (t > from_) & (t < near)
                 store_where(depth, at, t, nearer)
                 store_where(owner, at, mine, nearer)
     return least, most

@@ -31,6 +31,10 @@ ORTHOGRAPHIC = 2
 MARGIN_PX = 0.5
 """For rounding."""
 
+NEAREST_MM = 0.5
+"""From an eye, nothing nearer is drawn: a lens that all but touches a tool, or is in
+it, would see nothing else."""
+
 
 class LensBounds(NamedTuple):
     """What of a camera decides where in the picture a triangle may show.
@@ -88,37 +92,6 @@ def edge_products(p: Doubles, projection: int, e: Doubles) -> None:
         z = p[3] * p[7] - p[4] * p[6]
         e[9] = p[0] * x + p[1] * y + p[2] * z
         e[10] = e[11] = 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def is_outside(corners: Floats, eye: Doubles) -> bool:
-    """Return whether a point is outside what closed triangles bound; False if unsure.
-
-    What goes in and out of it straight above the point, along the mesh's z, cancels.
-    A line that meets an edge, or a point on the surface, is not decided.
-    """
-    ex, ey, ez = eye[0], eye[1], eye[2]
-    ways = 0
-    for n in range(corners.shape[0]):
-        ax, ay = corners[n, 0] - ex, corners[n, 1] - ey
-        bx, by = corners[n, 3] - ex, corners[n, 4] - ey
-        cx, cy = corners[n, 6] - ex, corners[n, 7] - ey
-        # neighbours share an edge's product up to its sign
-        u = bx * cy - by * cx
-        v = cx * ay - cy * ax
-        w = ax * by - ay * bx
-        low, high = min(u, v, w), max(u, v, w)
-        if low < 0 and high > 0:
-            continue
-        height = u * (corners[n, 2] - ez) + v * (corners[n, 5] - ez)
-        height += w * (corners[n, 8] - ez)
-        height = height if high > 0 else -height
-        if height < 0:
-            continue
-        if low == 0 or high == 0 or height == 0:
-            return False
-        ways += 1 if high > 0 else -1
-    return ways == 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -179,7 +152,7 @@ def list_facets(
 
     rows: of each group of pieces, see `bound_groups`. turn, shift: camera from mesh.
     front: sign of the triple product of the corners of a triangle that faces the eye,
-    where those that look away are hidden; 0 where they may show. places, boxes: what
+    where those that look away are left out; 0 where they may show. places, boxes: what
     `fill_facets` wants of each.
     Returns the piece to go on with, where there was no room for more, and how many
     were listed.

@@ -14,6 +14,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.camera.camera_settings import CameraSettings
 from renderers.shading.camera.developer import LEAST_ROWS, Developer
 from renderers.shading.camera.exposure import meter
+from renderers.shading.camera.near_tools import NearTools
 from renderers.shading.camera.optics import make_optics
 from renderers.shading.camera.soiled_lens import SoiledLens
 
@@ -36,6 +37,7 @@ class CameraPass:
         self.settings = settings or CameraSettings()
         self._bands = RowBands(threads)
         self._seed = seed
+        self._near = NearTools(self._bands)
         self._lens = SoiledLens(self._bands)
         self._developer: Developer | None = None
 
@@ -57,9 +59,9 @@ class CameraPass:
         threads at once.
         """
         developer = self._developer_for(radiance, gbuffer, camera)
-        radiance = self._lens.look(radiance, lens)
+        radiance = self._lens.look(self._near.look(radiance, gbuffer), lens)
         if gain is None:
-            gain = meter(radiance)
+            gain = meter(radiance, gbuffer.material)
         _demand_gain(gain)
         picture, develop = developer.expose(
             radiance, gbuffer.depth_mm, gain, frame_number
@@ -85,7 +87,7 @@ class CameraPass:
         would have to wait for it.
         """
         developer = self._developer_for(radiance, gbuffer, camera)
-        radiance = self._lens.look(radiance, lens)
+        radiance = self._lens.look(self._near.look(radiance, gbuffer), lens)
         _demand_gain(gain)
         picture, develop = developer.expose(
             radiance, gbuffer.depth_mm, gain, frame_number

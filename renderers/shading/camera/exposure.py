@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.gbuffer import read_only
+from renderers.scene.gbuffer import TOOLS, read_only
 from renderers.shading.kernels.camera_meter import count_within, find_gain, sample_light
 
 TARGET = 0.17
@@ -18,14 +18,21 @@ HIGHLIGHT_SHARE = 0.88
 
 LARGEST_GAIN = 1e5
 """Above it even a wall 10 cm away would be white; a black picture gets this."""
+TOOL_WEIGHT = 0.005
+"""Of a tool's pixel beside one of tissue: steel does not decide how bright tissue is,
+but a picture of nothing else is exposed, too."""
 _SAMPLES = 96
 """Samples along the shorter side: the meter needs no more than 9,000 pixels."""
 _ROUNDS = 50
 """Far more than there are: a round each time that more samples clip."""
 
 
-def meter(radiance: NDArray[np.float32]) -> float:
+def meter(
+    radiance: NDArray[np.float32], material: NDArray[np.uint8] | None = None
+) -> float:
     """Return the gain that exposes a picture ``(h, w, 3)`` of linear radiance well.
+
+    material: ``(h, w)``, what it shows, see `GBuffer`; None for tissue alone.
 
     The gain g makes the mean of min(g Y, 1), weighted by exp(-(r / .5)^2) inside
     r < .95 of the round field, reach `TARGET`, unless the highlights would then
@@ -34,6 +41,13 @@ def meter(radiance: NDArray[np.float32]) -> float:
     rows, columns, weight = _field(*radiance.shape[:2])
     luminance, largest = np.empty_like(weight), np.empty_like(weight)
     sample_light(read_only(radiance), rows, columns, luminance, largest)
+    if material is not None:
+        is_tool = np.isin(material[rows, columns], TOOLS)
+        if is_tool.any():
+            weight = np.where(is_tool, np.float32(TOOL_WEIGHT) * weight, weight)
+            weight /= weight.sum()
+            if np.mean(is_tool) < 1 - TOOL_WEIGHT:
+                largest = largest[~is_tool]
     gain = find_gain(luminance, weight, TARGET, LARGEST_GAIN, _ROUNDS)
     if gain >= LARGEST_GAIN:
         return LARGEST_GAIN

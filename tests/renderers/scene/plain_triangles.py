@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene.kernels.triangles import row_span, slope
+from renderers.scene.kernels.triangles import NEAREST_MM, row_span, slope
 
 
 def fill_facets(
@@ -24,6 +24,7 @@ def fill_facets(
     Arguments and results are those of `renderers.scene.kernels.fill_triangles`.
     """
     least, most = depth.shape[1], 0
+    from_ = np.float32(0 if flat else NEAREST_MM)
     for place, (n, left, right, first_row, last_row) in zip(
         places[:count], boxes[:count].tolist(), strict=True
     ):
@@ -44,7 +45,7 @@ def fill_facets(
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 way = u * offsets[0] + v * offsets[1] + w * offsets[2]
                 t = ((way if flat else offsets[0]) / total).astype(np.float32)
-            nearer = inside & (t > 0) & (t < depth[y, columns])
+            nearer = inside & (t > from_) & (t < depth[y, columns])
             depth[y, columns[nearer]] = t[nearer]
             owner[y, columns[nearer]] = n
     return least, most

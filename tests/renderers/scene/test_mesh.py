@@ -21,6 +21,7 @@ from renderers.scene import (
     Mesh,
     Projection,
 )
+from renderers.scene.kernels.triangles import NEAREST_MM
 
 ALL = list(Projection)
 SEEDS = st.integers(0, 10**6)
@@ -274,11 +275,23 @@ def test_what_is_behind_or_beside_is_not_seen() -> None:
         assert not buffer.coverage.any()
 
 
-def test_the_eye_inside_a_sphere_sees_it_all_around() -> None:
+def test_the_eye_inside_a_solid_sees_nothing_of_it_and_a_room_all_around() -> None:
     camera = Camera(np.vstack([[0, 0, 0], np.eye(3)]), math.radians(88), 40, 40)
-    found = sphere(10.0, 4).gbuffer(camera, np.eye(4)).depth_mm
+    solid = sphere(10.0, 4)
+    assert not solid.gbuffer(camera, np.eye(4)).coverage.any()
+    room = Mesh(solid.vertices, solid.faces[:, ::-1])
+    found = room.gbuffer(camera, np.eye(4)).depth_mm
     seen = np.linalg.norm(camera.rays()[1], axis=-1) > 0.5
     assert np.all((found[seen] > 9.97) & (found[seen] < 10.0001))
+
+
+def test_nothing_that_all_but_touches_the_lens_is_drawn() -> None:
+    camera = camera_of(Projection.EQUIDISTANT)
+    pose = np.eye(4)
+    pose[:3, :3] = camera.frame[1:].T
+    for away_mm, is_seen in ((0.9 * NEAREST_MM, False), (1.1 * NEAREST_MM, True)):
+        pose[:3, 3] = camera.eye_mm + away_mm * camera.frame[3]
+        assert np.any(plate(0.1).gbuffer(camera, pose).coverage) == is_seen
 
 
 @pytest.mark.parametrize(

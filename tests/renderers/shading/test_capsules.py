@@ -40,6 +40,12 @@ def test_what_is_all_behind_casts_nothing() -> None:
     assert not len(capsule_table([Caster(capsule([1, 0, -30], [1, 0, -1]))], CAMERA))
 
 
+def test_what_the_lens_is_in_casts_nothing() -> None:
+    for away in (0.9, 1.1):
+        spine = capsule([away, 0, -5], [away, 0, 9], 1.0)
+        assert len(capsule_table([Caster(spine)], CAMERA)) == (away > 1.0)
+
+
 def test_black_plastic_takes_more_of_the_light_than_steel() -> None:
     spine = capsule([1, 0, 2], [1, 0, 12])
     steel, black = (

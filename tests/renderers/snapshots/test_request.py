@@ -12,7 +12,7 @@ from renderers.art.quality import QUALITIES
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.ray_travel import make_frame_node
 from renderers.scene import Camera, Scene
-from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import (
     LARGEST_REQUEST,
@@ -68,10 +68,11 @@ def test_a_request_survives_its_bytes(request_: SnapshotRequest) -> None:
 
 
 def test_a_request_is_seen_through_what_lies_on_the_lens() -> None:
-    seen = decode_request(msgspec.json.encode(SCOPE.through(LensState(0.3, 0.2, 4))))
+    dirty = LensState((0.3, 0, 0, 0, 0, 0, 0, 0.1), all_over(0.2), 0.2, 0.5, 4)
+    seen = decode_request(msgspec.json.encode(SCOPE.through(dirty)))
     assert isinstance(seen.work, ScopeWork)
-    assert (seen.work.soil, seen.work.fog, seen.work.soil_seed) == (0.3, 0.2, 4)
-    for request, lens in ((SCOPE, CLEAN), (CLASSIC, LensState(0.3))):
+    assert seen.work.lens == dirty
+    for request, lens in ((SCOPE, CLEAN), (CLASSIC, dirty)):
         assert request.through(lens) == request
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.scene import Camera, Volume
-from renderers.scene.lens_state import CLEAN, LensState
+from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.shading.camera.camera_settings import CameraSettings
 from scenarios import Endoscope, Sample, Session, tip_frame
 from scenarios.coverage import CoverageWatch, Mucosa, SeenPercent, mucosa_of
@@ -109,7 +109,7 @@ def test_how_often_samples_come_changes_a_look_at_most(rate_hz: float) -> None:
 
 def test_a_flash_a_dirty_lens_a_near_wall_and_a_swing_do_not_count() -> None:
     assert share(stare(PATCHES, ROOM, [camera()], hold_s=0.15)) == 0.0
-    soiled = LensState(soil=0.6)
+    soiled = LensState(blood=all_over(0.6))
     assert share(stare(PATCHES, ROOM, [camera()], soiled)) == 0.0
     assert share(stare(PATCHES, ROOM, [camera(eye=(0.0, 9.0, 0.0))])) < 0.01
     swung = CoverageWatch(PATCHES)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from renderers.scene import Material
 from renderers.shading import AutoGain, meter
 from renderers.shading.camera.exposure import HIGHLIGHT, LARGEST_GAIN, TARGET
 
@@ -41,6 +42,27 @@ def test_the_target_is_a_mean_of_clipped_light() -> None:
     picture = field(0.01, 192)
     picture[94:98, 94:98] = 100.0
     assert meter(picture) * 0.01 == pytest.approx(TARGET, rel=0.02)
+
+
+@given(share=st.floats(0.05, 0.75), bright=st.floats(0, 1e3), tissue=st.floats(1e-3, 1))
+def test_a_tool_does_not_decide_how_bright_tissue_is(
+    share: float, bright: float, tissue: float
+) -> None:
+    """Wherever it lies, however bright it is: by a quarter of a stop at most."""
+    picture = field(tissue)
+    material = np.zeros(picture.shape[:2], np.uint8)
+    tool = slice(round(96 * (1 - share)), None)
+    picture[tool], material[tool] = bright * tissue, Material.METAL
+    bare, gain = meter(field(tissue)), meter(picture, material)
+    assert abs(math.log2(gain / bare)) < 0.25
+    assert meter(picture, np.zeros_like(material)) == meter(picture)
+
+
+def test_a_picture_of_nothing_but_a_tool_is_exposed_too() -> None:
+    steel = np.full((96, 96), Material.METAL, np.uint8)
+    picture = np.random.default_rng(1).gamma(0.7, 0.01, (96, 96, 3))
+    light = picture.astype(np.float32)
+    assert meter(light, steel) == pytest.approx(meter(light), rel=1e-6)
 
 
 def test_black_gets_the_largest_gain() -> None:
