@@ -49,11 +49,11 @@ BLOOD_PER_S = 6.0
 """Share that blood covers in a second, per mm of its thickness, thickest `THICK_MM`."""
 THICK_MM = 0.5
 
-WINDOW, BEHIND = 0.6, 0.2
+WINDOW, BEHIND = 0.7, 0.29
 """Radius of the window that the lens is behind, of the tip's, and how far it lies
 behind the tip, which is round: on the ball that tissue meets."""
 
-WETS_MM = 0.25
+WETS_MM = 0.35
 """Tissue that is nearer than this, or so much nearer than its blood is thick, wets the
 window; so much beyond it, it lies on it flatly."""
 

@@ -5,12 +5,16 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from disk import UserError
-from paravol.snapshots.head_scene import RenderSettings
+from paravol.snapshots.head_scene import RenderSettings, placed
 from paravol.snapshots.outputs import FILM, save_picture
 from paravol.snapshots.render_session import RenderSession
 from paravol.snapshots.view_file import ViewFile, exposed
 from paravol.video import VideoWriter
+from renderers.scene import GBuffer
 from renderers.shading import AutoGain, meter
 
 LEAST_S = 0.05
@@ -26,6 +30,20 @@ class FilmReport:
     frames: int
     seconds: float
     complete: bool
+
+
+def _materials(
+    view: ViewFile, depth_mm: NDArray[np.float32]
+) -> NDArray[np.uint8] | None:
+    """Return what a picture shows, as the meter asks; None for no tools."""
+    if not view.instruments:
+        return None
+    buffer = GBuffer.empty(*depth_mm.shape)
+    # a tool is as far as the picture shows it, but for how its pixels were averaged
+    buffer.depth_mm[:] = depth_mm * np.float32(1.001)
+    for mesh, pose in placed(view.instruments):
+        mesh.draw(buffer, view.to_camera(), pose)
+    return buffer.material
 
 
 def draw_film(
@@ -76,7 +94,10 @@ def draw_film(
             session.progress("Pictures in a row", (number + 1) / len(views))
             if picture.result.gain is not None:
                 gain.gain = picture.result.gain
-                gain.follow(meter(picture.rgba[..., :3]), 1 / fps)
+                width = view.size_px[0]
+                light = np.ascontiguousarray(picture.rgba[:, :width, :3])
+                shown = _materials(view, picture.depth_mm[:, :width])
+                gain.follow(meter(light, shown), 1 / fps)
             complete = complete and picture.result.complete
             for folder in folders:
                 save_picture(folder / f"frame-{number + 1:05d}.png", picture)

@@ -22,8 +22,7 @@ class NearTools:
 
     def __init__(self, bands: RowBands) -> None:
         self._bands = bands
-        self._seen = self._little = np.zeros((0, 0, 0), np.float32)
-        self._far = self._other = self._little
+        self._seen = self._small = np.zeros((0, 0, 0), np.float32)
 
     def look(
         self, radiance: NDArray[np.float32], gbuffer: GBuffer
@@ -32,18 +31,27 @@ class NearTools:
 
         Valid until the next call.
         """
-        material, depth = read_only(gbuffer.material), read_only(gbuffer.depth_mm)
-        if not kernels.has_near(material, depth):
-            return radiance
         height, width = gbuffer.size
+        near = kernels.near_rows(
+            read_only(gbuffer.material), read_only(gbuffer.depth_mm)
+        )
+        if near == (0, 0):
+            return radiance
+        reach = round(min(height, width) / _PICTURE_PX)
+        # as far as light of the tool gets, in whole cells
+        margin = (2 * reach + 2) * CELL
+        top = max(near[0] // CELL * CELL - margin, 0)
+        bottom = min(-(-near[1] // CELL) * CELL + margin, height)
+        light = read_only(radiance[top:bottom])
+        material = read_only(gbuffer.material[top:bottom])
+        depth = read_only(gbuffer.depth_mm[top:bottom])
         if self._seen.shape != radiance.shape:
             cells = -(-height // CELL), -(-width // CELL), kernels.SEVEN
             self._seen = np.empty(radiance.shape, np.float32)
-            self._little = np.empty(cells, np.float32)
-            self._far = np.empty(cells, np.float32)
-            self._other = np.empty(cells, np.float32)
-        light, seen = read_only(radiance), self._seen
-        little, far = self._little, self._far
+            self._small = np.empty((3, *cells), np.float32)
+        self._seen[:top], self._seen[bottom:] = radiance[:top], radiance[bottom:]
+        seen = self._seen[top:bottom]
+        little, far, other = self._small[:, : -(-len(light) // CELL)]
 
         def shrink(first: int, last: int) -> None:
             kernels.shrink_near(light, material, depth, little, far, first, last)
@@ -52,6 +60,6 @@ class NearTools:
             kernels.blend_rows(light, material, depth, little, far, seen, first, last)
 
         self._bands.run(len(little), shrink)
-        blur(far, self._other, round(min(height, width) / _PICTURE_PX))
-        self._bands.run(height, blend)
-        return seen
+        blur(far, other, reach)
+        self._bands.run(len(light), blend)
+        return self._seen

@@ -44,14 +44,18 @@ def near_shares(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def has_near(material: Bytes, depth: Floats) -> bool:
-    """Return whether a picture shows a near tool."""
-    found = False
+def near_rows(material: Bytes, depth: Floats) -> tuple[int, int]:
+    """Return the first row that shows a near tool and the one past the last; 0, 0."""
+    first = last = 0
     for y in range(material.shape[0]):
+        found = False
         for x in range(material.shape[1]):
             tool = (material[y, x] == METAL) | (material[y, x] == PLASTIC)
             found |= tool & (depth[y, x] < f32(SHARP_MM))
-    return found
+        if found:
+            first = y if last == 0 else first
+            last = y + 1
+    return first, last
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

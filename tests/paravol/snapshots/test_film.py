@@ -7,11 +7,14 @@ import msgspec
 import numpy as np
 import pytest
 
-from paravol.snapshots.film import draw_film
+from paravol.snapshots.film import _materials, draw_film
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.render_session import RenderSession
-from paravol.snapshots.view_file import ViewFile
+from paravol.snapshots.view_file import PlacedInstrument, ViewFile
+from renderers.scene import Material
 from renderers.shading import AutoGain, meter
+from renderers.snapshots.request import Row
+from scenarios import tip_frame
 from tests.paravol.snapshots.darkroom import SIZE, Darkroom, view
 
 FPS = 10.0
@@ -57,3 +60,20 @@ def test_a_film_of_odd_size_is_refused_before_anything_is_drawn(tmp_path: Path) 
         )
     assert not darkroom.gains
     assert not list(tmp_path.iterdir())
+
+
+def test_tools_are_told_from_tissue_where_they_are_seen() -> None:
+    bare = view()
+    assert _materials(bare, np.ones((SIZE, SIZE), np.float32)) is None
+    camera = bare.to_camera()
+    pose = tip_frame(camera.eye_mm + 10 * camera.frame[3], camera.frame[3])
+    pose[:3, 3] += 1.0 * camera.frame[1]
+    rows = msgspec.convert(pose[:3].tolist(), tuple[Row, Row, Row])
+    held = PlacedInstrument("elevator", rows)
+    seen = msgspec.structs.replace(bare, instruments=(held,))
+    for depth_mm, is_any in ((60.0, True), (0.2, False)):
+        depth = np.full((SIZE, SIZE), depth_mm, np.float32)
+        material = _materials(seen, depth)
+        assert material is not None
+        assert np.any(material == Material.METAL) == is_any
+        assert np.any(material == Material.TISSUE)
