@@ -18,7 +18,7 @@ HIGHLIGHT_SHARE = 0.88
 
 LARGEST_GAIN = 1e5
 """Above it even a wall 10 cm away would be white; a black picture gets this."""
-TOOL_WEIGHT = 0.005
+TOOL_WEIGHT = 0.001
 """Of a tool's pixel beside one of tissue: steel does not decide how bright tissue is,
 but a picture of nothing else is exposed, too."""
 _SAMPLES = 96
