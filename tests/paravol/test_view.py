@@ -116,16 +116,18 @@ def test_no_tool_is_seen_from_within_nor_darkens_what_is_behind_it(
     (view, _), seen = patient
     bare = dataclasses.replace(seen[0], instrument=NO_TOOL)
     view._auto_gain.gain = None
-    gain = view.draw(bare, number=0, elapsed_s=0.0).gain
+    alone = view.draw(bare, number=0, elapsed_s=0.0)
+    gain, bright = alone.gain, alone.pixels.mean()
     for ahead_mm, below_mm in ((1.0, 0.0), (6.0, 0.3), (9.0, 2.6), (14.0, 5.0)):
         view._auto_gain.gain = None
         here = tool_at(bare, name, ahead_mm, below_mm)
         frame = view.draw(here, number=0, elapsed_s=0.0)
         is_tool = frame.gbuffer.material == Material.METAL
         assert is_tool.mean() < 0.5
-        assert abs(np.log2(frame.gain / gain)) < 0.5
-        dark = frame.pixels[~is_tool].mean()
-        assert dark > 0.6 * view.draw(bare, number=0, elapsed_s=9.9).pixels.mean()
+        # it may rise, where the tool's shadow lies on what is left to be seen
+        assert frame.gain > 0.8 * gain
+        beside = frame.pixels[~is_tool].mean()
+        assert 0.8 < beside / bright < 2.0
 
 
 def test_a_resting_scope_is_exposed_anew_each_time(
