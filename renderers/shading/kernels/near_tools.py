@@ -11,7 +11,6 @@ import numpy as np
 from numba import njit
 
 from renderers.lanes.arrays import Bytes, Floats, f32
-from renderers.scene.gbuffer import TOOLS
 from renderers.shading.kernels.soil_lens import CELL, enlarge_row
 
 SHARP_MM, SOFT_MM, FAR_OUT_MM = 7.0, 4.5, 2.5
@@ -21,7 +20,8 @@ within the third. A rigid scope is made to be sharp at some 10 to 20 mm."""
 SEVEN = 7
 """Blurred are the light, that of the near tools alone, and their share."""
 
-METAL, PLASTIC = (np.uint8(material) for material in TOOLS)
+METAL, PLASTIC = np.uint8(1), np.uint8(2)
+"""The values of `Material` that tools have."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
