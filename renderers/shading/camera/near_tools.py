@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from renderers.scene import GBuffer
 from renderers.scene.gbuffer import read_only
 from renderers.shading.bands import RowBands
-from renderers.shading.kernels import near_tools as kernels
+from renderers.shading.kernels import blur_near as kernels
 from renderers.shading.kernels.soil_lens import CELL, blur
 
 _PICTURE_PX = 512

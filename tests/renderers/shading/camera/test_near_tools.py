@@ -13,7 +13,7 @@ from renderers.scene import GBuffer, Material
 from renderers.scene.gbuffer import TOOLS
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.near_tools import NearTools
-from renderers.shading.kernels.near_tools import METAL, PLASTIC, SHARP_MM
+from renderers.shading.kernels.blur_near import METAL, PLASTIC, SHARP_MM
 
 SIZE = (300, 400)
 
@@ -40,7 +40,7 @@ def edge() -> NDArray[np.float32]:
 def test_what_is_no_near_tool_costs_nothing_and_changes_no_bit(
     tool_mm: float, material: Material
 ) -> None:
-    assert (METAL, PLASTIC) == TOOLS
+    assert [int(each) for each in TOOLS] == [METAL, PLASTIC]
     radiance = edge()
     look = NearTools(RowBands(1)).look
     assert look(radiance, half_hidden(tool_mm, material)) is radiance
