@@ -39,6 +39,8 @@ class PictureActor(vtkActor):
 
     def __init__(self) -> None:
         super().__init__()
+        # without a picture it has nothing to be drawn with
+        self.VisibilityOff()
         self._corners = vtkPoints()
         self._corners.SetNumberOfPoints(4)
         square = vtkPolyData()
@@ -102,6 +104,7 @@ class PictureActor(vtkActor):
         uniforms.SetUniform3f("eye", camera.eye_mm.tolist())
         uniforms.SetUniform3f("forward", camera.frame[3].tolist())
         uniforms.SetUniformf("reach", reach)
+        self.VisibilityOn()
 
     def _hang(self, camera: Camera, distance_mm: float) -> None:
         """Put the square where it fills the camera's view."""

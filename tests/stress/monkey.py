@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer
+from PySide6.QtGui import QGuiApplication, QWindow
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -28,7 +29,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QWidget,
 )
-from shiboken6 import isValid
+from shiboken6 import getCppPointer, isValid
 
 Key, Modifier, Button = Qt.Key, Qt.KeyboardModifier, Qt.MouseButton
 
@@ -106,6 +107,16 @@ def queued_s() -> dict[str, float]:
         found[task.name] = float(waited) * 1e-9
         del ran
     return found
+
+
+def number_of(handle: QWindow) -> int:
+    """Return what tells a window from all others."""
+    return int(getCppPointer(handle)[0])
+
+
+def is_there(number: int) -> bool:
+    """Return whether a window is there still: a menu goes when it is hit."""
+    return number in map(number_of, QGuiApplication.allWindows())
 
 
 class Monkey(QObject):
@@ -234,7 +245,11 @@ class Monkey(QObject):
         if is_quit and mask & (Modifier.ControlModifier | Modifier.AltModifier):
             return
         self.note(f"key {key.name} {mask.name or mask}")
-        QTest.keyClick(window.windowHandle(), key, mask)
+        handle = window.windowHandle()
+        number = number_of(handle)
+        QTest.keyPress(handle, key, mask)
+        if is_there(number):
+            QTest.keyRelease(handle, key, mask)
 
     def key(self, window: QWidget) -> None:
         """Press any key of the keyboard, with any modifier."""
@@ -268,9 +283,22 @@ class Monkey(QObject):
         at, button = self.spot(window), self.random.choice(BUTTONS)
         mask = self.random.choice(MODIFIERS)
         self.note(f"click {button.name} at {at.x()} {at.y()} {mask.name or mask}")
-        QTest.mouseClick(window.windowHandle(), button, mask, at)
+        self._click(window, button, mask, at)
         if self.random.random() < 0.2 and isValid(window) and window.isVisible():
-            QTest.mouseDClick(window.windowHandle(), button, mask, at)
+            self._click(window, button, mask, at)
+
+    def _click(
+        self,
+        window: QWidget,
+        button: Qt.MouseButton,
+        mask: Qt.KeyboardModifier,
+        at: QPoint,
+    ) -> None:
+        handle = window.windowHandle()
+        number = number_of(handle)
+        QTest.mousePress(handle, button, mask, at)
+        if is_there(number):
+            QTest.mouseRelease(handle, button, mask, at)
 
     def press_button(self, window: QWidget) -> None:
         """Click on a button that can be seen."""
@@ -284,7 +312,7 @@ class Monkey(QObject):
         button = self.random.choice(shown)
         at = button.mapTo(window, button.rect().center())
         self.note(f"button {button.text() or type(button).__name__!r}")
-        QTest.mouseClick(window.windowHandle(), Button.LeftButton, pos=at)
+        self._click(window, Button.LeftButton, Modifier.NoModifier, at)
 
     def drag(self, window: QWidget) -> None:
         """Drag from anywhere to anywhere, in a few steps."""
@@ -292,14 +320,14 @@ class Monkey(QObject):
         button, handle = self.random.choice(BUTTONS), window.windowHandle()
         text = f"{begin.x()} {begin.y()} to {end.x()} {end.y()}"
         self.note(f"drag {button.name} {text}")
+        number = number_of(handle)
         QTest.mousePress(handle, button, Modifier.NoModifier, begin)
         steps = self.random.randrange(1, 8)
         for n in range(1, steps + 1):
-            # a menu that was hit is gone
-            if not isValid(window) or not window.isVisible():
+            if not is_there(number):
                 return
             QTest.mouseMove(handle, begin + (end - begin) * n / steps)
-        if isValid(window):
+        if is_there(number):
             QTest.mouseRelease(handle, button, Modifier.NoModifier, end)
 
     def wheel(self, window: QWidget) -> None:
@@ -343,6 +371,8 @@ def main(seed: int, seconds: float, log: Path) -> int:
     import app.window.application as application
     from app.__main__ import main as paravol
 
+    # where it is the interpreter that ends, it says where it was
+    faulthandler.enable()
     made = application.make_application
     monkeys: list[Monkey] = []
 

@@ -48,6 +48,17 @@ def scene_of(view: Camera) -> tuple[vtkRenderWindow, vtkRenderer]:
 
 
 @pytest.mark.display
+def test_before_its_first_picture_it_is_not_drawn(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """Whoever draws the scene meanwhile draws the rest of it."""
+    window, renderer = scene_of(camera())
+    renderer.AddActor(PictureActor())
+    assert grab(window).max() == 0
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.display
 def test_alone_it_shows_its_pixels_and_its_depth() -> None:
     view = camera()
     pixels, depth = wall(view)
