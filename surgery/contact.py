@@ -35,6 +35,9 @@ TURN_DEG = 1.0
 TURNED = 2
 """Times that a tool which walls have turned is looked at anew."""
 
+NO_GUARD = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -1.0])
+"""No other shaft is in the way."""
+
 MOST_TURNS = 12
 """Steps of one motion, at most: its time is bounded however far a hand jumps."""
 
@@ -50,8 +53,10 @@ class ShaftHold:
         """Take the air around a tool.
 
         distance: signed air distance, mm, negative in air; its values may be edited in
-        place. pivot_mm: ``(3,)`` where the nostril holds the shaft.
+        place. pivot_mm: ``(3,)`` where the nostril holds the shaft. guard: ``(7,)``
+        ends and radius of another shaft that is in the way, mm.
         """
+        self.guard = NO_GUARD
         self._distance = distance
         self._voxel = np.ascontiguousarray(distance.voxel_from_world[:3])
         self._spacing_mm = float(distance.spacing_mm.max())
@@ -73,6 +78,7 @@ class ShaftHold:
             self._distance.values,
             self._voxel,
             self._spacing_mm,
+            self.guard,
             balls,
             lever,
             rod,
@@ -217,7 +223,12 @@ def _frame(rod: Doubles, wanted: Doubles) -> Doubles:
 def _squared(back: Doubles, right: Doubles, tip: Doubles) -> Doubles:
     """Return the pose at a tip with a unit z axis, x as near to `right` as can be."""
     right = right - (right @ back) * back
-    right /= np.linalg.norm(right)
+    length = float(np.linalg.norm(right))
+    if length < 1e-9:
+        # half a turn lies between two poses: any way round is one
+        right = np.cross(back, np.eye(3)[int(np.argmin(np.abs(back)))])
+        length = float(np.linalg.norm(right))
+    right /= length
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, np.cross(back, right), back
     frame[:3, 3] = tip

@@ -3,7 +3,8 @@
 A rigid proxy (Ruspini, Kolarov and Khatib 1997) of a rod: it goes towards the hand's
 pose as far as the distance field allows, and slides along what it meets. Two points of
 the rod carry its motion, the tip and the one in the nostril; walls push the balls that
-it is made of, by position based dynamics (Mueller et al. 2007).
+it is made of, by position based dynamics (Mueller et al. 2007). Another straight shaft
+may be in the way, the scope's beside a tool: it is a wall, too.
 """
 
 import math
@@ -86,6 +87,31 @@ def _off_grid(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _off_guard(guard: Doubles, place: Doubles, out: Doubles) -> float:
+    """Return the way from another shaft's surface, mm; write the direction off it.
+
+    guard: ``(7,)`` the shaft's ends and its radius; none is given a negative one.
+    """
+    if guard[6] < 0.0:
+        return math.inf
+    along = length = 0.0
+    for c in range(3):
+        way = guard[3 + c] - guard[c]
+        along += (place[c] - guard[c]) * way
+        length += way * way
+    share = min(max(along / length, 0.0), 1.0)
+    off = 0.0
+    for c in range(3):
+        out[c] = place[c] - guard[c] - share * (guard[3 + c] - guard[c])
+        off += out[c] * out[c]
+    off = math.sqrt(off)
+    if off > 0.0:
+        out /= off
+    free: float = off - guard[6]
+    return free
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _ball(rod: Doubles, lever: float, balls: Doubles, n: int, out: Doubles) -> None:
     """Write the place of a ball. rod: tip and nostril point, six numbers."""
     share = balls[n, 0] / lever
@@ -95,14 +121,15 @@ def _ball(rod: Doubles, lever: float, balls: Doubles, n: int, out: Doubles) -> N
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gaps(
-    distance: Floats, voxel: Doubles, h: float, rod: Doubles, lever: float,
-    balls: Doubles, gaps: Doubles,
+    distance: Floats, voxel: Doubles, h: float, guard: Doubles, rod: Doubles,
+    lever: float, balls: Doubles, gaps: Doubles,
 ) -> float:  # fmt: skip
-    """Write the free way around each ball, mm; returns the least gap.
+    """Write the free way around each ball, mm; returns the least gap to tissue.
 
-    Off the grid there is no tissue, but the way to the grid is all that is known.
+    A shaft in the way pushes, but never into tissue: it is left out of the least. Off
+    the grid there is no tissue, but the way to the grid is all that is known.
     """
-    place = np.empty(3)
+    place, aside = np.empty(3), np.empty(3)
     least = math.inf
     for n in range(balls.shape[0]):
         _ball(rod, lever, balls, n, place)
@@ -111,15 +138,22 @@ def _gaps(
             least = min(least, gaps[n])
         else:
             gaps[n] = _off_grid(distance, voxel, h, place, balls[n, 1])
+        free = _off_guard(guard, place, aside) - balls[n, 1]
+        gaps[n] = min(gaps[n], free)
     return least
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _outward(
-    distance: Floats, voxel: Doubles, h: float, place: Doubles, out: Doubles
-) -> bool:
+    distance: Floats, voxel: Doubles, h: float, guard: Doubles, place: Doubles,
+    out: Doubles,
+) -> bool:  # fmt: skip
     """Write the unit direction into the air; False where there is none."""
     total = 0.0
+    if _off_guard(guard, place, out) < air_mm(
+        distance, voxel, place[0], place[1], place[2]
+    ):
+        return True
     for c in range(3):
         ahead = place.copy()
         behind = place.copy()
@@ -138,8 +172,8 @@ def _outward(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _touches(
-    distance: Floats, voxel: Doubles, h: float, rod: Doubles, lever: float,
-    balls: Doubles, gaps: Doubles, limit: float, found: Doubles,
+    distance: Floats, voxel: Doubles, h: float, guard: Doubles, rod: Doubles,
+    lever: float, balls: Doubles, gaps: Doubles, limit: float, found: Doubles,
 ) -> int:  # fmt: skip
     """Write the deepest balls below a limit: number, gap, direction outwards.
 
@@ -170,7 +204,7 @@ def _touches(
             if found[at, 1] <= gaps[n]:
                 continue
         _ball(rod, lever, balls, n, place)
-        if not _outward(distance, voxel, h, place, out):
+        if not _outward(distance, voxel, h, guard, place, out):
             continue
         found[at, 0], found[at, 1] = n, gaps[n]
         found[at, 2:5] = out
@@ -226,16 +260,18 @@ def _straighten(rod: Doubles, lever: float) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def hold_back(
-    distance: Floats, voxel: Doubles, h: float, balls: Doubles, lever: float,
-    rod: Doubles, wanted: Doubles, give: float, soft: float, iterations: int,
+    distance: Floats, voxel: Doubles, h: float, guard: Doubles, balls: Doubles,
+    lever: float, rod: Doubles, wanted: Doubles, give: float, soft: float,
+    iterations: int,
 ) -> float:  # fmt: skip
     """Move a rod towards where it is wanted, not deeper into tissue than `give`.
 
-    distance: signed, mm, negative in air; h: its spacing. balls: ``(n, 5)`` way from
-    the tip along the rod and radius, mm, in order, and how far off the rod's line it
-    lies, in patient axes; a turn of the rod does not turn that. lever: from the tip to
-    the point in the nostril, mm. rod: ``(6,)`` tip and that point, changed in place.
-    wanted: ``(6,)``.
+    distance: signed, mm, negative in air; h: its spacing. guard: ``(7,)`` ends and
+    radius of another shaft in the way, a negative radius for none. balls: ``(n, 5)``
+    way from the tip along the rod and radius, mm, in order, and how far off the rod's
+    line it lies, in patient axes; a turn of the rod does not turn that. lever: from the
+    tip to the point in the nostril, mm. rod: ``(6,)`` tip and that point, changed in
+    place. wanted: ``(6,)``.
 
     Returns the least gap, mm. It is at least -give, or that of the start where it
     began deeper.
@@ -243,7 +279,7 @@ def hold_back(
     gaps = np.empty(balls.shape[0])
     found = np.empty((MOST_TOUCHES, 5))
     way, trial = np.empty(6), np.empty(6)
-    least = _gaps(distance, voxel, h, rod, lever, balls, gaps)
+    least = _gaps(distance, voxel, h, guard, rod, lever, balls, gaps)
     best, held = rod.copy(), least
     for _ in range(iterations):
         size = 0.0
@@ -257,7 +293,7 @@ def hold_back(
             # out first, then on
             way[:] = 0.0
         count = _touches(
-            distance, voxel, h, rod, lever, balls, gaps, SLIDE_MM - give, found
+            distance, voxel, h, guard, rod, lever, balls, gaps, SLIDE_MM - give, found
         )  # fmt: skip
         if _turn_aside(way, found, count, lever, balls, soft, give - NEAR_MM):
             is_whole = False
@@ -280,7 +316,7 @@ def hold_back(
             size = max(size, abs(way[c]))
         _straighten(trial, lever)
         rod[:] = wanted if is_whole else trial
-        least = _gaps(distance, voxel, h, rod, lever, balls, gaps)
+        least = _gaps(distance, voxel, h, guard, rod, lever, balls, gaps)
         if least >= min(-give, held):
             best[:], held = rod, least
         if size < 1e-6:
