@@ -28,6 +28,9 @@ it gets there while the hand goes on."""
 LEVER_MM = 20.0
 """A shaft that is less deep than this is held by the hand, that far behind its tip."""
 
+STILL_SHARE, WEDGED_S = 0.1, 0.8
+"""A shaft that goes less than this share of what is asked for so long is wedged."""
+
 
 class Demand(NamedTuple):
     """What the hand asks for over one step; positive is in, right, up, clockwise.
@@ -114,7 +117,8 @@ class FulcrumControl:
     For every sequence of demands the shaft's line passes through the pivot, depth and
     tilt stay within the limits and no step is faster than the limits. A demand that is
     not finite is refused and changes nothing. Where walls hold the scope the nostril
-    gives way, and the hand goes on from where the scope was held.
+    gives way, and the hand goes on from where the scope was held. It can be drawn back
+    at all times: along its own line, where it lies already, if no other way is free.
     """
 
     def __init__(
@@ -152,7 +156,13 @@ class FulcrumControl:
         self._tilt_deg = np.zeros(2)
         self._roll_deg = 0.0
         self._owed = np.zeros(4)
-        self._is_settling = False
+        self._is_settling = self._goes_out = False
+        self._still_s = 0.0
+
+    @property
+    def is_wedged(self) -> bool:
+        """Return whether walls have held it for a while, whatever was asked for."""
+        return self._still_s >= WEDGED_S
 
     @property
     def is_settling(self) -> bool:
@@ -233,6 +243,13 @@ class FulcrumControl:
         """Owe nothing any more of what was asked for so far."""
         self._owed = np.zeros(4)
 
+    def go_out(self) -> None:
+        """Draw the shaft out to the least depth, whatever is asked for meanwhile.
+
+        What is asked for inwards ends it.
+        """
+        self._goes_out = True
+
     def advance(self, step_s: float, demand: Demand) -> None:
         """Follow the demand for ``step_s`` seconds.
 
@@ -252,6 +269,13 @@ class FulcrumControl:
                 limits.roll_deg_s,
             )
         )
+        if self._goes_out:
+            asks_in = demand.insert > 0.0 or demand.insert_nudge_mm > 0.0
+            is_out = self._depth_mm <= limits.depth_mm[0]
+            self._goes_out = not (asks_in or is_out)
+            if self._goes_out:
+                demand = Demand(insert=-1.0)
+                self.let_go()
         # Only strokes are owed: a key that is let go asks for nothing any more.
         held = _limited(np.array(demand[:4]) * fastest * step_s, fastest * step_s)
         wanted = held + self._owed + np.clip(demand[4:], -1e6, 1e6)
@@ -265,7 +289,14 @@ class FulcrumControl:
         if self._is_settling:
             self._settle(before, SETTLING * step_s)
         elif self._hold is not None:
-            self._go(self._hold, before)
+            self._go(self._hold, before, float(start[0] - place[0]))
+        turned = math.radians(math.hypot(*(place[1:] - start[1:])))
+        asked_mm = abs(float(place[0] - start[0])) + turned * LEVER_MM
+        went_mm = float(np.linalg.norm(self.frame()[:3, 3] - before[:3, 3]))
+        if went_mm > STILL_SHARE * asked_mm:
+            self._still_s = 0.0
+        elif asked_mm > 0.0:
+            self._still_s += step_s
 
     def go_through_walls(self) -> None:
         """Go through walls from now on: what the scope is put into holds it."""
@@ -304,13 +335,21 @@ class FulcrumControl:
         place = self._bounded(np.array((depth_mm, share * right, share * up)))
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
-    def _go(self, hold: Hold, before: NDArray[np.float64]) -> None:
-        """Go on from where walls hold the scope on its way from a frame."""
+    def _go(self, hold: Hold, before: NDArray[np.float64], back_mm: float) -> None:
+        """Go on from where walls hold the scope on its way from a frame.
+
+        back_mm: so far it is drawn back, less than 0 for in.
+        """
         wanted = self._frame(self._depth_mm, self._tilt_deg)
         held = hold(before, wanted)
         if held is wanted:
             self._held = None
             return
+        back = before[:3, 2]
+        went_mm = float((held[:3, 3] - before[:3, 3]) @ back)
+        if back_mm > 0.0 and went_mm < back_mm / 2.0:
+            held = before.copy()
+            held[:3, 3] += back_mm * back
         self._held = held
         # the hand is where it wanted to be, the tip is not
         lever_mm = max(self._depth_mm, LEVER_MM)

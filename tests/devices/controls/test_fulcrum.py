@@ -239,3 +239,41 @@ def test_a_hand_goes_on_from_where_its_scope_was_held(
     for _ in range(100):
         scope.advance(0.05, Demand(insert=-1.0))
     assert scope.depth_mm == pytest.approx(2.0)
+
+
+def fast(
+    start: NDArray[np.float64], wanted: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Walls on all sides."""
+    del wanted
+    return start
+
+
+def test_a_wedged_scope_says_so_and_can_be_drawn_back() -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS, 40.0, fast)
+    for _ in range(100):
+        scope.advance(0.01, Demand(insert=1.0, yaw=0.5))
+    assert scope.is_wedged
+    before = scope.frame()[:3, 3].copy()
+    for _ in range(50):
+        scope.advance(0.01, Demand(insert=-1.0))
+    assert not scope.is_wedged
+    way = scope.frame()[:3, 3] - before
+    assert way @ scope.frame()[:3, 2] == pytest.approx(0.5 * LIMITS.insert_mm_s)
+
+
+@pytest.mark.parametrize("hold", [None, fast])
+def test_a_scope_goes_out_by_itself_until_somebody_pushes(hold: Hold | None) -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS, 60.0, hold)
+    scope.go_out()
+    for _ in range(100):
+        scope.advance(0.01, Demand(yaw=1.0))
+    assert scope.depth_mm == pytest.approx(60.0 - LIMITS.insert_mm_s)
+    scope.advance(0.01, Demand(insert=0.1))
+    deep = scope.depth_mm
+    scope.advance(0.01, Demand())
+    assert scope.depth_mm == deep
+    scope.go_out()
+    for _ in range(400):
+        scope.advance(0.01, Demand())
+    assert scope.depth_mm == LIMITS.depth_mm[0]
