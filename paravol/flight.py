@@ -25,6 +25,7 @@ from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Pace, Timing, fly
 from paravol.inputs.flight_input import FlightInput
+from paravol.inputs.hand import pointed_tool
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
@@ -311,10 +312,13 @@ class Flight:
         # divides the head's mucosa, which is kept: no device waits for it
         divided = Preparation(lambda: coverage_watch(before))
         patient, operation = operate_on(before)
-        self.hand.distance = patient.surface.distance
+        self.hand.felt_n = lambda: operation.touch.size_n
         order.input.operated(operation.patient)
         if self.path is None:
             self.path = start_path(patient, scenario.start)
+        # tissue at rest holds a tool: what is shown has given way to it already
+        rest = operation.patient.surface.distance
+        self.hand.pointed = pointed_tool(patient, rest, self.path, scenario.start)
         observer.on_patient(patient)
 
         # much of it lets go of the interpreter, as much of what is beside it

@@ -281,6 +281,7 @@ class _Operated:
         self._recorder = recorder
         self._on_injury = on_injury
         self._cuts = self._bites = self._breaks = 0
+        self._taken_mm3: dict[str, float] = {}
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
 
@@ -301,7 +302,10 @@ class _Operated:
         if operation is None:
             return
         changes = operation.take_changes()
-        self._cuts += sum(change.kind is ChangeKind.CUT for change in changes)
+        cuts = sum(change.kind is ChangeKind.CUT for change in changes)
+        self._cuts += cuts
+        if cuts:
+            self._taken_mm3 = operation.patient.books.tissues()
         self._view.apply(changes)
         self._on_changes(changes)
         if operation.lens is not None:
@@ -334,6 +338,7 @@ class _Operated:
         if wants_tissue:
             tissue = OperatedHead.of(operation.patient, operation.pushing)
         signs = felt_signs(operation, view.hazard, self._bites)
+        signs = replace(signs, taken_mm3=self._taken_mm3)
         return _Shown(view, tissue, self._cuts, signs)
 
 

@@ -445,7 +445,8 @@ class Desk(QObject):
         if not self._has_home or FLIGHT_TOUR in self._choices.tours:
             return
         page.stand(FLIGHT_TOUR, True)
-        tour = Tour(page, flight_stops(page), self._window.scale)
+        stops = flight_stops(page, has_tools=page.has_tools)
+        tour = Tour(page, stops, self._window.scale)
 
         def end() -> None:
             page.stand(FLIGHT_TOUR, False)

@@ -1,4 +1,4 @@
-"""Where the shaft goes, in the picture of a scope that looks aside."""
+"""Where a place lies in the picture, and where the shaft of a scope goes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,5 +23,17 @@ def shaft_heading(
     if not float(shaft @ camera.frame[3]) < np.cos(np.radians(ASIDE_DEG)):
         return None
     # a point so far away that it lies where all lines along the shaft meet
-    (column, row), _ = camera.project(camera.frame[0] + 1e6 * shaft)
+    return place_in_picture(camera, camera.frame[0] + 1e6 * shaft)
+
+
+def place_in_picture(
+    camera: Camera, place_mm: NDArray[np.float64] | None
+) -> tuple[float, float] | None:
+    """Return where a place, (3,), lies as shares of width and height, as above.
+
+    None for none, and for one that is not finite.
+    """
+    if place_mm is None or not np.all(np.isfinite(place_mm)):
+        return None
+    (column, row), _ = camera.project(place_mm)
     return float(column) / camera.width, float(row) / camera.height

@@ -1,7 +1,8 @@
 """How hard a tool presses, what that breaks, and how near it is to a hazard."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 from scenarios.instruments.catalogue import MOST_N, USUAL_N
@@ -43,7 +44,7 @@ class TouchSigns:
     does not. hazard: the nearest hazard and how near a tool is, mm, negative inside;
     None where there is none or nobody knows. breaks, bites: how many walls broke and
     how many bites were taken so far. broken: the wall that broke last, and broken_n
-    the force that broke it, N.
+    the force that broke it, N. taken_mm3: what was taken so far, by tissue.
     """
 
     force_n: float | None = None
@@ -54,6 +55,7 @@ class TouchSigns:
     broken: str = ""
     broken_n: float = 0.0
     bites: int = 0
+    taken_mm3: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def share(self) -> float:

@@ -68,6 +68,15 @@ class FlightInput(ABC):
         """Hear what was cut, by the thread that flies."""
         del changes
 
+    @property
+    def is_wedged(self) -> bool:
+        """Return whether walls hold what is steered, whatever is asked for."""
+        return False
+
+    def go_out(self) -> None:
+        """Take what is steered back outside; a hand that holds a device does that."""
+        del self
+
     def last_lines(self) -> list[str]:
         """Return what there is to tell after the flight, for a terminal."""
         return []

@@ -24,9 +24,11 @@ from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
+from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.tool_hold import TOUCH_MM, ToolHold
 from paravol.inputs.turns import SteeredTurns
 from paravol.patient import PatientScene
+from renderers.scene import Volume
 from scenarios import Scenario
 from scenarios.nostril import tool_pivot
 from scenarios.scenario import Start
@@ -106,6 +108,23 @@ def tool_control(
     return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold), hold
 
 
+def pointed_tool(
+    patient: PatientScene,
+    distance: Volume,
+    path: ProbePath | None,
+    start: Start = START,
+) -> PointedTool | None:
+    """Return a tool that goes where somebody points; None where no nostril is known.
+
+    distance: signed air distance of the tissue that holds it, mm.
+    """
+    try:
+        fulcrum = nostril_fulcrum(patient, path, start)
+    except UserError:
+        return None
+    return PointedTool(fulcrum, ToolHold(distance, fulcrum.pivot_mm), distance)
+
+
 def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:
     """Return how far a shaft goes in a nostril.
 
@@ -127,14 +146,28 @@ class _HandInput(FlightInput):
         self._path, self._start = path, scenario.start
         self._handset = handset
         self._handover = Handover()
+        self._control: FulcrumControl | None = None
         self.completer = framed_hand()
         self.registration = in_the_patient()
+
+    @property
+    def is_wedged(self) -> bool:
+        """Return whether walls hold the scope, whatever is asked for."""
+        return self._control is not None and self._control.is_wedged
+
+    def go_out(self) -> None:
+        """Take the scope back outside."""
+        if self._control is not None:
+            self._control.go_out()
 
     def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""
         control = scope_control(patient, self._path, self._radius_mm, self._start)
+        self._control = control
         if not self.is_held_by_walls:
             control.go_through_walls()
+        if self._handset is None:
+            return SteeredArm(control, self._handover.scope)
         self.turns = turns = SteeredTurns(
             self._handover, *tool_control(patient, self._path, self._start)
         )

@@ -1,13 +1,13 @@
 """The second hand: which tool it holds, where, its jaws, pedal and suction.
 
-A second device moves the tool. Whoever has one device only carries the tool beside the
-scope: its tip lies on the scope's axis, ahead of the lens, and its shaft comes from
-below. Or the scope is held where it is, and the device moves the tool.
+A second device moves the tool. Whoever has none points at places of the picture, by
+mouse, and the tool's tip goes there; while nobody points it stays where it is. Or the
+scope is held where it is, and its device moves the tool.
 """
 
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,32 +22,29 @@ from paravol.inputs.instrument_input import (
     InstrumentInput,
 )
 from paravol.inputs.jaw import Jaw
+from paravol.inputs.pointed_tool import (
+    FARTHEST_MM,
+    LONGEST_S,
+    NEAREST_MM,
+    PointedTool,
+)
 from paravol.inputs.pose_completer import AWAY_MM, PoseCompleter
 from paravol.inputs.second_device import SecondDevice
-from paravol.inputs.tool_hold import (
-    BITES_MM,
-    ToolHold,
-    roll_deg,
-    shaft_of_tool,
-    tool_of_shaft,
-)
+from paravol.inputs.tool_hold import BITES_MM, ToolHold, roll_deg, tool_of_shaft
 from paravol.inputs.turns import DeviceTurns
-from renderers.scene import Volume
-from scenarios import Endoscope, InstrumentState, Sample, tip_frame
+from scenarios import Endoscope, InstrumentState, Sample
 from scenarios.instrument_state import EMPTY_HAND, FIRST_TOOL, NO_TOOL
 
 FIRST_AHEAD_MM = 14.0
-NEAREST_MM, FARTHEST_MM = 4.0, 40.0
-"""Where a carried tool's tip lies before the lens: at first, at least, at most."""
+"""So far before the lens a tool is brought at first, mm."""
 
-STEP_MM = 0.2
-"""Shortest step on the way to tissue."""
+FIRST_AT = 0.0, -0.3
+"""And there in the picture, where nobody has pointed yet: tools come from below."""
 
-ASIDE_MM = 5.0
-"""So far below the lens the shaft of a carried tool passes: both are 3 to 4 mm wide."""
 
-BEHIND_MM = 8.0
-"""A carried tool that walls keep so far off its place is lifted out and comes on."""
+def no_force() -> float:
+    """Return 0 N: nobody computes what is felt."""
+    return 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +54,9 @@ class _Wish:
     tool: str | None = None
     is_working: bool = False
     is_sucking: bool = False
+    at: tuple[float, float] = FIRST_AT
     ahead_mm: float = FIRST_AHEAD_MM
+    is_pointing: bool = True
     roll_deg: float = 0.0
     undone: int = 0
     washed: int = 0
@@ -84,29 +83,20 @@ class OperatingHand:
         self._wish = _Wish()
         self._lock = threading.Lock()
         self._jaw = Jaw()
-        self._reach_mm = math.inf
         self.world_from_device: NDArray[np.float64] = np.eye(4)
         """The registration, 4x4, once it is known."""
-        self._distance: Volume | None = None
-        self._carried_hold: ToolHold | None = None
+        self.pointed: PointedTool | None = None
+        """The tool that goes where somebody points; None where no nostril is known."""
+        self.felt_n: Callable[[], float] = no_force
+        """Tells how hard the tool presses, N."""
+        self._name = NO_TOOL
+        self._last_s = math.inf
         self._shaft: NDArray[np.float64] | None = None
         """The shaft's frame of the last sample, None without a tool in hand."""
         self._swaps = 0
         self._second: tuple[InstrumentInput, SecondDevice] | None = None
         self.turns: DeviceTurns | None = None
         """Gives the scope's device to the tool and back; None where that cannot be."""
-
-    @property
-    def distance(self) -> Volume | None:
-        """Return the signed air distance of the head as it is cut, mm, if known."""
-        return self._distance
-
-    @distance.setter
-    def distance(self, distance: Volume | None) -> None:
-        self._distance = distance
-        self._carried_hold = None
-        if distance is not None:
-            self._carried_hold = ToolHold(distance, np.zeros(3))
 
     def follow(self, instrument: InstrumentInput, device: SecondDevice) -> None:
         """Let a second device move the tool from now on."""
@@ -159,14 +149,40 @@ class OperatingHand:
         self._change(is_sucking=is_on)
 
     def advance(self, by_mm: float) -> None:
-        """Move a carried tool along the scope's axis, ahead for positive values.
+        """Move the tip's place along its ray, ahead for positive values.
 
         From where it is: what tissue holds back does not gather.
         """
+        reach_mm = math.inf if self.pointed is None else self.pointed.reach_mm
         with self._lock:
-            ahead = min(self._wish.ahead_mm, self._reach_mm) + by_mm
+            ahead = min(self._wish.ahead_mm, reach_mm) + by_mm
             ahead = min(max(ahead, NEAREST_MM), FARTHEST_MM)
             self._wish = replace(self._wish, ahead_mm=ahead)
+
+    def point(self, right: float, up: float) -> None:
+        """Bring the tip to where this place of the picture lies.
+
+        From the picture's middle, 1 at its rim.
+        """
+        self._change(at=(right, up))
+
+    def let_point(self, is_on: bool) -> None:
+        """Let the tool follow the place that is pointed at, or stay where it is."""
+        self._change(is_pointing=is_on)
+
+    @property
+    def is_pointing(self) -> bool:
+        """Return whether there is a tool that follows the place pointed at."""
+        return self._wish.is_pointing and self._wish.tool not in (None, NO_TOOL)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Return whether tissue keeps a pointed tool from its place."""
+        return (
+            self._name != NO_TOOL
+            and self.pointed is not None
+            and (self.pointed.is_stuck)
+        )
 
     def roll(self, by_deg: float) -> None:
         """Turn the tool about its axis."""
@@ -209,11 +225,22 @@ class OperatingHand:
         if self._second is not None and moved is None:
             name = NO_TOOL
         is_working = wish.is_working or given.is_working
+        pointed = self.pointed
+        is_pointed = self._second is None and given.name == NO_TOOL
+        if name != self._name:
+            self._name = name
+            if is_pointed and pointed is not None:
+                pointed.put_in()
+                self._jaw = Jaw(1.0)
+        # it goes in and out with its jaws closed, and does nothing there
+        shut = pointed.shut if is_pointed and pointed is not None else 0.0
+        is_working = is_working and not shut
+        jaw = self._jaw.at(sample.time_s, is_working, shut)
         state = InstrumentState(
             name,
             given.roll_deg + wish.roll_deg,
             # one that was recorded comes with its jaw
-            max(self._jaw.at(sample.time_s, is_working), given.jaw),
+            max(jaw, given.jaw),
             is_working,
             wish.is_sucking or given.is_sucking,
             given.undone + wish.undone,
@@ -229,7 +256,10 @@ class OperatingHand:
             return sample
         if turns is not None and turns.has_tool:
             return self._by_turns(sample, pose, turns)
-        return self._carried(sample, wish.ahead_mm)
+        if pointed is None:
+            self._shaft = None
+            return _away(sample)
+        return self._pointed(sample, pointed, wish)
 
     def _take_turns(self, turns: DeviceTurns, pose: Pose) -> None:
         """Give the device over where somebody asked for it; never without a tool."""
@@ -269,14 +299,9 @@ class OperatingHand:
         instrument = self._second[0]
         state = sample.instrument
         if instrument.hold is not None:
-            instrument.hold.state = state
+            self._push(instrument.hold, sample)
         if moved is None or state.name == NO_TOOL:
-            return replace(
-                sample,
-                instrument=replace(state, name=NO_TOOL, is_working=False),
-                instrument_tip_mm=AWAY_MM,
-                instrument_pointing=np.array([0.0, 1.0, 0.0]),
-            )
+            return _away(sample)
         frame = moved.device_from_tip
         if instrument.state(moved) is not None:
             # a recording's roll is in its state already
@@ -290,78 +315,59 @@ class OperatingHand:
         """Place the tool where the scope's device has it, or left it."""
         state = sample.instrument
         if turns.hold is not None:
-            turns.hold.state = state
+            self._push(turns.hold, sample)
         self._shaft = turns.shaft(pose)
         frame = tool_of_shaft(state.name, self._shaft)
         is_carried = not turns.is_in_nostril
         sample = replace(sample, instrument=replace(state, is_carried=is_carried))
         return _at(sample, frame, roll_deg(frame) + self._wish.roll_deg)
 
+    def _push(self, hold: ToolHold, sample: Sample) -> None:
+        """Let a hold know what the hand does, and how hard it pushes."""
+        hold.state = state = sample.instrument
+        elapsed_s = min(max(sample.time_s - self._last_s, 0.0), LONGEST_S)
+        self._last_s = sample.time_s
+        bite_mm = BITES_MM * state.jaw if state.is_working else 0.0
+        hold.push(bite_mm, self.felt_n(), elapsed_s, is_held=False)
+
     def _change(self, **changes: Any) -> None:
         with self._lock:
             self._wish = replace(self._wish, **changes)
 
-    def _carried(self, sample: Sample, ahead_mm: float) -> Sample:
-        """Place the tool before the lens, on the axis of the picture."""
+    def _pointed(self, sample: Sample, tool: PointedTool, wish: _Wish) -> Sample:
+        """Let the tool go to where somebody points in the picture."""
+        state = sample.instrument
         world_from_tip = self.world_from_device @ sample.device_from_tip
-        scope = self._endoscope.at(sample.scope_deg)
-        camera = scope.camera(world_from_tip, sample.roll_deg, (8, 8))
-        eye, _, up, forward = camera.frame
-        self._reach_mm = self._reach(eye, forward)
-        pushed_mm = BITES_MM * sample.instrument.jaw
-        tip = eye + min(ahead_mm, self._reach_mm + pushed_mm) * forward
-        axis = tip - (eye - ASIDE_MM * up)
-        state = replace(sample.instrument, is_carried=True)
-        tool = tip_frame(tip, axis, state.roll_deg)
-        sample = replace(sample, instrument=state)
-        if not np.all(np.isfinite(tool)):
-            self._shaft = None
-            return _at(sample, tool, state.roll_deg)
-        wanted = shaft_of_tool(state.name, tool)
-        self._shaft = shaft = self._held_aside(wanted, state, eye, forward)
-        if shaft is wanted:
-            return replace(
-                sample,
-                instrument_tip_mm=tip,
-                instrument_pointing=axis / np.linalg.norm(axis),
+        if wish.is_pointing and np.all(np.isfinite(world_from_tip)):
+            scope = self._endoscope.at(sample.scope_deg)
+            camera = scope.camera(
+                world_from_tip, sample.roll_deg, (8, 8), sample.camera_roll_deg
             )
-        return _at(sample, tool_of_shaft(state.name, shaft), state.roll_deg)
+            self._shaft = tool.follow(
+                camera,
+                world_from_tip,
+                scope.diameter_mm / 2,
+                wish.at,
+                wish.ahead_mm,
+                state,
+                sample.time_s,
+                self.felt_n(),
+            )
+        else:
+            self._shaft = tool.rest(state, sample.time_s)
+        sample = replace(sample, instrument=replace(state, is_carried=True))
+        frame = tool_of_shaft(state.name, self._shaft)
+        return _at(sample, frame, roll_deg(frame))
 
-    def _held_aside(
-        self,
-        wanted: NDArray[np.float64],
-        state: InstrumentState,
-        eye: NDArray[np.float64],
-        forward: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
-        """Return the shaft's frame where walls beside the way hold it, too."""
-        hold, start = self._carried_hold, self._shaft
-        if hold is None:
-            return wanted
-        if start is None or np.linalg.norm(start[:3, 3] - wanted[:3, 3]) > BEHIND_MM:
-            start = wanted
-        hold.state = state
-        ahead = np.append(forward, -float(eye @ forward))
-        return hold.carried(start, wanted, ahead, self._reach_mm)
 
-    def _reach(self, eye: NDArray[np.float64], forward: NDArray[np.float64]) -> float:
-        """Return how far ahead of the lens a tip may be: where tissue begins, mm."""
-        distance = self._distance
-        if distance is None or not np.all(np.isfinite(eye + forward)):
-            return math.inf
-        matrix = distance.voxel_from_world
-        start, along = matrix[:3, :3] @ eye + matrix[:3, 3], matrix[:3, :3] @ forward
-        at_mm = before_mm = before = 0.0
-        while at_mm < FARTHEST_MM:
-            here = distance.at_voxel(start + at_mm * along)
-            if here >= 0.0:
-                if before < 0.0:
-                    share = before / (before - here)
-                    at_mm = before_mm + share * (at_mm - before_mm)
-                return at_mm
-            before_mm, before = at_mm, here
-            at_mm += max(-here, STEP_MM)
-        return math.inf
+def _away(sample: Sample) -> Sample:
+    """Return the sample without a tool."""
+    return replace(
+        sample,
+        instrument=replace(sample.instrument, name=NO_TOOL, is_working=False),
+        instrument_tip_mm=AWAY_MM,
+        instrument_pointing=np.array([0.0, 1.0, 0.0]),
+    )
 
 
 def _at(sample: Sample, tool: NDArray[np.float64], turn_deg: float) -> Sample:

@@ -15,8 +15,6 @@ from renderers.scene import Volume
 from scenarios import InstrumentState, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
 from scenarios.instruments.contact_shape import (
-    CARRIED_MM,
-    CHECKED_MM,
     JAW_STEPS,
     contact_table,
     shaft_mm,
@@ -29,20 +27,29 @@ TOUCH_MM = 0.15
 """How deep a touch dents a wall: mucosa yields, and a touch is to be seen and counted,
 but it is no pressure (`scenarios.scoring.PRESSURE_MM`)."""
 
-SHORT_MM = 1.5
-"""A carried tool that is free where it is to go, so near, goes there: at 100 samples a
-second only a hand of 150 mm/s is faster."""
-
 BITES_MM = 1.5
-"""So far into tissue a tool is pushed while it works. Else it stops at tissue: nobody
-hurts anything by carrying."""
+"""So far into tissue a tool is pushed while it works."""
+
+
+PUSH_N, YIELDING_MM_S, EASING_MM_S = 1.5, 5.0, 20.0
+"""A hand pushes with so much against what holds the tool, at most: so fast tissue gives
+way under less, and so fast the hand eases off where it is free, or under more."""
+
+BESIDE_MM = 12.0
+"""So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
+the nostril, which yields to both."""
+
+YIELDS_MM = 0.4
+"""So much mucosa yields to a tool that is pushed on: without, no straight shaft gets
+into a meatus."""
 
 
 class ToolHold:
     """Hold the tool in hand in front of walls.
 
-    state: what the hand holds and does; none holds nothing back. The same poses,
-    states and tissue give the same poses, bit by bit, within bounded time.
+    state: what the hand holds and does; none holds nothing back. pushed_mm: so deep it
+    is pushed into tissue, beyond a touch. The same poses, states and tissue give the
+    same poses, bit by bit, within bounded time.
     """
 
     def __init__(self, distance: Volume, pivot_mm: Doubles) -> None:
@@ -52,56 +59,55 @@ class ToolHold:
         """
         self._hold = CapsuleHold(distance, pivot_mm)
         self.state: InstrumentState = EMPTY_HAND
+        self.pushed_mm = 0.0
 
     def __call__(self, start: Doubles, wanted: Doubles) -> Doubles:
         """Return the shaft's frame, 4x4, that it gets to on its way to a wanted one."""
-        return self._go(start, wanted, CHECKED_MM)
+        return self._hold.go(start, wanted, self._balls(), self._give_mm)
 
     def move_to(self, pivot_mm: Doubles) -> None:
-        """Hold the shaft from another place on."""
+        """Hold the shaft at another place of the nostril, ``(3,)``, from now on."""
         self._hold.pivot_mm = pivot_mm
 
-    def carried(
-        self, start: Doubles, wanted: Doubles, ahead: Doubles, reach_mm: float
-    ) -> Doubles:
-        """Return likewise that of a tool that goes before the lens.
+    def beside(self, scope: Doubles, radius_mm: float) -> None:
+        """Let the end of a scope be in the way, too; it does not yield.
 
-        ahead: ``(4,)`` a unit direction and minus the lens's place along it. What lies
-        beyond reach_mm, where tissue stops the tip, is held by that alone.
+        scope: its tip's frame, 4x4.
         """
-        self.move_to(wanted[:3, 3] + CARRIED_MM * wanted[:3, 2])
-        balls = self._balls(CARRIED_MM)
-        along = wanted[:3, :3].T @ ahead[:3]
-        far = balls[:, [2, 3, 0]] @ along + float(wanted[:3, 3] @ ahead[:3]) + ahead[3]
-        kept = far + balls[:, 1] <= reach_mm
-        balls = np.ascontiguousarray(balls[kept])
-        if np.linalg.norm(start[:3, 3] - wanted[:3, 3]) <= SHORT_MM:
-            # what was held by the tip alone may begin deeper than anything is let
-            there = self._hold.go(wanted, wanted, balls, self._give_mm)
-            if there is wanted:
-                return wanted
-        return self._hold.go(start, wanted, balls, self._give_mm)
+        ends = scope[:3, 3], scope[:3, 3] + BESIDE_MM * scope[:3, 2]
+        self._hold.guard = np.concatenate([*ends, [radius_mm + self._give_mm]])
 
-    def _go(self, start: Doubles, wanted: Doubles, length_mm: float) -> Doubles:
-        return self._hold.go(start, wanted, self._balls(length_mm), self._give_mm)
+    def push(
+        self, bite_mm: float, felt_n: float, elapsed_s: float, *, is_held: bool
+    ) -> None:
+        """Let tissue give way to a hand that pushes on, or ease off.
+
+        bite_mm: how deep a tool that works is pushed. is_held: tissue keeps it from
+        where it is wanted. felt_n: what the hand felt last.
+        """
+        most = max(bite_mm, YIELDS_MM)
+        if felt_n > PUSH_N or not (is_held or bite_mm):
+            self.pushed_mm = max(self.pushed_mm - EASING_MM_S * elapsed_s, 0.0)
+        else:
+            pushed = self.pushed_mm + YIELDING_MM_S * elapsed_s
+            self.pushed_mm = min(pushed, most)
 
     @property
     def _give_mm(self) -> float:
-        state = self.state
-        return TOUCH_MM + (BITES_MM * state.jaw if state.is_working else 0.0)
+        return TOUCH_MM + self.pushed_mm
 
-    def _balls(self, length_mm: float) -> Doubles:
+    def _balls(self) -> Doubles:
         """Return the balls of what the hand holds, in the shaft's frame."""
         state = self.state
         if state.name == NO_TOOL:
             return np.zeros((0, 5))
-        return _tool_balls(state.name, round(state.jaw * JAW_STEPS), length_mm)
+        return _tool_balls(state.name, round(state.jaw * JAW_STEPS))
 
 
 @lru_cache(maxsize=256)
-def _tool_balls(name: str, jaw_steps: int, length_mm: float) -> Doubles:
+def _tool_balls(name: str, jaw_steps: int) -> Doubles:
     """Return the balls of a tool's capsules in its shaft's frame."""
-    table = contact_table(name, jaw_steps / JAW_STEPS, length_mm).copy()
+    table = contact_table(name, jaw_steps / JAW_STEPS).copy()
     table[:, :3] -= shaft_mm(name)
     table[:, 3:6] -= shaft_mm(name)
     return balls_along(table)
@@ -109,12 +115,9 @@ def _tool_balls(name: str, jaw_steps: int, length_mm: float) -> Doubles:
 
 def tool_of_shaft(name: str, shaft: Doubles) -> Doubles:
     """Return the tool's frame, 4x4, of its shaft's."""
-    return _moved(shaft, -1.0 * shaft_mm(name))
-
-
-def shaft_of_tool(name: str, tool: Doubles) -> Doubles:
-    """Return the shaft's frame, 4x4, of the tool's."""
-    return _moved(tool, shaft_mm(name))
+    tool = np.array(shaft, dtype=np.float64)
+    tool[:3, 3] -= shaft[:3, :3] @ shaft_mm(name)
+    return tool
 
 
 def roll_deg(frame: Doubles) -> float:
@@ -122,9 +125,3 @@ def roll_deg(frame: Doubles) -> float:
     level = tip_frame(frame[:3, 3], -frame[:3, 2])
     x = frame[:3, 0]
     return math.degrees(math.atan2(-float(x @ level[:3, 1]), float(x @ level[:3, 0])))
-
-
-def _moved(frame: Doubles, by_mm: Doubles) -> Doubles:
-    moved = np.array(frame, dtype=np.float64)
-    moved[:3, 3] += frame[:3, :3] @ by_mm
-    return moved

@@ -18,6 +18,7 @@ STEERING = (
     ActionButton(Act.MOVE_OUT, later("Out"), is_held=True),
     ActionButton(Act.TURN_LEFT, later("Post ↺"), is_held=True),
     ActionButton(Act.TURN_RIGHT, later("Post ↻"), is_held=True),
+    ActionButton(Act.SCOPE_OUT, later("Outside")),
 )
 """Where mouse and keys move the scope."""
 
@@ -42,7 +43,7 @@ TOOLS = (
     ActionButton(Act.TOOL_BACK, later("Back"), repeats=True),
     ActionButton(Act.SUCTION, later("Suction")),
     ActionButton(Act.UNDO, later("Undo")),
-    ActionButton(Act.HOLD, later("Hold")),
+    ActionButton(Act.HOLD, later("Mouse")),
 )
 TASKS = (
     ActionButton(Act.FREEZE, later("Freeze")),
@@ -111,7 +112,7 @@ class FlightActions:
         if self._tools is not None:
             self.bar.name(Act.NEXT_TOOL, _tool_name(frame.tool.name))
             self.bar.mark(Act.SUCTION, frame.tool.is_sucking)
-            self.bar.mark(Act.HOLD, self._tools.holds_scope)
+            self.bar.mark(Act.HOLD, self._tools.has_control)
 
 
 def _scope_name(angle_deg: float) -> str:

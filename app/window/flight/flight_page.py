@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,10 @@ from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.style import OVER
+from app.window.texts import tr
 from paravol.feedback import NO_SIGNS, TouchSigns
-from paravol.feedback.shaft_heading import shaft_heading
+from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
+from paravol.feedback.taken_text import taken_text, takes_tissue
 from paravol.flight import FlightEnd
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
@@ -123,11 +126,19 @@ class FlightPage(Page):
         if order.instrument is not None and order.instrument.controls is not None:
             controls = order.instrument.controls
         if controls is not None:
-            self._hand = HandEvents(controls, self, self.picture)
+            self._hand = HandEvents(
+                controls, self, self.picture, lambda: self._flight.hand.is_pointing
+            )
         told = self._notices.notify
         self._tools: ToolKeys | None = None
         if not order.has_own_tool:
-            self._tools = ToolKeys(self._flight.hand, self, self.picture, told)
+            self._tools = ToolKeys(
+                self._flight.hand,
+                self,
+                self.picture,
+                told,
+                is_steered=order.input.controls is not None,
+            )
         self._sound = SoundKeys(thread.sound, self, told)
         self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
         self._actions = FlightActions(
@@ -146,6 +157,8 @@ class FlightPage(Page):
         self.stand(BLIND, math.isinf(order.input.until_s))
         self._injury = ""
         self._injured_until_s = 0.0
+        self._stuck = ""
+        self._taken_mm3: Mapping[str, float] | None = None
         # not before anything is flown or touched: its libraries take a second
         self._overview_due_s = math.inf
         self._is_overview_stale = True
@@ -281,6 +294,8 @@ class FlightPage(Page):
                 self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
             case Act.HEAD_RIGHT:
                 self._flight.camera_head.turn_deg += ROLL_STEP_DEG
+            case Act.SCOPE_OUT:
+                self._order.input.go_out()
             case Act.IMAGING:
                 self._notices.notify(self._slices.switch(), "Slices at the tip")
             case Act.OPEN_HEAD:
@@ -353,6 +368,11 @@ class FlightPage(Page):
             )
         else:
             self._flight.keep_moment()
+
+    @property
+    def has_tools(self) -> bool:
+        """Return whether the second hand is the window's."""
+        return self._tools is not None
 
     def stand(self, why: str, is_on: bool) -> None:
         """Let the clock stand for a reason, or no longer; nothing counts meanwhile.
@@ -465,8 +485,11 @@ class FlightPage(Page):
             self._slices.refresh()
             self._overview.refresh()
         self._show_signs(NO_SIGNS if before is None else before.signs)
+        self._tell_taken(frame)
         self._warn()
         view = frame.view
+        tip = None if view.instrument == NO_TOOL else view.world_from_instrument[:3, 3]
+        self.picture.mark_tip(place_in_picture(view.camera, tip))
         self.picture.mark_heading(shaft_heading(view.camera, view.world_from_tip))
         _, right, up, forward = view.camera.frame
         self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
@@ -489,6 +512,46 @@ class FlightPage(Page):
         self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs, OVER)[0])
         if signs.breaks > before.breaks:
             self._notices.notify(*signs.break_text())
+
+    def _tell_taken(self, frame: DisplayedFrame) -> None:
+        """Say what a tool took, when its pedal is let go."""
+        if frame.tool.is_working:
+            if self._taken_mm3 is None:
+                self._taken_mm3 = frame.signs.taken_mm3
+        elif self._taken_mm3 is not None:
+            before, self._taken_mm3 = self._taken_mm3, None
+            if takes_tissue(frame.tool.name):
+                self._notices.notify(
+                    taken_text(before, frame.signs.taken_mm3),
+                    frame.tool.name.capitalize(),
+                )
+
+    def _tell_stuck(self) -> None:
+        """Say once that scope or tool cannot go on, and the way out."""
+        stuck = ""
+        if self._order.input.is_wedged:
+            stuck = "scope"
+        elif self._flight.hand.is_stuck:
+            stuck = "tool"
+        was, self._stuck = self._stuck, stuck
+        if not stuck or stuck == was or self._frame is None:
+            return
+        if stuck == "scope":
+            touched = self._frame.view.touched or tr("the nostril")
+            self._notices.notify(
+                tr("Stuck at {touched}", touched=touched),
+                tr(
+                    "Draw back: {back} or the wheel. {out} takes the scope outside.",
+                    back=KEYS.label(Act.MOVE_OUT),
+                    out=KEYS.label(Act.SCOPE_OUT),
+                ),
+            )
+        else:
+            touched = self._frame.view.tool_touched or tr("the scope")
+            self._notices.notify(
+                tr("The tool does not get there: {touched}", touched=touched),
+                tr("Point elsewhere, or make room: move the scope aside or back."),
+            )
 
     @Slot(float)
     def _on_moment(self, time_s: float) -> None:
@@ -612,6 +675,7 @@ class FlightPage(Page):
                 tool = view.world_from_instrument[:3, 3]
             goal = None if guide is None else guide.place_mm
             self._slices.follow(view.world_from_tip[:3, 3], tool, goal)
+        self._tell_stuck()
         self._notices.refresh()
         if time.monotonic() >= self._begins_by_s:
             self._begin()

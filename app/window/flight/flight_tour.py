@@ -11,8 +11,11 @@ from app.window.texts import tr
 from app.window.tour import TourStop
 
 
-def flight_stops(page: QWidget) -> list[TourStop]:
-    """Return the cards for a flight's page, of the parts that it has."""
+def flight_stops(page: QWidget, *, has_tools: bool) -> list[TourStop]:
+    """Return the cards for a flight's page, of the parts that it has.
+
+    has_tools: the second hand is the window's.
+    """
     key = KEYS.label
     found = [
         (
@@ -46,6 +49,19 @@ def flight_stops(page: QWidget) -> list[TourStop]:
             ),
         ),
     ]
+    tools = TourStop(
+        page.findChild(PictureView),
+        tr("Two hands"),
+        tr(
+            "{tool} takes a tool. Its tip goes to where the mouse points, and the "
+            "wheel moves it deeper; the button that tilts the scope bites or cuts. "
+            "Keys go on moving the scope, as does the other button. Keep the scope "
+            "above, the tool below: what lies in the lower half of the picture is "
+            "reached best. {hold} gives the mouse to the scope, and back.",
+            tool=key(Act.NEXT_TOOL),
+            hold=key(Act.HOLD),
+        ),
+    )
     keys = TourStop(
         None,
         tr("Keys"),
@@ -58,4 +74,4 @@ def flight_stops(page: QWidget) -> list[TourStop]:
         ),
     )
     stops = [TourStop(part, title, text) for part, title, text in found if part]
-    return [*stops, keys]
+    return [*stops, *((tools,) if has_tools else ()), keys]

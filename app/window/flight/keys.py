@@ -1,6 +1,7 @@
 """Keys and mouse that steer, on their way from the window to the controls."""
 
 import time
+from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Slot
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
@@ -17,9 +18,17 @@ _NOTCH = 120.0
 class HandEvents(QObject):
     """Pass a window's keys and a picture's mouse on to the controls of a scope."""
 
-    def __init__(self, controls: MouseKeys, window: QWidget, picture: QWidget) -> None:
+    def __init__(
+        self,
+        controls: MouseKeys,
+        window: QWidget,
+        picture: QWidget,
+        is_pointing: Callable[[], bool],
+    ) -> None:
+        """Listen; is_pointing: a tool has the mouse, whose right button tilts then."""
         super().__init__(window)
         self._controls = controls
+        self._is_pointing = is_pointing
         self._window = window
         self._last = QPointF()
         KEYS.changed.connect(self._take_feel)
@@ -60,6 +69,7 @@ class HandEvents(QObject):
         buttons = event.buttons()
         if event.type() != QEvent.Type.MouseMove or not buttons:
             return False
-        rolls = bool(buttons & KEYS.turning_button)
+        is_turning = bool(buttons & KEYS.turning_button)
+        rolls = is_turning and not self._is_pointing()
         self._controls.drag(moved.x(), moved.y(), rolls, now)
         return True

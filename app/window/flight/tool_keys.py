@@ -3,11 +3,12 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.panels.endoscope_panel import picture_square
 from app.window.texts import later, tr
 from paravol.inputs.operating_hand import OperatingHand
 from scenarios.instrument_state import NO_TOOL
@@ -20,14 +21,21 @@ _ONCE = {
 """What a key that is held does not do again."""
 
 AHEAD_MM, TURN_DEG = 1.0, 15.0
-"""Steps of a key that is pressed or held."""
+"""Steps of a key that is pressed or held, and of a notch of the wheel."""
+
+_NOTCH = 120.0
+"""Qt counts eighths of a degree; a notch of a wheel is fifteen degrees."""
 
 _USES = {
-    Action.BITE: later("Hold {work}: its jaws close and bite."),
-    Action.POWERED: later("{suction} turns its suction on; hold {work}: it cuts."),
-    Action.SCRAPE: later("Hold {work} and drag: it scrapes."),
-    Action.CUT: later("Hold {work} and drag: it cuts."),
-    Action.INJECT: later("Put its tip into the mucosa; hold {work}: it injects."),
+    Action.BITE: later("Hold the left button or {work}: its jaws close and bite."),
+    Action.POWERED: later(
+        "{suction} turns its suction on; hold the left button or {work}: it cuts."
+    ),
+    Action.SCRAPE: later("Hold the left button or {work} and move: it scrapes."),
+    Action.CUT: later("Hold the left button or {work} and move: it cuts."),
+    Action.INJECT: later(
+        "Put its tip into the mucosa; hold the left button or {work}: it injects."
+    ),
     Action.FEEL: later("It takes nothing."),
     Action.SUCK: later("{suction} turns its suction on and off."),
 }
@@ -38,11 +46,17 @@ def tool_use(name: str) -> str:
     if name == NO_TOOL:
         return tr("The second hand is free.")
     said = _USES[INSTRUMENTS[name].action]
-    return tr(said, work=KEYS.label(Act.WORK), suction=KEYS.label(Act.SUCTION))
+    use = tr(said, work=KEYS.label(Act.WORK), suction=KEYS.label(Act.SUCTION))
+    where = tr("It goes where the mouse points; the wheel moves it deeper.")
+    return f"{where} {use}"
 
 
 class ToolKeys(QObject):
-    """Pass a window's keys, and a picture's middle mouse button, to the second hand."""
+    """Pass a window's keys and a picture's mouse to the second hand.
+
+    The mouse is the tool's from when one is taken, until it is given to the scope. Its
+    right button, and its wheel with Ctrl, are the scope's at all times.
+    """
 
     def __init__(
         self,
@@ -50,14 +64,19 @@ class ToolKeys(QObject):
         window: QWidget,
         picture: QWidget,
         notify: Callable[[str, str], None],
+        *,
+        is_steered: bool,
     ) -> None:
         """Listen to the window and the picture's mouse.
 
-        notify: says a line and what it means.
+        notify: says a line and what it means. is_steered: the mouse is the scope's
+        where it is not the tool's.
         """
         super().__init__(window)
         self._hand = hand
         self._notify = notify
+        self._is_steered = is_steered
+        picture.setMouseTracking(True)
         self.is_sucking = False
         window.installEventFilter(self)
         picture.installEventFilter(self)
@@ -68,27 +87,53 @@ class ToolKeys(QObject):
         return NO_TOOL, *(self._hand.tools or INSTRUMENTS)
 
     @property
-    def holds_scope(self) -> bool:
-        """Return whether the scope is held and its controls move the tool."""
-        return self._hand.holds_scope
+    def has_control(self) -> bool:
+        """Return whether what moves the scope moves the tool now."""
+        return self.is_pointing() if self._is_steered else self._hand.holds_scope
+
+    def is_pointing(self) -> bool:
+        """Return whether the mouse is the tool's."""
+        return self._hand.is_pointing
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the second hand; let the rest pass."""
-        if isinstance(event, QKeyEvent):
-            match event.type():
-                case QEvent.Type.KeyPress:
-                    return self._press(event)
-                case QEvent.Type.KeyRelease if KEYS.action(event) is Act.WORK:
-                    if not event.isAutoRepeat():
-                        self._hand.work(False)
-                    return True
-        elif isinstance(event, QMouseEvent):
-            # a stroke goes on to the scope: a blade cuts while it is dragged
-            if event.button() == Qt.MouseButton.MiddleButton:
-                self._hand.work(event.type() != QEvent.Type.MouseButtonRelease)
-        elif event.type() == QEvent.Type.WindowDeactivate:
+        match event:
+            case QKeyEvent():
+                return self._take_key(event)
+            case QMouseEvent() if isinstance(watched, QWidget):
+                return self._take_mouse(watched, event)
+            case QWheelEvent() if self.is_pointing() and not event.modifiers():
+                self._hand.advance(event.angleDelta().y() / _NOTCH * AHEAD_MM)
+                return True
+        if event.type() == QEvent.Type.WindowDeactivate:
             # whoever looks elsewhere lifts keys unseen
             self._hand.work(False)
+        return False
+
+    def _take_key(self, event: QKeyEvent) -> bool:
+        match event.type():
+            case QEvent.Type.KeyPress:
+                return self._press(event)
+            case QEvent.Type.KeyRelease if KEYS.action(event) is Act.WORK:
+                if not event.isAutoRepeat():
+                    self._hand.work(False)
+                return True
+        return False
+
+    def _take_mouse(self, picture: QWidget, event: QMouseEvent) -> bool:
+        square = picture_square(picture.rect())
+        off = event.position() - square.center()
+        radius = square.width() / 2.0
+        is_up = event.type() == QEvent.Type.MouseButtonRelease
+        if event.type() == QEvent.Type.MouseMove:
+            self._hand.point(off.x() / radius, -off.y() / radius)
+            return self.is_pointing() and not event.buttons() & KEYS.turning_button
+        if event.button() == Qt.MouseButton.MiddleButton:
+            # a stroke goes on to the scope: a blade cuts while it is dragged
+            self._hand.work(not is_up)
+        elif event.button() != KEYS.turning_button and self.is_pointing():
+            self._hand.work(not is_up)
+            return not is_up
         return False
 
     def _press(self, event: QKeyEvent) -> bool:
@@ -135,32 +180,36 @@ class ToolKeys(QObject):
                 self._swap()
 
     def _swap(self) -> None:
-        """Hold the scope and move the tool, or the other way round."""
-        if not self._hand.swap():
-            key = KEYS.label(Act.NEXT_TOOL)
+        """Give what moves the scope to the tool, or back."""
+        hold, key = KEYS.label(Act.HOLD), KEYS.label(Act.NEXT_TOOL)
+        if self._hand.tool in (None, NO_TOOL):
+            self._notify(
+                tr("There is no tool in hand"), tr("{key} takes one.", key=key)
+            )
+        elif self._is_steered:
+            self._hand.let_point(not self.is_pointing())
+            if self.is_pointing():
+                self._notify(
+                    tr("The mouse moves the tool"), tr("{key}: the scope.", key=hold)
+                )
+            else:
+                self._notify(
+                    tr("The mouse moves the scope"), tr("{key}: the tool.", key=hold)
+                )
+        elif not self._hand.swap():
             self._notify(
                 tr("The scope cannot be held"),
-                tr(
-                    "Take a tool first ({key}); a tool with a device of its "
-                    "own needs no hand.",
-                    key=key,
-                ),
+                tr("A tool with a device of its own needs no hand."),
             )
         elif self._hand.holds_scope:
             self._notify(
                 tr("The scope is held"),
-                tr(
-                    "Its controls move the tool; {hold}: back.",
-                    hold=KEYS.label(Act.HOLD),
-                ),
+                tr("Its controls move the tool; {hold}: back.", hold=hold),
             )
         else:
             self._notify(
                 tr("The scope moves"),
-                tr(
-                    "The tool stays; {next_tool} puts another one in.",
-                    next_tool=KEYS.label(Act.NEXT_TOOL),
-                ),
+                tr("The tool stays; {next_tool} puts another one in.", next_tool=key),
             )
 
     def _choose(self, step: int) -> None:
@@ -171,4 +220,5 @@ class ToolKeys(QObject):
     def take(self, name: str) -> None:
         """Take a tool, or put the one in hand away."""
         self._hand.choose(name)
+        self._hand.let_point(True)
         self._notify(tr(name.capitalize() or "No tool in hand"), tool_use(name))

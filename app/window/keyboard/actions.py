@@ -28,6 +28,7 @@ class Act(StrEnum):
     TILT_RIGHT = "tilt right"
     TILT_UP = "tilt up"
     TILT_DOWN = "tilt down"
+    SCOPE_OUT = "scope out"
     TURN_LEFT = "turn left"
     TURN_RIGHT = "turn right"
     SLOWLY = "slowly"
@@ -152,6 +153,7 @@ ACTIONS = (
         (Act.SLOWLY, "Shift", "Slows all this down while held", "slowly"),
         (Act.RIGHT_PEDAL, "@1", "Is the right pedal", "right, left pedal"),
         (Act.LEFT_PEDAL, "@2", "Is the left pedal", "right, left pedal"),
+        (Act.SCOPE_OUT, "Backspace", "Takes the scope back outside", "back outside"),
         (Act.HEAD_LEFT, "@[", "Turns the camera head to the left", _HEAD),
         (Act.HEAD_RIGHT, "@]", "Turns the camera head to the right", _HEAD),
         (Act.NEXT_SCOPE, "@O", "Puts in a scope of another angle", _SCOPE),
@@ -177,8 +179,8 @@ ACTIONS = (
         (
             Act.HOLD,
             "@H",
-            "Holds the scope: its controls move the tool",
-            "hold the scope; back",
+            "Gives the mouse, or the scope's device, to the tool or back",
+            "mouse to the tool, or the scope",
         ),
     ),
     *_rows(
@@ -271,7 +273,12 @@ GESTURES = {
         ("Drag", "tilt; right button: turn the post"),
         ("Wheel", "move in and out"),
     ],
-    Group.TOOL: [("Wheel button", "bite or cut, while pressed")],
+    Group.TOOL: [
+        ("Mouse", "the tip goes where it points"),
+        ("Wheel", "deeper, back; with Ctrl: the scope"),
+        ("Left button", "bite or cut, while pressed"),
+        ("Right drag", "tilt the scope"),
+    ],
     Group.SLICES: [
         ("Click", "look a place up; twice: follow"),
         ("Right drag", "contrast and brightness"),

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app.window.panels.guide_marks import paint_guide, paint_names
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
-from app.window.panels.side_marks import paint_heading, paint_letters
+from app.window.panels.side_marks import paint_heading, paint_letters, paint_place
 from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.feedback.hazard_pointer import HazardPointer
@@ -61,6 +61,7 @@ class PictureView(QWidget):
         self._heading: tuple[float, float] | None = None
         self._names: tuple[NameMark, ...] = ()
         self._guide: GuideMark | None = None
+        self._tip: tuple[float, float] | None = None
         self._result: FlightEnd | None = None
         self._scale = 1.0
         self.set_scale(1.0)
@@ -111,6 +112,13 @@ class PictureView(QWidget):
     def guide(self) -> GuideMark | None:
         """Return the mark of the way that is painted; None without one."""
         return self._guide
+
+    def mark_tip(self, place: tuple[float, float] | None) -> None:
+        """Mark the tool's tip, in shares of the picture; None for no tool.
+
+        One out of view is marked by an arrow at the rim.
+        """
+        self._tip = place
 
     def point_at(
         self, pointer: HazardPointer | None, words: str, colour: QColor
@@ -167,6 +175,8 @@ class PictureView(QWidget):
             paint_names(painter, square, self._names, scale)
             if self._guide is not None and self._result is None:
                 paint_guide(painter, square, self._guide, scale)
+            if self._tip is not None:
+                paint_place(painter, square, self._tip, scale, OVER.ready)
         if self._pointer is not None:
             self._paint_pointer(painter, square, self._pointer, scale)
         if self._alarm:

@@ -47,7 +47,20 @@ def paint_letters(
 def paint_heading(
     painter: QPainter, room: QRectF, place: tuple[float, float], scale: float
 ) -> None:
-    """Mark where the shaft goes: a ring with four ticks, or an arrow at the rim.
+    """Mark where the shaft goes: a ring with four ticks, or an arrow at the rim."""
+    paint_place(painter, room, place, scale, OVER.ink, has_ticks=True)
+
+
+def paint_place(
+    painter: QPainter,
+    room: QRectF,
+    place: tuple[float, float],
+    scale: float,
+    colour: QColor,
+    *,
+    has_ticks: bool = False,
+) -> None:
+    """Mark a place by a ring, or by an arrow at the rim where it is out of view.
 
     place: shares of the picture, which is round and fills the room; it may lie outside.
     """
@@ -59,7 +72,7 @@ def paint_heading(
     painter.rotate(math.degrees(math.atan2(aside.y(), aside.x())))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     # dark below: tissue is as bright as any colour
-    for ink, width in ((QColor(0, 0, 0, 160), 4.0), (QColor(OVER.ink), 1.8)):
+    for ink, width in ((QColor(0, 0, 0, 160), 4.0), (QColor(colour), 1.8)):
         painter.setPen(QPen(ink, width * scale))
         if away > radius - 2.0 * half:
             tip = radius - 1.5 * half
@@ -67,6 +80,8 @@ def paint_heading(
             painter.drawPolyline(QPolygonF([QPointF(*corner) for corner in arrow]))
             continue
         painter.drawEllipse(QPointF(away, 0.0), half, half)
+        if not has_ticks:
+            continue
         for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
             tick = QPointF(x, y) * half
             middle = QPointF(away, 0.0)

@@ -253,11 +253,11 @@ def test_a_wedged_scope_says_so_and_can_be_drawn_back() -> None:
     scope = FulcrumControl(FULCRUM, LIMITS, 40.0, fast)
     for _ in range(100):
         scope.advance(0.01, Demand(insert=1.0, yaw=0.5))
-    assert scope.is_wedged
+    was_wedged = scope.is_wedged
     before = scope.frame()[:3, 3].copy()
     for _ in range(50):
         scope.advance(0.01, Demand(insert=-1.0))
-    assert not scope.is_wedged
+    assert (was_wedged, scope.is_wedged) == (True, False)
     way = scope.frame()[:3, 3] - before
     assert way @ scope.frame()[:3, 2] == pytest.approx(0.5 * LIMITS.insert_mm_s)
 

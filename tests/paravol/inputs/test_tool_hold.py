@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paravol.inputs.tool_hold import TOUCH_MM, ToolHold, shaft_of_tool, tool_of_shaft
+from paravol.inputs.tool_hold import TOUCH_MM, ToolHold, tool_of_shaft
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, Session, tip_frame
 from scenarios.bundle import SampleRecord
@@ -15,6 +15,7 @@ from scenarios.clearance import shaft_clearance, tool_clearance
 from scenarios.endoscope import Endoscope
 from scenarios.instruments.contact_shape import contact_table, placed_table
 from scenarios.nostril import Nostrils
+from tests.paravol.inputs.pointing import shaft_of_tool
 
 H = 0.5
 AXIS = (np.arange(121) - 60) * H

@@ -11,18 +11,25 @@ from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.handover import Handover
 from devices.controls.steering import Freedom
 from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.pose_completer import HandChannel
-from paravol.inputs.tool_hold import ToolHold, roll_deg, shaft_of_tool, tool_of_shaft
+from paravol.inputs.tool_hold import ToolHold, roll_deg, tool_of_shaft
 from paravol.inputs.turns import ClutchTurns, SteeredTurns
 from renderers.scene import Volume
 from scenarios import Endoscope, Sample, tip_frame
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS
+from tests.paravol.inputs.pointing import shaft_of_tool
 
 Doubles = NDArray[np.float64]
 
 ways = st.tuples(*[st.floats(-1.0, 1.0)] * 5)
 steps = st.lists(st.tuples(ways, st.booleans()), min_size=2, max_size=25)
+
+
+def tool_in_air() -> PointedTool:
+    fulcrum = Fulcrum(np.zeros(3), np.array([0.0, 1.0, 0.3]))
+    return PointedTool(fulcrum, ToolHold(FREE, fulcrum.pivot_mm), FREE)
 
 
 def moved(frame: Doubles, way: tuple[float, ...]) -> Doubles:
@@ -44,6 +51,8 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
     """Whoever has the device moves as it does; the other rests to the bit."""
     hand = OperatingHand(HandChannel(), Endoscope())
     hand.turns = turns = ClutchTurns()
+    hand.pointed = tool_in_air()
+    hand.let_point(False)
     hand.world_from_device = tip_frame(
         np.array([3.0, -2.0, 1.0]), np.array([1.0, 2, 3])
     )
@@ -87,6 +96,7 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
 def test_without_a_tool_the_scope_keeps_its_device() -> None:
     hand = OperatingHand(HandChannel(), Endoscope())
     hand.turns = turns = ClutchTurns()
+    hand.pointed = tool_in_air()
     frame = tip_frame(np.zeros(3), np.array([0.0, 1.0, 0.1]))
     hand.complete(Pose(0.0, 0.0, frame, 0))
     assert not hand.swap()

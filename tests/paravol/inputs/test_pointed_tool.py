@@ -1,0 +1,207 @@
+"""A tool goes where somebody points: from outside, beside the scope, into no tissue."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from devices import Pose
+from devices.controls.fulcrum import Demand
+from paravol.feedback.shaft_heading import place_in_picture
+from paravol.inputs.hand import pointed_tool, scope_control
+from paravol.inputs.operating_hand import FIRST_AHEAD_MM, OperatingHand
+from paravol.inputs.pointed_tool import (
+    ASIDE_MM,
+    ENTRY_MM,
+    FARTHEST_MM,
+    NEAREST_MM,
+    thickness_mm,
+)
+from paravol.inputs.tool_hold import (
+    BESIDE_MM,
+    BITES_MM,
+    TOUCH_MM,
+    YIELDS_MM,
+)
+from paravol.patient import load_patient, no_progress
+from paravol.session_setup import build_session, operate_on
+from scenarios import Sample, load_scenario
+from scenarios.clearance import tool_clearance
+from scenarios.instruments import INSTRUMENTS
+from scenarios.instruments.contact_shape import contact_table, placed_table
+from scenarios.sample import tool_frame
+from tests.paravol.inputs.pointing import (
+    FULCRUM,
+    SCOPE,
+    Bare,
+    hand_before,
+    settled,
+    shaft_of_tool,
+    tip,
+    wall_at,
+)
+
+places = st.tuples(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9))
+tools = st.sampled_from(sorted(INSTRUMENTS))
+LOOSE_MM = 0.15
+"""Balls along a tool are thinner between them, and far turns are gone in steps."""
+
+
+@given(tools, places)
+@settings(max_examples=30)
+def test_it_begins_outside_and_passes_the_nostril(
+    name: str, at: tuple[float, float]
+) -> None:
+    hand = hand_before(-40.0, name)
+    hand.point(*at)
+    pivot, axis = FULCRUM.pivot_mm, FULCRUM.axis
+    assert hand.pointed is not None
+    assert (tip(hand, 0.0) - pivot) @ axis < 0.0
+    for number in range(1, 300):
+        sample = hand.complete(Pose(0.01 * number, 0.01 * number, np.eye(4), 0))
+        shaft = shaft_of_tool(name, tool_frame(sample))
+        way = pivot - shaft[:3, 3]
+        off = way - (way @ shaft[:3, 2]) * shaft[:3, 2]
+        assert np.linalg.norm(off) < ENTRY_MM + 2.0
+
+
+@given(places)
+@settings(max_examples=30)
+def test_it_comes_to_where_somebody_points(at: tuple[float, float]) -> None:
+    """But for what the scope leaves it: that is no farther than is looked for."""
+    hand = hand_before(-40.0, "suction tube")
+    hand.point(*at)
+    place = tip(hand, settled(hand) + 0.01)
+    camera = SCOPE.camera(np.eye(4), 0.0, (8, 8))
+    away = np.linalg.norm(place)
+    assert away == pytest.approx(FIRST_AHEAD_MM, abs=ASIDE_MM + 1.0)
+    seen = place_in_picture(camera, place)
+    assert seen is not None
+    off = np.array([2.0 * seen[0] - 1.0, 1.0 - 2.0 * seen[1]]) - at
+    angle = np.linalg.norm(off) * camera.extent
+    assert angle * away < ASIDE_MM + 1.5
+
+
+@given(
+    tools,
+    st.lists(st.tuples(places, st.floats(-15.0, 15.0), st.booleans()), max_size=5),
+)
+@settings(max_examples=25, deadline=None)
+def test_nothing_is_pushed_deeper_than_mucosa_yields(
+    name: str, script: list[tuple[tuple[float, float], float, bool]]
+) -> None:
+    """Nor into the scope, however it is pointed; a tool that works bites as deep."""
+    distance = wall_at(-18.0)
+    hand, other = hand_before(-18.0, name), hand_before(-18.0, name)
+    time_s = 0.0
+    for at, by_mm, works in script:
+        for each in (hand, other):
+            each.point(*at)
+            each.advance(by_mm)
+            each.work(works)
+        for _ in range(60):
+            time_s += 0.01
+            pose = Pose(time_s, time_s, np.eye(4), 0)
+            sample, again = hand.complete(pose), other.complete(pose)
+            assert sample.instrument_tip_mm.tobytes() == (
+                again.instrument_tip_mm.tobytes()
+            )
+            state = sample.instrument
+            table = placed_table(contact_table(name, state.jaw), tool_frame(sample))
+            deep = -tool_clearance(distance, table).gap_mm
+            assert deep <= TOUCH_MM + max(YIELDS_MM, BITES_MM) + LOOSE_MM
+            if not works and not state.is_working and hand.pointed is not None:
+                assert deep <= TOUCH_MM + hand.pointed.hold.pushed_mm + LOOSE_MM or (
+                    # eases off within some samples
+                    hand.pointed.hold.pushed_mm > YIELDS_MM
+                    or deep <= TOUCH_MM + BITES_MM + LOOSE_MM
+                )
+            assert beside_mm(sample, name) > -0.8
+
+
+def beside_mm(sample: Sample, name: str) -> float:
+    """Return the room between the straight shaft and the end of the scope, mm."""
+    frame = shaft_of_tool(name, tool_frame(sample))
+    shaft = frame[:3, 3] + np.linspace(12.0, 60.0, 200)[:, None] * frame[:3, 2]
+    along = np.clip(shaft[:, 2], 0.0, BESIDE_MM)
+    off = np.linalg.norm(shaft - along[:, None] * np.array([0.0, 0.0, 1.0]), axis=1)
+    return float(off.min()) - SCOPE.diameter_mm / 2 - thickness_mm(name)
+
+
+def test_it_stops_at_tissue_and_bites_deeper() -> None:
+    hand = hand_before(-10.0)
+    hand.point(0.0, -0.5)
+    end_s = settled(hand)
+    idle = tip(hand, end_s + 0.01)
+    hand.work(True)
+    end_s = settled(hand, end_s + 0.01, 1.0)
+    worked = tip(hand, end_s + 0.01)
+    assert -10.0 - TOUCH_MM - YIELDS_MM - 0.1 < idle[2] < -8.0
+    assert 0.5 < idle[2] - worked[2] < BITES_MM + 0.5
+
+
+def test_what_tissue_held_back_does_not_gather() -> None:
+    hand = hand_before(-8.0)
+    hand.point(0.0, -0.4)
+    end_s = settled(hand)
+    for _ in range(20):
+        hand.advance(1.0)
+    end_s = settled(hand, end_s)
+    before = tip(hand, end_s + 0.01)
+    hand.advance(-3.0)
+    end_s = settled(hand, end_s + 0.01)
+    assert tip(hand, end_s + 0.01)[2] > before[2] + 1.5
+    hand.advance(-100.0)
+    end_s = settled(hand, end_s)
+    assert np.linalg.norm(tip(hand, end_s + 0.01)) < NEAREST_MM + ASIDE_MM
+    hand.advance(1000.0)
+    assert FARTHEST_MM > NEAREST_MM
+
+
+def test_it_stays_while_nobody_points() -> None:
+    hand = hand_before(-40.0)
+    end_s = settled(hand)
+    hand.let_point(False)
+    before = tip(hand, end_s + 0.01)
+    hand.point(0.5, 0.5)
+    assert np.array_equal(tip(hand, settled(hand, end_s + 0.01)), before)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_no_carrying_hurts_anybody(seed: int) -> None:
+    """A minute of any pointing in a real nose, the scope on its way, every tool."""
+    folder = Path("scenarios/curriculum")
+    scenario, _ = load_scenario(str(folder / "uncinectomy.toml"))
+    head = load_patient(scenario, no_progress)
+    patient, operation = operate_on(head)
+    session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
+    scope = scenario.scope.endoscope()
+    control = scope_control(patient, None, scope.diameter_mm / 2, scenario.start)
+    hand = OperatingHand(Bare(), scope)
+    rest = operation.patient.surface.distance
+    hand.pointed = pointed_tool(patient, rest, None, scenario.start)
+    hand.felt_n = lambda: operation.touch.size_n
+    rng = np.random.default_rng(seed)
+    sites = "middle meatus", "uncinate process", "choana", "sphenoethmoidal recess"
+    goals = [patient.landmarks[f"{site}, right"] for site in sites]
+    for number in range(6000):
+        time_s = 0.01 * number
+        if number % 300 == 0:
+            hand.choose(str(rng.choice(sorted(INSTRUMENTS))))
+            aim = goals[rng.integers(len(goals))] + rng.normal(size=3) * 3.0
+        if number % 90 == 0:
+            hand.point(*rng.uniform(-0.8, 0.8, 2))
+            hand.advance(float(rng.uniform(-10.0, 10.0)))
+        way = aim - control.frame()[:3, 3]
+        right, up = control.frame()[:3, 0], control.frame()[:3, 1]
+        turns = np.clip([way @ right / 20.0, way @ up / 20.0], -1.0, 1.0)
+        inwards = float(np.clip((way @ control.pointing - 15.0) / 5.0, -1.0, 1.0))
+        control.advance(0.01, Demand(inwards, float(turns[0]), float(turns[1])))
+        pose = Pose(time_s, time_s, control.frame(), 0)
+        session.step(hand.complete(pose))
+        assert operation.take_injuries() == []
+        operation.take_changes()
+    assert operation.feeling.figures.breaks == ()
