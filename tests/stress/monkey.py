@@ -20,7 +20,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QPoint, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QRect, Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QWindow
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -272,10 +272,11 @@ class Monkey(QObject):
         QTest.keyPress(window.windowHandle(), self.held)
 
     def spot(self, window: QWidget) -> QPoint:
-        """Return any place in a window."""
+        """Return any place in a window, as large as it is on the screen by now."""
+        size = window.windowHandle().size().boundedTo(window.size())
         return QPoint(
-            self.random.randrange(max(window.width(), 1)),
-            self.random.randrange(max(window.height(), 1)),
+            self.random.randrange(max(size.width(), 1)),
+            self.random.randrange(max(size.height(), 1)),
         )
 
     def click(self, window: QWidget) -> None:
@@ -311,6 +312,8 @@ class Monkey(QObject):
             return
         button = self.random.choice(shown)
         at = button.mapTo(window, button.rect().center())
+        if not QRect(QPoint(0, 0), window.windowHandle().size()).contains(at):
+            return
         self.note(f"button {button.text() or type(button).__name__!r}")
         self._click(window, Button.LeftButton, Modifier.NoModifier, at)
 
