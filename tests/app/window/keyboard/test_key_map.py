@@ -31,6 +31,7 @@ MODIFIERS = (
 )
 NAMED = [
     *("Left", "Right", "Up", "Down", "PageUp", "PageDown", "Home", "End", "Space"),
+    "Backspace",
     *("Shift", *(f"F{n}" for n in range(1, 8))),
 ]
 
