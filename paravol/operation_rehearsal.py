@@ -22,7 +22,6 @@ from paravol.session_setup import (
 )
 from paravol.view import EndoscopeView
 from renderers.scene import AirSurface, Volume
-from renderers.scene.lens_state import LensState
 from renderers.shading import Tier
 from scenarios import InstrumentState, Sample, Scenario, tip_frame
 
@@ -30,9 +29,6 @@ STAGE = "Preparing the instruments"
 
 SIDE = 40
 """Voxels of the piece, a side."""
-
-SOILED = LensState(soil=0.5, fog=0.5)
-"""What lies on the lens: the first blood there must not stop the picture."""
 
 VIEW_MM = 6.0
 """From the lens to what is cut."""
@@ -86,7 +82,6 @@ def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> N
         session.step(sample)
         view.apply(operation.take_changes())
         if number % 3 == 1:
-            view.lens = SOILED
             view.draw(session.view(sample), number=number, elapsed_s=0.1)
         progress(STAGE, (number + 1) / len(steps))
     operation.patient.warm_up()
