@@ -4,19 +4,23 @@ from collections.abc import Iterator
 
 from disk import UserError
 from paravol.patient import PatientScene
-from paravol.session_setup import coverage_watch
+from paravol.session_setup import coverage_watch, untouched
 from scenarios import Scenario
-from scenarios.exercise_check import HeadNames, head_problems
+from scenarios.exercise_check import HeadNames, head_problems, untouched_problems
 from scenarios.tasks.checks import Problem, sentence
 from scenarios.tasks.task import Survey
 
 
 def fit_problems(scenario: Scenario, patient: PatientScene) -> Iterator[Problem]:
-    """Yield why the exercise cannot be done on its head.
+    """Yield why the exercise cannot be done on its head, or need not be.
 
     patient: as before anybody operated.
     """
-    yield from head_problems(scenario, _names(scenario, patient))
+    found = list(head_problems(scenario, _names(scenario, patient)))
+    yield from found
+    if not found:
+        head = untouched(patient)
+        yield from untouched_problems(scenario.tasks, head, patient.landmarks)
 
 
 def check_fit(scenario: Scenario, patient: PatientScene) -> None:

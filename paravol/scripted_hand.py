@@ -5,27 +5,34 @@ they fit, and operates with the tools of the catalogue: what it cannot do so, a 
 need not be able to do.
 """
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import UNIT_MM
 from anatomy.tissue import Label
+from anatomy.wall_layers import layer_at
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import PatientScene
-from paravol.session_setup import build_session, operate_on
+from paravol.session_setup import build_session, operate_on, untouched
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, Scenario, Session, tip_frame
 from scenarios.instrument_state import EMPTY_HAND
+from scenarios.instruments.catalogue import instrument_named
+from scenarios.instruments.contact_shape import shaft_mm
 from scenarios.tasks import Status
+from scenarios.tasks.neck import Neck
 from scenarios.tasks.rules import is_in_sight
 from scenarios.tasks.task import (
     Follow,
     Held,
     Hold,
     Inject,
+    KeepAway,
     Look,
     Open,
     Reach,
@@ -44,12 +51,26 @@ DENT_MM = 1.5
 AWAY_MM = np.array([0.0, -400.0, -400.0])
 BITTEN_MM = 5.0
 """The last part of a bite's way lies in what is bitten."""
-SPARED_MM = 4.0
-"""No jaw is opened so near to a hazard."""
+SPARED_MM, HELD_OFF_MM, TOOL_MM = 0.6, 0.2, 1.2
+"""What is bitten keeps so far from a hazard, and open jaws; and the middle of a tool
+from the margin round it."""
+FORCEPS = ("straight forceps", "upturned forceps")
+VAIN, TARGETS = 30, 200
+"""So often no bite is found before it is given up; how many are thought of for each."""
+LEAST_BITE, HARM = 1.0, 4.0
+"""A bite takes more wanted voxels than the first; a spared one counts so much."""
+CUP_MM = 4.0
+"""So far beyond a target the tip goes, at most."""
+THROUGH_MM = (-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
+"""Thickness of the wall round a neck."""
+DEEP_MM = 4.0
+"""Of tissue deeper than this nothing is looked for."""
 TOOL_DENT_MM = 0.0
 """So deep the axis of a tool lies in tissue, at most, before what it bites."""
 LOOKS = 60
 """At most, for a site of a survey."""
+REACH_MM = 9.0
+"""No bite reaches farther from its middle."""
 LINE_POINTS = 60
 """At which a shaft's line is looked at."""
 
@@ -92,6 +113,8 @@ class ScriptedHand:
         self._tip, self._entry = self._pivot, self._pivot - 30.0 * self._axis
         self._roll_deg = 0.0
         self._camera_deg = self.scenario.scope.camera_roll_deg
+        self._hazards = self._joined(with_margins=False)
+        self._margins = self._joined(with_margins=True)
 
     @property
     def distance(self) -> Volume:
@@ -136,10 +159,10 @@ class ScriptedHand:
                     self.back()
             case Inject():
                 self.inject(task)
-            case Remove():
-                self.cut(task, self._targets(task))
-            case Open():
-                self.cut(task, self._way(task))
+            case Remove() if not task.asks:
+                pass
+            case Remove() | Open():
+                self.cut(task)
             case Survey():
                 self.survey(task)
 
@@ -257,112 +280,153 @@ class ScriptedHand:
         for is_down in [False, *[True] * count, False]:
             self._tool(task.tool, tips[best], entries[best], is_working=is_down)
 
-    def cut(self, task: Task, targets: Callable[[], Doubles]) -> None:
-        """Bite, or shave, at the nearest targets that are left, until it is done."""
-        names = self.scenario.tools or ("straight forceps",)
-        name = next(n for n in names if n in ("straight forceps", "microdebrider"))
-        tried: list[Doubles] = []
-        for _ in range(150):
-            if self.status(task) is not Status.OPEN:
+    def cut(self, task: Remove | Open) -> None:
+        """Bite where most of what is wanted and nothing spared is taken, until done."""
+        wanted, spared = self._wanted(task), self._spared()
+        random = np.random.default_rng(2)
+        vain = 0
+        while vain < VAIN:
+            left = wanted[self.distance.sample(wanted) > 0.0]
+            if self.status(task) is not Status.OPEN or not len(left):
                 return
-            left = targets()
-            if tried:
-                apart = np.linalg.norm(left[:, None] - np.array(tried), axis=2)
-                left = left[apart.min(axis=1) > 0.6]
-            found = self._reachable(left)
-            if found is None:
-                return
-            tried.append(found[0])
-            self._bite(name, *found)
+            near = spared[self.distance.sample(spared) > 0.0]
+            best, most = None, LEAST_BITE
+            for bite in self._bites(left, random):
+                worth = float(np.count_nonzero(_inside(bite.rows, left)))
+                if worth <= most or self._hurts(bite):
+                    continue
+                worth -= HARM * np.count_nonzero(_inside(bite.rows, near))
+                if worth > most:
+                    best, most = bite, worth
+            vain += 1
+            if best is not None:
+                vain = 0
+                self._close(best)
 
-    def _bite(self, name: str, tip: Doubles, entry: Doubles) -> None:
-        if name == "microdebrider":
-            for ahead in (-1.0, 0.0, 1.0):
-                way = (tip - entry) / np.linalg.norm(tip - entry)
-                for roll in (-120.0, 0.0, 120.0):
-                    self._tool(
-                        name,
-                        tip + ahead * way,
-                        entry,
-                        is_working=True,
-                        is_sucking=True,
-                        roll_deg=roll,
-                    )
-            self._tool(name, tip, entry)
-            return
-        for jaw in (0.0, 0.0, 0.5, 1.0):
-            self._tool(name, tip, entry, is_working=jaw > 0.0, jaw=jaw)
+    def _bites(
+        self, targets: Doubles, random: np.random.Generator
+    ) -> "Iterator[_Bite]":
+        """Yield bites at some of the targets by the forceps that may be used."""
+        tools = [n for n in FORCEPS if n in (self.scenario.tools or FORCEPS)]
+        for target in random.choice(targets, TARGETS):
+            entry = self._hands[random.integers(len(self._hands))]
+            name = tools[random.integers(len(tools))]
+            roll_deg = float(random.uniform(-180.0, 180.0))
+            jaw = float(random.choice((0.0, 0.5)))
+            tip = target + random.uniform(0.0, CUP_MM) * _unit(target - entry)
+            way = _unit(tip - entry)
+            for _ in range(3):
+                # of a bent tool the shaft is what passes the nostril
+                frame = tip_frame(tip, way, roll_deg)
+                way = _unit(tip + frame[:3, :3] @ shaft_mm(name) - entry)
+            frame = tip_frame(tip, way, roll_deg)
+            off = shaft_mm(name)
+            bend = off + np.array([0.0, 0.0, np.linalg.norm(off)])
+            line = np.stack([tip, tip + frame[:3, :3] @ bend, entry])
+            rows = instrument_named(name).working_volume(frame, jaw)
+            yield _Bite(name, tip, way, roll_deg, jaw, rows, line)
 
-    def _reachable(self, targets: Doubles) -> tuple[Doubles, Doubles] | None:
-        """Return the target with most air on the way of a straight tool."""
-        targets = targets[self._nearest_hazard(targets) > SPARED_MM]
-        targets = targets[:: max(len(targets) // 150, 1)]
-        if not len(targets):
-            return None
-        tips, entries, dents = self._lines(targets, BITTEN_MM, self._hands)
-        back = entries - tips
-        back /= np.linalg.norm(back, axis=1, keepdims=True)
-        for behind_mm in (3.0, 6.0, 9.0):
-            gap = self._nearest_hazard(tips + behind_mm * back)
-            dents[gap < SPARED_MM] = np.inf
-        best = int(dents.argmin())
-        return (tips[best], entries[best]) if dents[best] < TOOL_DENT_MM else None
+    def _hurts(self, bite: "_Bite") -> bool:
+        """Return whether a bite, or the tool on its way, comes too near to a hazard.
 
-    def _targets(self, task: Remove) -> Callable[[], Doubles]:
-        """Return what gives the voxels of the wanted tissue on the side of the nose."""
-        structures = self.patient.structures
-        assert structures is not None
-        limits = {**task.tissues, **task.walls}
-        names = [name for name, limit in limits.items() if limit.least_mm3 > 0.0]
-        labels = [
-            label
-            for label in Label
-            if any(
-                label.name.lower().replace("_", " ")
-                in name.replace("process", "").strip()
-                for name in names
-            )
+        Or lies in tissue behind what it bites.
+        """
+        ends = bite.rows[:, 1:7].reshape(-1, 3)
+        if self._nearest_hazard(ends).min() < bite.rows[0, 7] + SPARED_MM:
+            return True
+        frame = tip_frame(bite.tip, bite.way, bite.roll_deg)
+        for jaw in (bite.jaw, 1.0):
+            parts = instrument_named(bite.name).capsules(frame, jaw)
+            for ends in (parts.start_mm, parts.end_mm):
+                gap = self._nearest_hazard(ends) - parts.radius_mm
+                if gap.min() < HELD_OFF_MM:
+                    return True
+        corners = bite.line
+        share = np.linspace(0.0, 1.0, LINE_POINTS)[:, None]
+        line = np.concatenate(
+            [a + share * (b - a) for a, b in itertools.pairwise(corners)]
+        )
+        behind = np.linalg.norm(line - bite.tip, axis=1) > BITTEN_MM
+        if self.distance.sample(line[behind]).max() > TOOL_DENT_MM:
+            return True
+        return bool(self._nearest_hazard(line, is_kept_off=True).min() < TOOL_MM)
+
+    def _close(self, bite: "_Bite") -> None:
+        for jaw in (bite.jaw, bite.jaw, 0.6, 1.0):
+            state = InstrumentState(bite.name, bite.roll_deg, jaw, jaw > bite.jaw)
+            self._step(bite.tip, bite.way, state)
+        # drawn back: the way to the next bite leads through nothing
+        self.stay(STEP_S)
+
+    def _wanted(self, task: Remove | Open) -> Doubles:
+        """Return where there is what a task wants taken."""
+        head = untouched(self.patient)
+        if isinstance(task, Open):
+            start, end = self.place(task.start), self.place(task.end)
+            plane = Neck.between(head.distance, start, end)
+            off = plane.points - plane.middle
+            wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
+            near = plane.points[np.linalg.norm(off, axis=2) < wide_mm][::4]
+            return np.concatenate([near + d * plane.normal for d in THROUGH_MM])
+        found = [head.part(name) for name, s in task.parts.items() if s.least_percent]
+        places = [head.places(part.voxels) for part in found if part is not None]
+        places += [
+            self._labelled({Label[name.upper().replace(" ", "_")]})
+            for name, limit in task.tissues.items()
+            if limit.least_mm3
         ]
-        k, j, i = np.nonzero(np.isin(structures.labels.values, labels))
-        matrix = structures.labels.world_from_voxel
+        return np.concatenate(places)
+
+    def _spared(self) -> Doubles:
+        """Return where there is tissue of which the exercise allows but little."""
+        names = {
+            name
+            for task in self.scenario.tasks
+            if isinstance(task, Remove)
+            for name, limit in {**task.tissues, **task.walls}.items()
+            if limit.most_mm3 is not None
+        }
+        labels = {Label[n.upper().replace(" ", "_")] for n in names}
+        return self._labelled(labels)
+
+    def _labelled(self, labels: Collection[Label]) -> Doubles:
+        """Return the voxels of tissues, as the books name them, on the side."""
+        pristine, layers = self.patient.surface.distance, self.patient.layers
+        assert layers is not None
+        k, j, i = np.nonzero((pristine.values > 0.0) & (pristine.values < DEEP_MM))
+        matrix = pristine.world_from_voxel
         points = np.stack([i, j, k], axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
         points = points[(points[:, 0] < 0.0) == (self._pivot[0] < 0.0)]
-        points = points[:: max(len(points) // 4000, 1)]
-
-        def left() -> Doubles:
-            there: Doubles = points[self.distance.sample(points) > 0.0]
-            return there
-
-        return left
-
-    def _way(self, task: Open) -> Callable[[], Doubles]:
-        """Return what gives the tissue that is left along a way."""
-        start, end = self.place(task.start), self.place(task.end)
-        middle = np.linspace(start, end, int(np.linalg.norm(end - start) / 0.5) + 2)
-        random = np.random.default_rng(3)
-        aside = random.normal(size=(12, 3))
-        wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
-        aside *= wide_mm / np.linalg.norm(aside, axis=1, keepdims=True)
-        points = (middle[:, None] + np.vstack([np.zeros(3), aside])).reshape(-1, 3)
-
-        def left() -> Doubles:
-            there: Doubles = points[self.distance.sample(points) > -0.2]
-            return there
-
-        return left
+        found = layer_at(layers, pristine, points).label
+        kept: Doubles = points[np.isin(found, list(labels))]
+        return kept
 
     # places
 
-    def _nearest_hazard(self, points: Doubles) -> Doubles:
-        """Return how near points lie to what is to be kept away from, mm."""
-        nearest = np.full(len(points), np.inf)
-        hazards = self.patient.hazards
-        if hazards is not None:
-            for task in self.scenario.tasks:
-                for name in getattr(task, "hazards", ()):
-                    gap = hazards.volumes[name].sample(points)
-                    nearest = np.minimum(nearest, gap)
-        return nearest
+    def _nearest_hazard(self, points: Doubles, *, is_kept_off: bool = False) -> Doubles:
+        """Return how near points lie to what is to be kept away from, mm.
+
+        is_kept_off: or to the margin round it.
+        """
+        field = self._margins if is_kept_off else self._hazards
+        if field is None:
+            return np.full(len(points), np.inf)
+        return field.sample(points) * UNIT_MM
+
+    def _joined(self, *, with_margins: bool) -> Volume | None:
+        """Return the distance to the nearest of all hazards of the exercise."""
+        found: Volume | None = None
+        for task in self.scenario.tasks:
+            if self.patient.hazards is None or not isinstance(task, KeepAway):
+                continue
+            off = task.margin_mm / UNIT_MM if with_margins else 0.0
+            for name in task.hazards:
+                one = self.patient.hazards.volumes[name]
+                values = (one.values - off).astype(np.float32)
+                if found is not None:
+                    values = np.minimum(values, found.values)
+                found = one.with_values(values, one.background)
+        return found
 
     def _lines(
         self, tips: Doubles, but_mm: float, entries: Doubles | None = None
@@ -443,6 +507,39 @@ class ScriptedHand:
             self._operation.take_changes()
             self._operation.take_edits()
             self.injuries += [i.structure for i in self._operation.take_injuries()]
+
+
+@dataclass(frozen=True)
+class _Bite:
+    """Hold a bite: tool and pose, how wide its jaws are, what it takes, its line."""
+
+    name: str
+    tip: Doubles
+    way: Doubles
+    roll_deg: float
+    jaw: float
+    rows: Doubles
+    line: Doubles
+
+
+def _inside(rows: Doubles, points: Doubles) -> NDArray[np.bool_]:
+    """Return which points lie in capsules."""
+    starts, ways = rows[:, 1:4], rows[:, 4:7] - rows[:, 1:4]
+    middle = rows[:, 1:7].reshape(-1, 3).mean(axis=0)
+    found = np.zeros(len(points), bool)
+    near = np.flatnonzero(np.linalg.norm(points - middle, axis=1) < REACH_MM)
+    if not len(near):
+        return found
+    off = points[near][:, None] - starts
+    squares = np.maximum((ways * ways).sum(axis=1), 1e-12)
+    share = np.clip((off * ways).sum(axis=2) / squares, 0.0, 1.0)
+    gaps = np.linalg.norm(off - share[..., None] * ways, axis=2) - rows[:, 7]
+    found[near] = gaps.min(axis=1) < 0.0
+    return found
+
+
+def _unit(way: Doubles) -> Doubles:
+    return way / np.linalg.norm(way)
 
 
 def undone(hand: ScriptedHand) -> Sequence[str]:

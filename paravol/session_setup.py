@@ -33,6 +33,7 @@ from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
+from scenarios.tasks.parts import Head
 from surgery.patient import OperatedPatient
 
 SEED = 1
@@ -164,7 +165,9 @@ def build_session(
     surface = patient.surface if operation is None else operation.patient.surface
     tasks = None
     if scenario.tasks:
-        tasks = TaskEngine(scenario.tasks, patient.landmarks)
+        tasks = TaskEngine(
+            scenario.tasks, patient.landmarks, untouched(patient, operation)
+        )
     watch = coverage_watch(patient, operation) if tasks or operation else None
     return Session(
         scenario.scope.endoscope(),
@@ -181,6 +184,14 @@ def build_session(
     )
 
 
+def untouched(patient: PatientScene, operation: Operation | None = None) -> Head:
+    """Return a patient's head as before any cut, for what measures tasks by it."""
+    distance = patient.surface.distance
+    if operation is not None:
+        distance = operation.patient.pristine.distance
+    return Head(distance, patient.structures)
+
+
 def aimless(scenario: Scenario) -> Scenario:
     """Return the exercise's scope alone: for what looks or cuts, and asks nothing."""
     return Scenario(scenario.name, scenario.title, scope=scenario.scope)
@@ -193,9 +204,7 @@ def coverage_watch(
 
     The first look loads compiled code, so one is made here: no flight waits for it.
     """
-    distance = patient.surface.distance
-    if operation is not None:
-        distance = operation.patient.pristine.distance
+    distance = untouched(patient, operation).distance
     digest = xxhash.xxh3_128(distance.values.data)
     digest.update(distance.world_from_voxel.tobytes())
     known = digest.hexdigest(), patient.structures_sha256

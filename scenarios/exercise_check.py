@@ -1,11 +1,12 @@
 """What is wrong in an exercise that its schema cannot see: wrong names."""
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from anatomy.abstract import SCENES
 from anatomy.phantom.findings import with_findings
@@ -15,6 +16,7 @@ from anatomy.tissue import Label
 from disk import UserError
 from disk.line_finder import toml_line
 from scenarios.coverage.sites import SIDES, SITE_NAMES
+from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks.checks import (
     Problem,
     nearest,
@@ -22,7 +24,10 @@ from scenarios.tasks.checks import (
     place_problems,
     sentence,
 )
-from scenarios.tasks.task import Follow, Inject, KeepAway, Remove, Survey
+from scenarios.tasks.parts import PART_NAMES, Head
+from scenarios.tasks.rules import rule_of
+from scenarios.tasks.situation import Situation
+from scenarios.tasks.task import Follow, Inject, KeepAway, Remove, Survey, Task
 
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario
@@ -32,6 +37,9 @@ TISSUES = tuple(label.name.lower().replace("_", " ") for label in Label)
 
 SITES = (*SITE_NAMES, *(f"{site}, {side}" for site in SITE_NAMES for side in SIDES))
 """Names of sites of mucosa, of both sides together and of one."""
+
+FAR_MM = 1e4
+"""Far from every head, in each direction."""
 
 ROLES = ("scope", "tool", "both hands", "patient")
 
@@ -59,6 +67,8 @@ def file_problems(
         if isinstance(task, Remove):
             for name in task.tissues:
                 yield from _unknown(("tasks", n, "tissues", name), "tissue", TISSUES)
+            for name in task.parts:
+                yield from _unknown(("tasks", n, "parts", name), "part", PART_NAMES)
         if isinstance(task, Survey):
             for name, percent in task.sites.items():
                 site = ("tasks", n, "sites", name)
@@ -97,6 +107,30 @@ def head_problems(scenario: "Scenario", head: HeadNames) -> Iterator[Problem]:
             for name in task.sites:
                 site = ("tasks", n, "sites", name)
                 yield from _unknown(site, "site of this head's", head.sites)
+
+
+def untouched_problems(
+    tasks: Sequence[Task], head: Head, landmarks: Mapping[str, NDArray[np.float64]]
+) -> Iterator[Problem]:
+    """Yield tasks that ask for what the head lacks, or are done before they are begun.
+
+    head: before anybody operated. landmarks: ``(3,)`` LPS mm by name, all that are
+    named.
+    """
+    away = tip_frame(np.full(3, FAR_MM), np.array([0.0, 1.0, 0.0]))
+    camera = Endoscope().camera(away, 0.0, (8, 8))
+    idle = Situation(0.0, away[:3, 3], camera, head.distance)
+    for n, task in enumerate(tasks):
+        if isinstance(task, Remove):
+            for name in task.parts:
+                if head.part(name) is None:
+                    text = f"This head has no {name!r}, which {task.name!r} names."
+                    yield Problem(("tasks", n, "parts", name), text)
+        rule = rule_of(task, landmarks, head)
+        rule.step(idle, 0.0)
+        if rule.progress >= 1.0 and not rule.is_kept:
+            text = f"The task {task.name!r} is done before it is begun: {rule.lacks}"
+            yield Problem(("tasks", n), text)
 
 
 def refuse(file: Path, content: bytes, problems: Iterable[Problem]) -> None:

@@ -309,6 +309,7 @@ class Session:
             now,
             edits=operation.cuts,
             books=operation.patient.books,
+            fill=operation.patient.fill,
             wall_mm3=operation.wall_mm3(),
             injured=operation.injured,
         )

@@ -1,7 +1,7 @@
 """Where the place of an open task is, by its kind and by how far it is done."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from scenarios.coverage import CoverageWatch
 from scenarios.structures import Structures
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks import task as tasks
+from scenarios.tasks.parts import Head, Part
 from scenarios.tasks.rules import SIGHT_STEP_MM
 
 _Doubles = NDArray[np.float64]
@@ -41,7 +42,8 @@ class GuidedHead:
 
     distance: signed air distance as the head is cut, mm, negative in air. landmarks:
     ``(3,)`` LPS mm by name. structures: None where nothing is named. coverage: what was
-    seen so far; None where nobody watches. nostril_mm: where the scope goes in.
+    seen so far; None where nobody watches. nostril_mm: where the scope goes in. parts:
+    those that were asked for so far, by name.
     """
 
     distance: Volume
@@ -49,6 +51,7 @@ class GuidedHead:
     structures: Structures | None
     coverage: CoverageWatch | None
     nostril_mm: _Doubles
+    parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
 def open_task(
@@ -56,7 +59,10 @@ def open_task(
 ) -> tuple[Task, TaskState] | None:
     """Return the task that is to be done now: the first open one that has an end."""
     for task, state in zip(every, states, strict=True):
-        if state.status is Status.OPEN and not isinstance(task, tasks.KeepAway):
+        only_spares = isinstance(task, tasks.Remove) and not task.asks
+        if isinstance(task, tasks.KeepAway) or only_spares:
+            continue
+        if state.status is Status.OPEN:
             return task, state
     return None
 
@@ -104,6 +110,8 @@ def _left(task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles) -> Goal | None
     """Return the nearest tissue that is to be taken and still is there."""
     if head.structures is None:
         return None
+    if task.parts:
+        return _left_of_parts(task, head, tip_mm)
     wanted = [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
     known = {label.name.lower().replace("_", " "): label.value for label in Label}
     numbers = [known[name] for name in wanted if name in known]
@@ -125,6 +133,31 @@ def _left(task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles) -> Goal | None
         return None
     nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
     return Goal(" and ".join(wanted), places[nearest])
+
+
+def _left_of_parts(
+    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles
+) -> Goal | None:
+    """Return the nearest tissue of a task's parts that still is there."""
+    known = Head(head.distance, head.structures)
+    goals = []
+    for name, share in task.parts.items():
+        if name not in head.parts:
+            head.parts[name] = known.part(name)
+        part = head.parts[name]
+        if part is None or share.least_percent == 0.0:
+            continue
+        places = known.places(part.voxels)
+        deep = head.distance.nearest(places)
+        places = places[(deep > 0.0) & (deep < SKIN_MM)]
+        if len(places):
+            nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
+            goals.append(Goal(name, places[nearest]))
+    return min(
+        goals,
+        key=lambda goal: float(np.linalg.norm(goal.place_mm - tip_mm)),
+        default=None,
+    )
 
 
 def _narrowest(task: tasks.Open, head: GuidedHead) -> Goal:

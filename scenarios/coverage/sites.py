@@ -89,7 +89,7 @@ def sites_of(
     places: ``(n, 3)`` on the surface, LPS mm. normals: unit, into the air. Without
     labels, or a pair of landmarks that tells the middle, all is `OTHER`.
     """
-    middle = None if structures is None else _middle(structures.landmarks)
+    middle = None if structures is None else middle_of(structures.landmarks)
     if structures is None or not structures.airs or middle is None:
         return [OTHER] * len(places)
     known = structures.landmarks
@@ -188,7 +188,7 @@ def _towards_middle(
     )
 
 
-def _middle(landmarks: Mapping[str, Doubles]) -> float | None:
+def middle_of(landmarks: Mapping[str, Doubles]) -> float | None:
     """Return x of the midline, mm: between the landmarks of both sides, if any."""
     pairs = [
         (place[0] + landmarks[f"{name[: -len(', left')]}, right"][0]) / 2

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from disk import UserError
 from scenarios.tasks.checks import order_problems, place_problems, sentence
+from scenarios.tasks.parts import Head
 from scenarios.tasks.rules import Rule, rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import Task
@@ -33,7 +34,7 @@ class TaskState:
     """Say how one task stands.
 
     progress: 0 to 1. opened_s, ended_s: of the score's clock, None before. why: it
-    failed, in words.
+    failed, or what is left to do, in words.
     """
 
     name: str
@@ -70,16 +71,20 @@ class TaskEngine:
     """
 
     def __init__(
-        self, tasks: Sequence[Task], places: Mapping[str, NDArray[np.float64]]
+        self,
+        tasks: Sequence[Task],
+        places: Mapping[str, NDArray[np.float64]],
+        head: Head | None = None,
     ) -> None:
         """Begin an exercise.
 
-        places: ``(3,)`` LPS mm of the head's landmarks by name. UserError names a
-        place, or a task in `after`, that there is not.
+        places: ``(3,)`` LPS mm of the head's landmarks by name. head: as before anybody
+        operated, see `rule_of`. UserError names a place, or a task in `after`, that
+        there is not.
         """
         check_tasks(tasks, places)
         self.tasks = tuple(tasks)
-        self._rules = [rule_of(task, places) for task in tasks]
+        self._rules = [rule_of(task, places, head) for task in tasks]
         self.states = tuple(TaskState(task.name) for task in tasks)
         self._last_s: float | None = None
 
@@ -149,6 +154,5 @@ def _stepped(state: TaskState, rule: Rule, time_s: float) -> TaskState:
         status, ended_s = Status.FAILED, time_s
     elif rule.progress >= 1.0 and not rule.is_kept:
         status, ended_s = Status.DONE, time_s
-    return TaskState(
-        state.name, status, rule.progress, state.opened_s, ended_s, rule.failed
-    )
+    why = rule.failed or ("" if status is Status.DONE else rule.lacks)
+    return TaskState(state.name, status, rule.progress, state.opened_s, ended_s, why)

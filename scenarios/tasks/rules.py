@@ -10,11 +10,12 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from renderers.scene import Volume
 from scenarios.endoscope import LEAST_GRAVITY, SUPERIOR
 from scenarios.tasks import task as tasks
+from scenarios.tasks.neck import Neck
+from scenarios.tasks.parts import Head
 from scenarios.tasks.situation import Situation
 
 ABSENT_S = 0.5
@@ -31,11 +32,6 @@ WITHIN = 1.5
 """A landmark that lies within what it names, such as the head of a turbinate, is seen
 where its surface is: so many times its depth before it, for lines that are oblique."""
 
-SECTION_STEP_MM, SECTION_MM, LATTICE_MM = 1.0, 10.0, 0.5
-"""Between sections across a way; half their width; between the points of one. A narrow
-place shorter than the first may be missed, an opening wider than 20 mm is cut off."""
-
-Sections = NDArray[np.float64]
 Places = Mapping[str, NDArray[np.float64]]
 
 
@@ -43,14 +39,15 @@ class Rule(ABC):
     """Follow one task.
 
     progress: 0 to 1, which is done. failed: why it cannot be done any more, "" while
-    it can. is_kept: done only at the end, when it has not failed until then.
+    it can. lacks: what is left to do, in figures, "" where there are none. is_kept:
+    done only at the end, when it has not failed until then.
     """
 
     is_kept = False
 
     def __init__(self) -> None:
         self.progress = 0.0
-        self.failed = ""
+        self.failed = self.lacks = ""
 
     @abstractmethod
     def step(self, now: Situation, elapsed_s: float) -> None:
@@ -180,16 +177,32 @@ class _Inject(_Dwell):
 
 
 class _Remove(Rule):
-    def __init__(self, task: tasks.Remove) -> None:
+    def __init__(self, task: tasks.Remove, head: Head | None) -> None:
         super().__init__()
         self._task = task
+        self.is_kept = not task.asks
         self._edits: int | None = None
+        self._parts = {name: head.part(name) for name in task.parts} if head else {}
 
     def step(self, now: Situation, elapsed_s: float) -> None:
         if now.books is None or now.edits == self._edits:
             return
         self._edits = now.edits
         shares: list[float] = []
+        lacks: list[str] = []
+        for name, share in self._task.parts.items():
+            part = self._parts.get(name)
+            percent = 0.0
+            if part is not None and now.fill is not None:
+                percent = part.taken_percent(now.fill)
+            if percent > share.most_percent:
+                self.failed = (
+                    f"{percent:.0f} % of {name} taken, "
+                    f"{share.most_percent:g} at most allowed"
+                )
+            if share.least_percent > 0.0:
+                shares.append(min(percent / share.least_percent, 1.0))
+                lacks.append(f"{name}: {100.0 - percent:.0f} % left")
         for limits, taken in (
             (self._task.tissues, now.books.tissues()),
             (self._task.walls, now.wall_mm3),
@@ -203,29 +216,33 @@ class _Remove(Rule):
                     )
                 if limit.least_mm3 > 0.0:
                     shares.append(min(volume / limit.least_mm3, 1.0))
+                    lacks.append(f"{volume:.1f} of {limit.least_mm3:g} mm3 of {name}")
+        self.lacks = ", ".join(lacks)
         self.progress = float(np.mean(shares)) if shares else 1.0
 
 
 class _Open(Rule):
-    def __init__(self, task: tasks.Open, places: Places) -> None:
+    def __init__(self, task: tasks.Open, places: Places, head: Head | None) -> None:
         super().__init__()
         self._task = task
-        start, end = _at(task.start, places), _at(task.end, places)
-        count = max(math.ceil(_apart(start, end) / SIGHT_STEP_MM), 1) + 1
-        self._way = np.linspace(start, end, count)
-        self._sections = sections(start, end) if task.area_mm2 > 0.0 else None
+        self._ends = _at(task.start, places), _at(task.end, places)
+        self._neck = Neck.between(head.distance, *self._ends) if head else None
         self._edits: int | None = None
 
     def step(self, now: Situation, elapsed_s: float) -> None:
         if now.edits == self._edits:
             return
         self._edits = now.edits
-        narrowest_mm = -float(now.distance.sample(self._way).max())
-        reached = min(max(narrowest_mm / self._task.radius_mm, 0.0), 1.0)
-        if self._sections is not None:
-            area_mm2 = opening_mm2(now.distance, self._sections)
-            reached = min(reached, area_mm2 / self._task.area_mm2)
-        self.progress = reached
+        task = self._task
+        if self._neck is None:
+            # nobody knows the head from before
+            self._neck = Neck.between(now.distance, *self._ends)
+        area_mm2, radius_mm = self._neck.opening(now.distance)
+        self.progress = min(radius_mm / task.radius_mm, 1.0)
+        self.lacks = f"a ball of {radius_mm:.1f} mm passes"
+        if task.area_mm2 > 0.0:
+            self.progress = min(self.progress, area_mm2 / task.area_mm2)
+            self.lacks = f"{area_mm2:.1f} of {task.area_mm2:g} mm2"
 
 
 class _KeepAway(Rule):
@@ -270,8 +287,12 @@ class _Survey(Rule):
         self.progress = float(np.mean(shares))
 
 
-def rule_of(task: tasks.Task, places: Places) -> Rule:
-    """Return the rule of a task; places: ``(3,)`` LPS mm of landmarks, by name."""
+def rule_of(task: tasks.Task, places: Places, head: Head | None = None) -> Rule:
+    """Return the rule of a task.
+
+    places: ``(3,)`` LPS mm of landmarks, by name. head: before anybody operated; None
+    for the one of the first situation, which has no parts.
+    """
     match task:
         case tasks.Reach():
             return _Reach(task, places)
@@ -284,53 +305,13 @@ def rule_of(task: tasks.Task, places: Places) -> Rule:
         case tasks.Inject():
             return _Inject(task, places)
         case tasks.Remove():
-            return _Remove(task)
+            return _Remove(task, head)
         case tasks.Open():
-            return _Open(task, places)
+            return _Open(task, places, head)
         case tasks.KeepAway():
             return _KeepAway(task)
         case tasks.Survey():
             return _Survey(task)
-
-
-def sections(start: NDArray[np.float64], end: NDArray[np.float64]) -> Sections:
-    """Return lattices of points across a way, ``(n, m, m, 3)`` LPS mm."""
-    length = _apart(start, end)
-    along = (end - start) / max(length, 1e-9)
-    aside = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
-    aside /= np.linalg.norm(aside)
-    over = np.cross(along, aside)
-    count = max(math.ceil(length / SECTION_STEP_MM), 1) + 1
-    middles = np.linspace(start, end, count)
-    steps = round(SECTION_MM / LATTICE_MM)
-    off = LATTICE_MM * np.arange(-steps, steps + 1)
-    found: Sections = (
-        middles[:, None, None]
-        + off[None, :, None, None] * aside
-        + off[None, None, :, None] * over
-    )
-    return found
-
-
-def opening_mm2(distance: Volume, across: Sections) -> float:
-    """Return the area of the air round a way where it is narrowest, mm2.
-
-    distance: signed air distance, mm, negative in air. across: see `sections`. Only air
-    that hangs together with the way, within its section, counts: none where the way is
-    blocked, and at most the whole section.
-    """
-    values = distance.sample(across.reshape(-1, 3)).reshape(across.shape[:3])
-    middle = across.shape[1] // 2
-    least = math.inf
-    for section in values:
-        if section[middle, middle] >= 0.0:
-            return 0.0
-        # the share of its small square that is air, by the distance of its middle
-        air = np.clip(0.5 - section / LATTICE_MM, 0.0, 1.0)
-        numbers, _ = ndimage.label(air > 0.0)
-        whole = float(air[numbers == numbers[middle, middle]].sum())
-        least = min(least, whole * LATTICE_MM**2)
-    return least
 
 
 def is_in_sight(

@@ -23,6 +23,7 @@ class Situation:
     of the head as it is cut, mm, negative in air. tool, tool_tip_mm, is_working: what
     the second hand does; no place without a tool. hazards_mm: how near scope or tool
     is, by hazard. edits: cuts so far, their undoing counted too. books: what was taken.
+    fill: uint16, what is left of each voxel, of 65535; None where nobody operates.
     wall_mm3: bone of walls taken, by name, as of `edits`. injured: structures hurt so
     far. seen_percent: of the mucosa of sites, by name.
     """
@@ -37,6 +38,7 @@ class Situation:
     hazards_mm: Mapping[str, float] = field(default_factory=dict)
     edits: int = 0
     books: "Books | None" = None
+    fill: NDArray[np.uint16] | None = None
     wall_mm3: Mapping[str, float] = field(default_factory=dict)
     injured: frozenset[str] = frozenset()
     seen_percent: Mapping[str, float] = field(default_factory=dict)

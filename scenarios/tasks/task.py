@@ -114,20 +114,39 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     most_mm3: float | None = None
 
 
-class Remove(TaskBase, frozen=True, tag="remove"):
-    """Take tissue within limits, by tissue and by the bone of walls.
+class Share(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Bound the share of a part that is taken, percent of what it was at first."""
 
-    Names are those of the books, see `surgery.patient.Books`. Too much fails at once.
+    least_percent: float = 0.0
+    most_percent: float = 100.0
+
+
+class Remove(TaskBase, frozen=True, tag="remove"):
+    """Take tissue within limits: by tissue, by the bone of walls, and by part.
+
+    Tissues and walls are those of the books, see `surgery.patient.Books`, of the whole
+    head; parts are named places of one side, see `scenarios.tasks.parts`. Too much
+    fails at once. A task that asks for nothing only spares: it is done at the end.
     """
 
     tissues: dict[str, Limits] = {}
     walls: dict[str, Limits] = {}
+    parts: dict[str, Share] = {}
+
+    @property
+    def asks(self) -> bool:
+        """Return whether anything is to be taken."""
+        volumes = (*self.tissues.values(), *self.walls.values())
+        return any(limit.least_mm3 > 0.0 for limit in volumes) or any(
+            share.least_percent > 0.0 for share in self.parts.values()
+        )
 
 
 class Open(TaskBase, frozen=True, tag="open"):
-    """Make a way for a ball of radius_mm, straight from one place to another.
+    """Widen the neck between two rooms until a ball of radius_mm passes.
 
-    area_mm2: of the air across that way where it is narrowest, at least.
+    start, end: the middle of the neck, or before it, and well inside the room behind;
+    no tissue lies between them. area_mm2: of the neck, at least.
     """
 
     start: Place

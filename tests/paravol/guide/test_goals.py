@@ -7,7 +7,16 @@ from paravol.guide.goals import GuidedHead, goal_of, open_task
 from renderers.scene import Volume
 from scenarios.structures import Structures
 from scenarios.tasks import Status, TaskState
-from scenarios.tasks.task import Follow, KeepAway, Limits, Open, Reach, Remove, Ring
+from scenarios.tasks.task import (
+    Follow,
+    KeepAway,
+    Limits,
+    Open,
+    Reach,
+    Remove,
+    Ring,
+    Share,
+)
 
 H = 0.5
 SIZE = 41
@@ -31,7 +40,7 @@ def head() -> GuidedHead:
     air = Volume(distance.astype(np.float32), spacing, origin, background=9.0)
     marks = Volume(labels, spacing, origin, background=0)
     names = {int(Label.UNCINATE): "uncinate"}
-    named = Structures.of(air, marks, names, MappingProxyType({}))
+    named = Structures.of(air, marks, names, MappingProxyType(places))
     return GuidedHead(air, places, named, None, places["nostril, right"])
 
 
@@ -67,6 +76,11 @@ def test_what_is_left_on_the_own_side_is_the_goal_until_nothing_is() -> None:
     assert goal is not None
     assert goal.what == "uncinate"
     assert goal.place_mm[0] < 10.0
+    parts = {"uncinate process, right": Share(80.0)}
+    part = goal_of(Remove(name="p", title="", parts=parts), state, known, tip)
+    assert part is not None
+    assert part.what == "uncinate process, right"
+    assert part.place_mm[0] < 10.0
     cut = known.distance.values.copy()
     cut[:, :, :20] = -1.0
     known = GuidedHead(

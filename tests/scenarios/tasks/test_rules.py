@@ -1,5 +1,6 @@
 """When tasks are done: closed forms, whatever the rate of the samples."""
 
+import itertools
 import math
 from dataclasses import replace
 from typing import Any
@@ -12,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from anatomy.tissue import Label
 from renderers.scene import Volume
+from scenarios import Structures
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks import task as tasks
+from scenarios.tasks.parts import Head
 from scenarios.tasks.rules import (
     ABSENT_S,
     is_in_sight,
-    opening_mm2,
     rule_of,
-    sections,
 )
 from scenarios.tasks.situation import Situation
 from surgery.kernels.carve import FULL
@@ -40,6 +41,18 @@ def room(wall_y_mm: float | None = None) -> Volume:
 
 
 OPEN_ROOM = room()
+
+
+def two_sided_head() -> Head:
+    """Return a head of polyps alone, the middle at x = 0."""
+    solid = OPEN_ROOM.with_values(np.full((81,) * 3, 5.0, np.float32), -5.0)
+    labels = solid.with_values(np.full((81,) * 3, Label.POLYP, np.uint8), 0.0)
+    sides = {
+        f"choana, {side}": np.array([x, 0.0, 0.0])
+        for side, x in (("right", -6.0), ("left", 6.0))
+    }
+    names = {int(Label.POLYP): "polyp"}
+    return Head(solid, Structures.of(solid, labels, names, sides))
 
 
 def at(tip_mm: ArrayLike, time_s: float = 0.0, **more: Any) -> Situation:
@@ -177,6 +190,9 @@ def test_an_injury_fails_at_once() -> None:
     )
     hurt = replace(at((0, 0, 0)), injured=frozenset({"orbit"}))
     assert run(task, [hurt])[1] == "orbit was hurt"
+    # whatever the dose, and however far away a tool was seen
+    far = replace(hurt, hazards_mm={"orbit": 20.0})
+    assert run(task, [far])[1] == "orbit was hurt"
 
 
 def test_an_injection_needs_the_tool_its_pedal_and_the_right_depth() -> None:
@@ -220,6 +236,40 @@ def test_tissue_is_taken_within_limits() -> None:
     assert "lamina papyracea" in taken(12.0, 1.5)[1]
 
 
+def test_too_much_of_a_part_fails_and_nothing_else_takes_of_it() -> None:
+    """Of one side: the same tissue of the other is another part."""
+    head = two_sided_head()
+    task = tasks.Remove(
+        name="a", title="a", parts={"polyp, right": tasks.Share(50.0, 80.0)}
+    )
+    rule = rule_of(task, PLACES, head)
+
+    def taken(right: float, left: float) -> tuple[float, str, str]:
+        fill = np.full(head.distance.shape, FULL, np.uint16)
+        fill[..., 41:] = round((1.0 - left) * FULL)
+        fill[..., :41] = round((1.0 - right) * FULL)
+        now = replace(at((0, 0, 0)), books=Books(1.0), fill=fill, edits=next(edits))
+        rule.step(now, 0.0)
+        return rule.progress, rule.failed, rule.lacks
+
+    edits = itertools.count()
+    assert taken(0.0, 1.0)[0] == 0.0
+    progress, failed, lacks = taken(0.25, 0.9)
+    assert progress == pytest.approx(0.5, abs=1e-3)
+    assert (failed, lacks) == ("", "polyp, right: 75 % left")
+    assert taken(0.5, 0.0)[0] == pytest.approx(1.0, abs=1e-3)
+    assert "81 % of polyp, right taken" in taken(0.81, 0.0)[1]
+
+
+def test_what_only_spares_is_done_at_the_end() -> None:
+    task = tasks.Remove(
+        name="a", title="a", tissues={"middle turbinate": tasks.Limits(most_mm3=5.0)}
+    )
+    assert rule_of(task, PLACES).is_kept
+    asking = tasks.Remove(name="a", title="a", parts={"polyp, left": tasks.Share(1.0)})
+    assert not rule_of(asking, PLACES).is_kept
+
+
 def test_a_way_is_open_when_a_ball_fits_through() -> None:
     task = tasks.Open(
         name="a", title="a", start=(0, -5, 0), end=(0, 5, 0), radius_mm=2.5
@@ -247,32 +297,3 @@ def test_a_hold_begins_anew_where_the_tip_moved_too_far() -> None:
     assert run(task, still)[0] == 1.0
     drifting = [at((2.0 * t, 0, 0), t) for t in times(1.9, 20)]
     assert run(task, drifting)[0] < 0.5
-
-
-@pytest.mark.parametrize("radius_mm", [2.0, 3.0, 5.0])
-def test_an_opening_is_as_large_as_the_hole_in_the_wall(radius_mm: float) -> None:
-    """A round hole through a wall of 1 mm, seen straight and obliquely."""
-    wall = room(0.0)
-    z, y, x = np.meshgrid(*[np.linspace(-20.0, 20.0, 81)] * 3, indexing="ij")
-    tube = np.sqrt(x**2 + z**2) - radius_mm
-    holed = wall.with_values(
-        np.minimum(wall.values, np.where(np.abs(y) < 6.0, tube, 9.0)).astype("f4"), -5.0
-    )
-    start, end = np.array([0.0, -5.0, 0.0]), np.array([0.0, 5.0, 0.0])
-    area_mm2 = math.pi * radius_mm**2
-    across = sections(start, end)
-    assert opening_mm2(holed, across) == pytest.approx(area_mm2, rel=0.08)
-    assert opening_mm2(wall, across) == 0.0
-    # without a wall the whole section
-    assert opening_mm2(OPEN_ROOM, across) == pytest.approx(20.5**2)
-    for share in (0.8, 1.2):
-        task = tasks.Open(
-            name="o",
-            title="",
-            start=(0.0, -5.0, 0.0),
-            end=(0.0, 5.0, 0.0),
-            radius_mm=1.0,
-            area_mm2=share * area_mm2,
-        )
-        progress, _ = run(task, [at([0.0, -10.0, 0.0], distance=holed)])
-        assert progress == pytest.approx(min(1.0 / share, 1.0), rel=0.08)
