@@ -57,7 +57,7 @@ from the margin round it."""
 FORCEPS = ("straight forceps", "upturned forceps")
 VAIN, TARGETS = 30, 200
 """So often no bite is found before it is given up; how many are thought of for each."""
-LEAST_BITE, HARM = 1.0, 4.0
+LEAST_BITE, HARM = 1.0, 10.0
 """A bite takes more wanted voxels than the first; a spared one counts so much."""
 CUP_MM = 4.0
 """So far beyond a target the tip goes, at most."""

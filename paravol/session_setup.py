@@ -33,7 +33,7 @@ from scenarios.coverage import CoverageWatch, Mucosa, mucosa_of
 from scenarios.nostril import Nostrils
 from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
-from scenarios.tasks.parts import Head
+from scenarios.tasks.head_parts import Head
 from surgery.patient import OperatedPatient
 
 SEED = 1

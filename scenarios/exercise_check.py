@@ -24,7 +24,7 @@ from scenarios.tasks.checks import (
     place_problems,
     sentence,
 )
-from scenarios.tasks.parts import PART_NAMES, Head
+from scenarios.tasks.head_parts import PART_NAMES, Head
 from scenarios.tasks.rules import rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import Follow, Inject, KeepAway, Remove, Survey, Task

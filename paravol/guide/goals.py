@@ -12,7 +12,7 @@ from scenarios.coverage import CoverageWatch
 from scenarios.structures import Structures
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks import task as tasks
-from scenarios.tasks.parts import Head, Part
+from scenarios.tasks.head_parts import Head, Part
 from scenarios.tasks.rules import SIGHT_STEP_MM
 
 _Doubles = NDArray[np.float64]

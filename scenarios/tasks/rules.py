@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from renderers.scene import Volume
 from scenarios.endoscope import LEAST_GRAVITY, SUPERIOR
 from scenarios.tasks import task as tasks
+from scenarios.tasks.head_parts import Head
 from scenarios.tasks.neck import Neck
-from scenarios.tasks.parts import Head
 from scenarios.tasks.situation import Situation
 
 ABSENT_S = 0.5

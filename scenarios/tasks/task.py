@@ -125,7 +125,7 @@ class Remove(TaskBase, frozen=True, tag="remove"):
     """Take tissue within limits: by tissue, by the bone of walls, and by part.
 
     Tissues and walls are those of the books, see `surgery.patient.Books`, of the whole
-    head; parts are named places of one side, see `scenarios.tasks.parts`. Too much
+    head; parts are named places of one side, see `scenarios.tasks.head_parts`. Too much
     fails at once. A task that asks for nothing only spares: it is done at the end.
     """
 

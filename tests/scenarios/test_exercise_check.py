@@ -17,8 +17,8 @@ from scenarios import Scenario, Structures, load_scenario, tip_frame
 from scenarios.endoscope import Endoscope
 from scenarios.exercise_check import untouched_problems
 from scenarios.scenario import CURRICULUM
+from scenarios.tasks.head_parts import Head
 from scenarios.tasks.neck import Neck
-from scenarios.tasks.parts import Head
 from scenarios.tasks.rules import rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import KeepAway, Limits, Open, Remove, Share, Task

@@ -16,7 +16,7 @@ from renderers.scene import Volume
 from scenarios import Structures
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks import task as tasks
-from scenarios.tasks.parts import Head
+from scenarios.tasks.head_parts import Head
 from scenarios.tasks.rules import (
     ABSENT_S,
     is_in_sight,
