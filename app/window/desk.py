@@ -22,6 +22,7 @@ from app.window.main_window import MainWindow
 from app.window.opened_file import open_file
 from app.window.page import Page, TextPage
 from app.window.result.debrief_process import write_beside
+from app.window.texts import later, tr
 from app.window.tour import Tour
 from paravol.flight import FlightEnd, FlightOrder
 from paravol.inputs.open_arm import demand_port
@@ -59,7 +60,7 @@ STOP_PATIENCE_S = 5.0
 
 HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
-NO_BROWSER = "No browser could be opened."
+NO_BROWSER = later("No browser could be opened.")
 RESULT_PAGE = "app.window.result.result_page"
 """It loads what scores a flight; no flight waits for that."""
 
@@ -213,7 +214,9 @@ class Desk(QObject):
 
         def show(found: tuple[Scenario, Score]) -> None:
             scenario, score = found
-            end = FlightEnd("The flight was cut off", score, session.folder, True)
+            end = FlightEnd(
+                later("The flight was cut off"), score, session.folder, True
+            )
             flown = Flown(scenario, self._trainee, None, end)
             self.flown.append(flown)
             case = scenario.head.case
@@ -312,7 +315,7 @@ class Desk(QObject):
         """Show the scan of an exercise's head, or of a case."""
         page = self._window.page
         assert isinstance(page, HomePage)
-        is_wanted = self._begin_work("Preparing the scan")
+        is_wanted = self._begin_work(tr("Preparing the scan"))
 
         def work(progress: Progress) -> tuple[str, list[Scan]]:
             import_module(VOLUME_PAGE)
@@ -348,7 +351,13 @@ class Desk(QObject):
         known = None if record is None else record.ladder.find(exercise)
         if known is not None and known.door is Door.LOCKED:
             waits = ", ".join(known.waits)
-            self._tell(f"{known.scenario.title} is locked: first pass {waits}.")
+            self._tell(
+                tr(
+                    "{title} is locked: first pass {waits}.",
+                    title=tr(known.scenario.title),
+                    waits=waits,
+                )
+            )
             return
 
         def take_off(order: FlightOrder) -> None:
@@ -392,7 +401,7 @@ class Desk(QObject):
         self, order: Callable[[], FlightOrder], take_off: Callable[[FlightOrder], None]
     ) -> None:
         """Make an order beside the window: it opens files and devices."""
-        port, is_wanted = self._setup.devices.port, self._begin_work("Preparing")
+        port, is_wanted = self._setup.devices.port, self._begin_work(tr("Preparing"))
 
         def work(progress: Progress) -> FlightOrder:
             demand_port(port)
@@ -530,7 +539,7 @@ class Desk(QObject):
         def fail(text: str) -> None:
             if self._window.page is page:
                 page.show_stage("")
-                page.say(f"The flight cannot be scored: {text}")
+                page.say(tr("The flight cannot be scored: {text}", text=text))
 
         self._do(work, show, fail).staged.connect(page.show_stage)
 
@@ -593,20 +602,20 @@ class Desk(QObject):
         def show(is_open: bool) -> None:
             if self._window.page is page:
                 page.debrief.setEnabled(True)
-                row.show_file(file, "" if is_open else NO_BROWSER)
+                row.show_file(file, "" if is_open else tr(NO_BROWSER))
 
         def fail(text: str) -> None:
             if self._window.page is page:
                 page.debrief.setEnabled(True)
                 row.hide()
-                page.say(f"The debrief cannot be written: {text}")
+                page.say(tr("The debrief cannot be written: {text}", text=text))
 
         def stage(words: str, share: float) -> None:
             if self._window.page is page:
                 row.show_stage(words, share)
 
         page.say("")
-        row.show_stage("beginning")
+        row.show_stage(tr("beginning"))
         self._do(work, show, fail).staged.connect(stage)
 
     def _open_folder(self, page: "ResultPage", folder: Path) -> None:
@@ -614,7 +623,9 @@ class Desk(QObject):
 
         def show(is_open: bool) -> None:
             if not is_open and self._window.page is page:
-                page.say(f"No program could open the folder {folder}.")
+                page.say(
+                    tr("No program could open the folder {folder}.", folder=folder)
+                )
 
         self._do(lambda _: open_file(folder), show)
 
@@ -680,4 +691,4 @@ def _end(thread: FlightThread) -> None:
 def _typed(setup: TrainingSetup) -> FoundDevice:
     devices = setup.devices
     named = devices.scope or devices.port or devices.haptics
-    return FoundDevice(AS_TYPED, f"{named} (as started)")
+    return FoundDevice(AS_TYPED, tr("{named} (as started)", named=named))

@@ -32,7 +32,7 @@ from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.style import OVER
-from app.window.texts import tr
+from app.window.texts import later, tr
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import taken_text, takes_tissue
@@ -71,8 +71,8 @@ INJURY_S = 5.0
 """So long an injury rings the picture."""
 
 ROLL_STEP_DEG = 5.0
-ASKED = "End this flight?"
-FROZEN = "Frozen"
+ASKED = later("End this flight?")
+FROZEN = later("Frozen")
 HELP, COVERED, BLIND = "the keys are shown", "a dialog is open", "nothing is seen yet"
 """Why the clock stands, beside `FROZEN`."""
 
@@ -109,7 +109,7 @@ class FlightPage(Page):
         self._begins_by_s = math.inf
         self._is_under_way = False
         self._may_leave = False
-        self.title = f"PARAVOL: {order.scenario.title}"
+        self.title = f"PARAVOL: {tr(order.scenario.title)}"
         self.picture = PictureView()
         self._notices = Notices(self.picture)
         self._bars = TouchBars()
@@ -240,7 +240,8 @@ class FlightPage(Page):
     def switch_large(self) -> None:
         """Make the next view large: the scope's picture, slices or the overview."""
         self._notices.notify(
-            self._large.next(), f"{KEYS.label(Act.LARGE)} makes the next view large."
+            tr(self._large.next()),
+            tr("{key} makes the next view large.", key=KEYS.label(Act.LARGE)),
         )
 
     def switch_second_screen(self) -> None:
@@ -255,7 +256,10 @@ class FlightPage(Page):
                 self._screen.installEventFilter(listener)
         self._notices.notify(
             self._screen.fill(),
-            f"{KEYS.label(Act.SECOND_SCREEN)} or Esc there closes it.",
+            tr(
+                "{key} or Esc there closes it.",
+                key=KEYS.label(Act.SECOND_SCREEN),
+            ),
         )
 
     @Slot()
@@ -297,10 +301,10 @@ class FlightPage(Page):
             case Act.SCOPE_OUT:
                 self._order.input.go_out()
             case Act.IMAGING:
-                self._notices.notify(self._slices.switch(), "Slices at the tip")
+                self._notices.notify(self._slices.switch(), tr("Slices at the tip"))
             case Act.OPEN_HEAD:
                 self._notices.notify(
-                    self._overview.switch(), "The side wall of the nose"
+                    self._overview.switch(), tr("The side wall of the nose")
                 )
             case Act.MOMENT:
                 self._keep_moment()
@@ -327,7 +331,7 @@ class FlightPage(Page):
         """
         if not self._is_under_way or self._may_leave or self._notices.is_asking:
             return True
-        self._notices.ask(ASKED, "Enter ends it · Esc flies on")
+        self._notices.ask(tr(ASKED), tr("Enter ends it · Esc flies on"))
         return False
 
     def _leave(self) -> None:
@@ -364,7 +368,7 @@ class FlightPage(Page):
             return
         if self._flight.recording.folder is None:
             self._notices.notify(
-                "This flight is not recorded", "So no moment can be kept."
+                tr("This flight is not recorded"), tr("So no moment can be kept.")
             )
         else:
             self._flight.keep_moment()
@@ -395,14 +399,15 @@ class FlightPage(Page):
         if FROZEN in self._stands:
             key = KEYS.label(Act.FREEZE)
             self._notices.say(
-                FROZEN, f"The clock stands and nothing counts; {key} goes on."
+                tr(FROZEN),
+                tr("The clock stands and nothing counts; {key} goes on.", key=key),
             )
         else:
             self._notices.say("")
 
     @Slot(str, bool, str)
     def _on_task(self, name: str, is_done: bool, text: str) -> None:
-        title = "Done" if is_done else f"Failed: {name}"
+        title = tr("Done") if is_done else tr("Failed: {name}", name=name)
         self._notices.notify(title, text)
 
     @Slot()
@@ -411,7 +416,7 @@ class FlightPage(Page):
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(stage, "This is quick once it was done before.", share)
+        self._notices.say(stage, tr("This is quick once it was done before."), share)
 
     @Slot(object)
     def _on_head(self, head: "HeadModel") -> None:
@@ -429,7 +434,9 @@ class FlightPage(Page):
         self._has_begun = True
         if BLIND in self._stands:
             self.stand(BLIND, False)
-            self._notices.notify("The clock runs", f"Fly with {self._order.input.name}")
+            self._notices.notify(
+                tr("The clock runs"), tr("Fly with {name}", name=self._order.input.name)
+            )
         self.begun.emit()
 
     @Slot(object)
@@ -447,7 +454,12 @@ class FlightPage(Page):
             how = self._order.input.touch_hint
             name = fiducials[touched].name
             self._notices.say(
-                f"Touch the {name} ({touched + 1} of {len(fiducials)})",
+                tr(
+                    "Touch the {name} ({number} of {count})",
+                    name=name,
+                    number=touched + 1,
+                    count=len(fiducials),
+                ),
                 how,
                 touched / len(fiducials),
             )
@@ -460,12 +472,18 @@ class FlightPage(Page):
         # what was prepared is done
         self._notices.say("")
         if residual_mm is None:
-            self._notices.notify("Ready", f"Fly with {self._order.input.name}.")
+            self._notices.notify(
+                tr("Ready"), tr("Fly with {name}.", name=self._order.input.name)
+            )
         else:
             fiducials = self._order.scenario.fiducial_positions()
             self._overview.hide_fiducials(fiducials)
             self._notices.notify(
-                "Registered", f"The touched points fit to {residual_mm:.2f} mm rms."
+                tr("Registered"),
+                tr(
+                    "The touched points fit to {residual_mm:.2f} mm rms.",
+                    residual_mm=residual_mm,
+                ),
             )
         self.picture.mark_recording(self._flight.recording.folder is not None)
 
@@ -479,7 +497,9 @@ class FlightPage(Page):
             self._overview_due_s = 0.0
             self._begins_by_s = time.monotonic() + BEGINS_S
             if BLIND in self._stands:
-                self._notices.say("Look around", "The clock starts with the overview.")
+                self._notices.say(
+                    tr("Look around"), tr("The clock starts with the overview.")
+                )
             self.first_shown.emit()
         if frame.cuts != (0 if before is None else before.cuts):
             self._slices.refresh()
@@ -556,8 +576,8 @@ class FlightPage(Page):
     @Slot(float)
     def _on_moment(self, time_s: float) -> None:
         self._notices.notify(
-            f"Kept the moment at {time_s:.1f} s",
-            "It is being drawn at high quality, beside the flight.",
+            tr("Kept the moment at {time_s:.1f} s", time_s=time_s),
+            tr("It is being drawn at high quality, beside the flight."),
         )
 
     @Slot(str, str)
@@ -567,18 +587,18 @@ class FlightPage(Page):
     @Slot(str)
     def _on_injury(self, text: str) -> None:
         what, _, how = text.partition(": ")
-        self._injury = f"injury: {what}"
+        self._injury = tr("injury: {what}", what=what)
         self._injured_until_s = time.monotonic() + INJURY_S
-        self._notices.notify(f"Injury: {what}", how)
+        self._notices.notify(tr("Injury: {what}", what=what), how)
         self._warn()
 
     @Slot(str)
     def _on_tool_device(self, text: str) -> None:
-        self._notices.notify("The tool's device", text)
+        self._notices.notify(tr("The tool's device"), text)
 
     @Slot(str)
     def _on_late(self, text: str) -> None:
-        self._notices.notify("The flight stood still", text)
+        self._notices.notify(tr("The flight stood still"), text)
 
     @Slot()
     def _on_away(self) -> None:
@@ -586,16 +606,21 @@ class FlightPage(Page):
         self._is_away = True
         self._warn()
         self._notices.say(
-            "The device is away",
-            f"{self._order.input.name}: check plugs and power; "
-            "the session goes on by itself.",
+            tr("The device is away"),
+            tr(
+                "{name}: check plugs and power; the session goes on by itself.",
+                name=self._order.input.name,
+            ),
         )
 
     @Slot(float)
     def _on_back(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
-        self._notices.notify("The device is back", f"It was away for {away_s:.1f} s.")
+        self._notices.notify(
+            tr("The device is back"),
+            tr("It was away for {away_s:.1f} s.", away_s=away_s),
+        )
 
     @Slot(object)
     def _on_landed(self, end: FlightEnd) -> None:
@@ -619,14 +644,14 @@ class FlightPage(Page):
         frame, pressed = self._frame, ""
         touched = "" if frame is None else frame.view.touched
         if frame is not None and not touched and frame.view.tool_touched:
-            touched = f"{frame.view.tool_touched} (tool)"
+            touched = tr("{touched} (tool)", touched=frame.view.tool_touched)
         if self._readings().is_pressing:
-            pressed = f"pressing: {touched}"
+            pressed = tr("pressing: {touched}", touched=touched)
         if time.monotonic() < self._injured_until_s:
             pressed = self._injury
         if frame is not None and frame.is_frozen and BLIND not in self._stands:
             pressed = "frozen"
-        self.picture.warn("not live" if self._is_away else pressed, touched)
+        self.picture.warn(tr("not live") if self._is_away else pressed, touched)
 
     def _readings(self) -> Readings:
         frame = self._frame

@@ -12,6 +12,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.texts import tr
+
 
 class DebriefRow(QWidget):
     """Show a bar while a debrief is written and its place afterwards; hidden before."""
@@ -28,7 +30,10 @@ class DebriefRow(QWidget):
         self.words.setWordWrap(True)
         self.bar = QProgressBar()
         self.bar.setTextVisible(False)
-        self.copy, self.folder = QPushButton("Copy path"), QPushButton("Open folder")
+        self.copy, self.folder = (
+            QPushButton(tr("Copy path")),
+            QPushButton(tr("Open folder")),
+        )
         self.copy.clicked.connect(self._copy)
         self.folder.clicked.connect(lambda: self.folder_wanted.emit(self._file.parent))
         row = QHBoxLayout(self)
@@ -40,7 +45,7 @@ class DebriefRow(QWidget):
 
     def show_stage(self, stage: str, share: float = 0.0) -> None:
         """Say what is being written, and how far it is."""
-        self.words.setText(f"Debrief: {stage}")
+        self.words.setText(tr("Debrief: {stage}", stage=stage))
         self.bar.setRange(0, 100 if share > 0.0 else 0)
         self.bar.setValue(round(100 * share))
         self._show(is_written=False)
@@ -48,7 +53,9 @@ class DebriefRow(QWidget):
     def show_file(self, file: Path, problem: str = "") -> None:
         """Say where it lies; problem: why it could not be opened."""
         self._file = file
-        self.words.setText(f"{problem} The debrief is in {file}".strip())
+        self.words.setText(
+            tr("{problem} The debrief is in {file}", problem=problem, file=file).strip()
+        )
         self._show(is_written=True)
 
     def _show(self, *, is_written: bool) -> None:
@@ -59,4 +66,4 @@ class DebriefRow(QWidget):
 
     def _copy(self) -> None:
         QApplication.clipboard().setText(str(self._file))
-        self.copy.setText("Copied")
+        self.copy.setText(tr("Copied"))

@@ -3,6 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
+from app.window.texts import tr
 from paravol.debrief.advice import amount
 from paravol.verdict_texts import points_text
 from scenarios.rubrics import Assessment, Part, Standing
@@ -34,12 +35,16 @@ class PointsList(QFrame):
     def show_assessment(self, assessment: Assessment) -> None:
         """Show every part with its points and its reason."""
         row = 0
-        self._put(_label("Where the points come from", "subheading"), row, 0, 3)
+        self._put(_label(tr("Where the points come from"), "subheading"), row, 0, 3)
         row += 1
         self._put(_label(points_text(assessment)), row, 0, 3)
         for fail in assessment.fails:
             row += 1
-            text = f"{fail.why}: at most {fail.most_percent:g} points in all."
+            text = tr(
+                "{why}: at most {most_percent:g} points in all.",
+                why=fail.why,
+                most_percent=fail.most_percent,
+            )
             self._put(_label(text, "alarm"), row, 0, 3)
         for part in assessment.parts:
             row += 1
@@ -72,21 +77,33 @@ class PointsList(QFrame):
 def part_points_text(part: Part) -> str:
     """Return a part's points."""
     if not part.counts:
-        return "not counted"
-    return f"{part.points:.1f} of {part.most_points:g}"
+        return tr("not counted")
+    return tr(
+        "{points:.1f} of {most_points:g}",
+        points=part.points,
+        most_points=part.most_points,
+    )
 
 
 def reason_text(part: Part) -> str:
     """Return what a part's points were given for, in words."""
     if not part.counts:
-        return f"Not counted: {part.reason or part.standing}"
+        return tr("Not counted: {reason}", reason=part.reason or part.standing)
     assert part.standing is Standing.SCORED
     full = [value for value, percent in part.thresholds if percent >= 100.0]
     none = [value for value, percent in part.thresholds if percent <= 0.0]
     text = f"{part.source}: {amount(part)}"
     if full and none:
-        text += f"; full points at {full[0]:g}, none at {none[0]:g}"
-    return f"{text}. No points: {part.withheld}" if part.withheld else text
+        text += tr(
+            "; full points at {full:g}, none at {none:g}",
+            full=full[0],
+            none=none[0],
+        )
+    return (
+        tr("{text}. No points: {withheld}", text=text, withheld=part.withheld)
+        if part.withheld
+        else text
+    )
 
 
 def _label(text: str, name: str = "") -> QLabel:

@@ -16,10 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
 from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
+from app.window.texts import tr
 from paravol.flight import FlightEnd
 from paravol.score_table import score_rows
 from paravol.trainee import Exercise
@@ -66,8 +68,8 @@ class ResultPage(TextPage):
         self.title = f"PARAVOL: {scenario.title}"
         self._end = end
         self._following = ""
-        self.verdict = _label(end.title, "verdict")
-        self._about = _label(scenario.title, "heading")
+        self.verdict = _label(tr(end.title), "verdict")
+        self._about = _label(tr(scenario.title), "heading")
         self.standing = _label("")
         self.points = _label(_tasks_text(scenario, end), "verdict")
         self.handling = _label("")
@@ -75,23 +77,23 @@ class ResultPage(TextPage):
         self.written = DebriefRow()
         self.parts = PointsList()
         self.parts.hide()
-        self._advice = _Card("What to practise next")
+        self._advice = _Card(tr("What to practise next"))
         self._advice.hide()
-        self._tasks = _Card("What was asked")
-        self._figures = _Card("Figures")
+        self._tasks = _Card(tr("What was asked"))
+        self._figures = _Card(tr("Figures"))
         self._kept = _label("")
         self._fill_figures(scenario, end)
-        self.debrief = QPushButton("Debrief (D)")
-        self.replay = QPushButton("Replay (R)")
-        self.again = QPushButton("Again (A)")
-        self.following = QPushButton("Next (N)")
-        self.home = QPushButton("Home (H)")
+        self.debrief = QPushButton(tr("Debrief (D)"))
+        self.replay = QPushButton(tr("Replay (R)"))
+        self.again = QPushButton(tr("Again (A)"))
+        self.following = QPushButton(tr("Next (N)"))
+        self.home = QPushButton(tr("Home (H)"))
         self._lay_out()
         self.following.hide()
         has_record = end.record is not None
         self.debrief.setEnabled(has_record)
         self.replay.setEnabled(has_record)
-        self.show_stage("Scoring" if has_record else "")
+        self.show_stage(tr("Scoring") if has_record else "")
         for button, does in (
             (self.debrief, self._debrief),
             (self.replay, self._replay),
@@ -157,7 +159,7 @@ class ResultPage(TextPage):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Press the button of a key."""
         ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        match event.key():
+        match american(event):
             case Qt.Key.Key_Q if ctrl:
                 self.left.emit()
             case Qt.Key.Key_F11:
@@ -183,7 +185,7 @@ class ResultPage(TextPage):
         """Show the points with their reasons, and what to practise."""
         self.show_stage("")
         assessment = result.assessment
-        verdict = {True: "Passed", False: "Not passed yet"}
+        verdict = {True: tr("Passed"), False: tr("Not passed yet")}
         if result.has_passed is not None:
             self.verdict.setText(verdict[result.has_passed])
             self.verdict.setProperty("passed", str(result.has_passed).lower())
@@ -197,7 +199,7 @@ class ResultPage(TextPage):
         self._advice.show()
         self._show_figures(score_rows(self._end.score, result.metrics))
         names = {state.name for state in self._end.score.tasks}
-        signs = {True: "✓", False: "✗", None: "not known"}
+        signs = {True: "✓", False: "✗", None: tr("not known")}
         for mark in result.marks:
             if mark.title not in names:
                 self._tasks.add_row(mark.title, f"{signs[mark.is_met]} {mark.why}")
@@ -209,17 +211,25 @@ class ResultPage(TextPage):
         same, following = after.same, after.following
         if same is not None and same.rung is not None:
             if same.door is Door.PASSED:
-                text = "This exercise is passed."
+                text = tr("This exercise is passed.")
             else:
                 runs = same.rung.runs
-                counted = f"the last {runs} runs" if runs != 1 else "1 run"
-                text = f"{same.rung.passes} of {counted} passed; "
-                text += "three in a row, or five of six, pass the exercise."
+                counted = (
+                    tr("the last {runs} runs", runs=runs) if runs != 1 else tr("1 run")
+                )
+                text = tr(
+                    "{passes} of {counted} passed; ",
+                    passes=same.rung.passes,
+                    counted=counted,
+                )
+                text += tr("three in a row, or five of six, pass the exercise.")
             self.standing.setText(text)
         if following is None:
             return
         self._following = following.name
-        self.following.setText(f"Next: {short_title(following.scenario)} (N)")
+        self.following.setText(
+            tr("Next: {exercise} (N)", exercise=tr(short_title(following.scenario)))
+        )
         self.following.show()
         if same is not None and same.door is Door.PASSED:
             self._prefer(self.following)
@@ -233,12 +243,14 @@ class ResultPage(TextPage):
 
     def _fill_figures(self, scenario: Scenario, end: FlightEnd) -> None:
         titles = {task.name: task.title for task in scenario.tasks}
-        words = {Status.DONE: "✓ done", Status.FAILED: "✗ failed"}
+        words = {Status.DONE: tr("✓ done"), Status.FAILED: tr("✗ failed")}
         goals = goals_of(scenario)
         for state in end.score.tasks:
-            told = words.get(state.status, f"not done, {state.progress:.0%}")
+            told = words.get(
+                state.status, tr("not done, {progress:.0%}", progress=state.progress)
+            )
             if state.status is Status.DONE and state.name not in goals:
-                told = "✓ kept"
+                told = tr("✓ kept")
             if state.why:
                 told += f": {state.why}"
             self._tasks.add_row(titles.get(state.name, state.name), told)
@@ -271,7 +283,7 @@ def _tasks_text(scenario: Scenario, end: FlightEnd) -> str:
     goals = goals_of(scenario)
     states = [state for state in end.score.tasks if state.name in goals]
     done = sum(state.status is Status.DONE for state in states)
-    return f"{done} of {len(states)} tasks" if states else ""
+    return tr("{done} of {count} tasks", done=done, count=len(states)) if states else ""
 
 
 class _Card(QFrame):
