@@ -133,7 +133,11 @@ class ScopeHold(ShaftHold):
         """
         if not np.all(np.isfinite(wanted)):
             return start
-        return self.held(start, wanted, self._balls, self._give_mm)
+        # what lies before the entrance is held by no passage: of a patient's own head
+        # nobody knows the way through the face
+        inside_mm = float(np.linalg.norm(self.pivot_mm - start[:3, 3]))
+        balls = self._balls[: max(int(np.sum(self._balls[:, 0] <= inside_mm)), 1)]
+        return self.held(start, wanted, balls, self._give_mm)
 
 
 class CapsuleHold(ShaftHold):

@@ -38,6 +38,9 @@ from surgery.contact import ScopeHold
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""
 
+DEEPEST_START_MM = 30.0
+"""So deep a free place to begin is looked for."""
+
 START = Start()
 """Before the right nostril."""
 
@@ -89,7 +92,22 @@ def scope_control(
         fulcrum.pivot_mm,
         TOUCH_MM,
     )
-    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold)
+    depth_mm = free_depth_mm(patient.surface.distance, fulcrum, radius_mm)
+    return FulcrumControl(fulcrum, limits_about(fulcrum), depth_mm, hold)
+
+
+def free_depth_mm(distance: Volume, fulcrum: Fulcrum, radius_mm: float) -> float:
+    """Return how deep a scope begins: where there is air around it, mm.
+
+    The nearest such place to the entrance, or the widest where there is none: a way
+    into a patient's own head may begin in a wall.
+    """
+    depths = np.arange(0.0, DEEPEST_START_MM, 0.5)
+    places = fulcrum.pivot_mm + depths[:, None] * fulcrum.axis
+    air = -np.asarray(distance.sample(places))
+    is_free = air >= radius_mm
+    best = int(np.argmax(is_free)) if is_free.any() else int(np.argmax(air))
+    return float(depths[best])
 
 
 def tool_control(

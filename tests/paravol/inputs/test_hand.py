@@ -1,5 +1,7 @@
 """Where a hand without an arm holds the scope."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ from paravol.patient import (
     load_scene,
     no_progress,
 )
+from renderers.scene import Volume
 from scenarios import Endoscope, Scenario, load_scenario, shaft_clearance
+from scenarios.scenario import Start
 from scenarios.session import SHAFT_CHECKED_MM
 from scenarios.tasks.task import Look
 from tests.paravol.inputs.clumsy_hand import steer_by_mouse
@@ -181,3 +185,26 @@ def steer(
         least = min(least, gap)
         nearest = min(nearest, float(np.linalg.norm(frame[:3, 3] - goal)))
     return least, nearest
+
+
+def test_a_way_that_begins_in_a_wall_is_begun_in_its_air(
+    bare_room: PatientScene,
+) -> None:
+    """As in a patient's own head: what lies before the entrance holds nothing."""
+    at = np.arange(-20.0, 80.5, 0.5)
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    tube = np.maximum(np.hypot(x, z) - 2.0, 5.0 - y)
+    distance = Volume(tube.astype(np.float32), np.full(3, 0.5), np.full(3, -20.0))
+    surface = replace(bare_room.surface, distance=distance)
+    patient = replace(bare_room, scene=replace(bare_room.scene, surface=surface))
+    start = Start(tip_mm=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0))
+    control = scope_control(patient, None, RADIUS_MM, start)
+    assert -float(distance.sample(control.frame()[:3, 3])) >= RADIUS_MM
+    begun_mm = control.depth_mm
+    for _ in range(100):
+        control.advance(0.01, Demand(insert=1.0))
+    assert control.depth_mm > begun_mm + 20.0
+    control.go_out()
+    for _ in range(300):
+        control.advance(0.01, Demand())
+    assert control.depth_mm == 0.0
