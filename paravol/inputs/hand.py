@@ -85,6 +85,7 @@ def scope_control(
 ) -> FulcrumControl:
     """Return what moves a scope in the nostril, held by the walls as they are then."""
     fulcrum = nostril_fulcrum(patient, path, start)
+    fulcrum = begun_in_air(patient.surface.distance, fulcrum, radius_mm)
     hold = ScopeHold(
         patient.surface.distance,
         radius_mm,
@@ -92,22 +93,22 @@ def scope_control(
         fulcrum.pivot_mm,
         TOUCH_MM,
     )
-    depth_mm = free_depth_mm(patient.surface.distance, fulcrum, radius_mm)
-    return FulcrumControl(fulcrum, limits_about(fulcrum), depth_mm, hold)
+    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold)
 
 
-def free_depth_mm(distance: Volume, fulcrum: Fulcrum, radius_mm: float) -> float:
-    """Return how deep a scope begins: where there is air around it, mm.
+def begun_in_air(distance: Volume, fulcrum: Fulcrum, radius_mm: float) -> Fulcrum:
+    """Return the fulcrum at the first place of its axis with room for a scope.
 
-    The nearest such place to the entrance, or the widest where there is none: a way
-    into a patient's own head may begin in a wall.
+    The widest place where there is none: a way into a patient's own head may begin in
+    a wall.
     """
     depths = np.arange(0.0, DEEPEST_START_MM, 0.5)
     places = fulcrum.pivot_mm + depths[:, None] * fulcrum.axis
-    air = -np.asarray(distance.sample(places))
+    # the round end of a scope has its middle behind the tip
+    air = -np.asarray(distance.sample(places - radius_mm * fulcrum.axis))
     is_free = air >= radius_mm
     best = int(np.argmax(is_free)) if is_free.any() else int(np.argmax(air))
-    return float(depths[best])
+    return replace(fulcrum, pivot_mm=places[best]) if best else fulcrum
 
 
 def tool_control(
