@@ -190,4 +190,5 @@ def _at(place: tasks.Place, head: GuidedHead) -> _Doubles:
 
 
 def _name(place: tasks.Place, otherwise: str) -> str:
-    return place if isinstance(place, str) else otherwise
+    # what scenes call a target is a sign for who reads it
+    return place.replace("target", "sign") if isinstance(place, str) else otherwise

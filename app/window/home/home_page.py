@@ -128,13 +128,18 @@ class HomePage(TextPage):
         """Show how the trainee stands; last: name of what was flown last."""
         self._ladder, self._cases = ladder, list(cases)
         following = ladder.worth_doing(last)
+        current = self.list.current
+        # what somebody chose meanwhile stays chosen
+        chosen = None if current is None else current.exercise
+        is_own = chosen is not None and chosen.name != self._next
+        selected = following.name if chosen is None or not is_own else chosen.name
         self._next = following.name
         word = tr("Continue") if last else tr("Begin")
         if following.door is Door.PASSED:
             word = tr("Fly again")
         self.go_on.setText(f"{word}: {tr(short_title(following.scenario))}")
         self.go_on.setAccessibleName(f"{word}: {tr(following.scenario.title)}")
-        self.list.show_all(ladder, list(cases), following.name)
+        self.list.show_all(ladder, list(cases), selected)
         if self.focusWidget() is None or self.focusWidget() is self:
             self.go_on.setFocus()
 

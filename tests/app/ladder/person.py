@@ -13,8 +13,16 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEventLoop, Qt, QTimer
-from PySide6.QtWidgets import QLabel, QPushButton, QTreeWidget, QTreeWidgetItem, QWidget
+from PySide6.QtWidgets import (
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
+from app.window.home.exercise_card import ExerciseCard
 from app.window.main_window import MainWindow
 from app.window.panels.endoscope_panel import PictureView
 from paravol.readings import UNKNOWN
@@ -144,8 +152,18 @@ class Person:
 
     def start(self, title: str) -> None:
         """Start an exercise from the home page."""
-        self.choose(title)
-        self.click_button("Start")
+        for _ in range(5):
+            self.choose(title)
+            # he reads on the card what he is about to start
+            self.wait(REACTION_S)
+            card = self.window.page.findChild(ExerciseCard)
+            if card is None:
+                continue
+            headings = [w.text() for w in card.findChildren(QLabel, "heading")]
+            if title in headings:
+                self.click_button("Start")
+                return
+        raise LostError(f"{title} cannot be chosen")
 
     def first_picture(self, limit_s: float) -> None:
         """Wait until the flight's picture is there."""
@@ -162,6 +180,7 @@ class Person:
             )
 
         self.wait_for("the first picture", there, limit_s)
+        self.wait(REACTION_S)
 
     def end(self) -> list[str]:
         """End the flight and read its result."""
@@ -171,9 +190,10 @@ class Person:
         self.wait_for("the result", lambda: self.eyes.sight.page == "ResultPage", 120.0)
 
         def scored() -> bool:
-            return not any(t.startswith("Scoring") for t in self.eyes.texts())
+            bars = self.window.page.findChildren(QProgressBar)
+            return not any(bar.isVisible() for bar in bars)
 
-        self.wait(0.5)
+        self.wait(1.0)
         self.wait_for("the score", scored, 400.0)
         self.wait(0.5)
         return self.eyes.texts()

@@ -1,6 +1,7 @@
 """What the simulated person knows to do, by the words of the task."""
 
 import math
+import time
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
@@ -9,6 +10,7 @@ from tests.app.ladder.eyes import Mark, Sight
 from tests.app.ladder.person import ALL_DONE, MM_PER_NOTCH, LostError, Person
 
 MIDDLE = (0.5, 0.5)
+WASH_EACH_S = 6.0
 STUCK_AFTER = 3
 """Moves ahead that brought nothing, before one draws back and looks elsewhere."""
 
@@ -29,7 +31,8 @@ class Trainee:
         self._waited = 0
         self._roll_way = 1.0
         self._level_way = 1.0
-        self._side = 1.0
+        self._touched = False
+        self._washed_s = 0.0
 
     def do_all(self) -> None:
         """Do one task after the other until all are done; LostError if he gives up."""
@@ -58,10 +61,23 @@ class Trainee:
                 )
                 + f" {sight.alarm or sight.touching}"
             )
+            if self._wash(sight):
+                continue
             skill_for(sight.task)(self, sight)
 
     def _forget(self) -> None:
         self._nearest_mm, self._vain, self._waited = math.inf, 0, 0
+
+    def _wash(self, sight: Sight) -> bool:
+        """Wash the lens some time after it touched something; tell if he did."""
+        if sight.touching or sight.alarm:
+            self._touched = True
+            return False
+        if not self._touched or time.monotonic() < self._washed_s + WASH_EACH_S:
+            return False
+        self._touched, self._washed_s = False, time.monotonic()
+        self.person.hand.tap(Qt.Key.Key_L)
+        return True
 
     # Skills: each does one act
 

@@ -77,6 +77,25 @@ def test_enter_starts_what_is_worth_doing_and_what_is_selected(page: HomePage) -
     assert wanted == ["centring", "hoops", CASE.folder]
 
 
+def test_what_somebody_chose_stays_chosen_when_the_list_is_read_anew(
+    page: HomePage,
+) -> None:
+    ladder = ladder_of([])
+    page.show_ladder(ladder, [CASE])
+    following = page.list.current
+    assert following is not None
+    QTest.keyClick(page.list, Qt.Key.Key_Down)
+    chosen = page.list.current
+    assert chosen is not None
+    assert chosen.exercise is not None
+    assert chosen != following
+    page.show_ladder(ladder, [CASE])
+    again = page.list.current
+    assert again is not None
+    assert again.exercise is not None
+    assert again.exercise.name == chosen.exercise.name
+
+
 def test_headings_cannot_be_chosen(page: HomePage) -> None:
     item = page.list.topLevelItem(0)
     assert item is not None
