@@ -2,6 +2,8 @@
 
     python -m tests.app.ladder.ladder_run EXERCISE... --folder OUT
 
+A case is named by `case:` and the name of its folder, which `--case` gives.
+
 Prints one line of JSON for each exercise: how it began, and how it ended.
 """
 
@@ -10,7 +12,7 @@ import json
 import sys
 import time
 import traceback
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TextIO
 
@@ -18,10 +20,12 @@ from paravol.environment import prepare_environment
 
 prepare_environment()
 
+import msgspec  # noqa: E402
 from PySide6.QtWidgets import QApplication  # noqa: E402
 
 from app.window.desk import Desk, DeskOrder  # noqa: E402
 from app.window.main_window import MainWindow  # noqa: E402
+from paravol.flight import FlightOrder  # noqa: E402
 from paravol.progress import ProgressStore, SessionEntry  # noqa: E402
 from paravol.session_store import SessionStore  # noqa: E402
 from paravol.trainee.choices import ChoiceFile, Choices  # noqa: E402
@@ -29,9 +33,13 @@ from paravol.training_setup import DeviceSetup, TrainingSetup  # noqa: E402
 from scenarios import Scenario, load_scenario  # noqa: E402
 from scenarios.scenario import CURRICULUM  # noqa: E402
 from tests.app.ladder.person import LostError, Person  # noqa: E402
-from tests.app.ladder.skills import Trainee  # noqa: E402
+from tests.app.ladder.skills import Trainee, look_round  # noqa: E402
 
 SIZE = 1280, 720
+COARSE_MM = 1.0
+CASE = "case:"
+"""Before the name of a case's folder."""
+
 PICTURE_PX = 256
 TRAINEE = "Robin"
 
@@ -79,11 +87,29 @@ def unlock(store: Path) -> None:
             )
 
 
+class CoarseSetup(TrainingSetup):
+    """Train in heads that are built in a few seconds; all else is as it is."""
+
+    def order(self, scenario: str) -> FlightOrder:
+        order = super().order(scenario)
+        if order.scenario.head.scene or order.scenario.head.case:
+            return order
+        head = msgspec.structs.replace(order.scenario.head, spacing_mm=COARSE_MM)
+        coarse = msgspec.structs.replace(order.scenario, head=head)
+        return replace(order, scenario=coarse)
+
+
 class Sitting:
     """A window with a person before it, until it is closed."""
 
     def __init__(
-        self, folder: Path, seed: int, log: TextIO | None, cases: tuple[str, ...] = ()
+        self,
+        folder: Path,
+        seed: int,
+        log: TextIO | None,
+        cases: tuple[str, ...] = (),
+        *,
+        is_coarse: bool = False,
     ) -> None:
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
@@ -93,7 +119,7 @@ class Sitting:
         ChoiceFile(choices).save(
             Choices(trainee=TRAINEE, tours=("home", "flight"), cases=cases)
         )
-        setup = TrainingSetup(
+        setup = (CoarseSetup if is_coarse else TrainingSetup)(
             devices=DeviceSetup(),
             size=PICTURE_PX,
             threads=1,
@@ -113,7 +139,10 @@ class Sitting:
         self.window.grab().save(str(self.folder / f"{name}.png"))
 
     def do(self, scenario: Scenario, limit_s: float, *, only_start: bool) -> Verdict:
-        """Start an exercise from the home page, do it, and read its result."""
+        """Start an exercise from the home page, do it, and read its result.
+
+        A case has the name of its folder on the home page.
+        """
         name, title, person = scenario.name, scenario.title, self.person
         verdict = Verdict(name, tries=1)
         began = time.monotonic()
@@ -130,7 +159,7 @@ class Sitting:
                 if scenario.tasks:
                     Trainee(person, lambda at: self.shoot(f"{name}-{at}")).do_all()
                 else:
-                    self._watch(limit_s)
+                    look_round(person)
                 verdict.done = True
             except LostError as lost:
                 verdict.why = str(lost)
@@ -156,13 +185,6 @@ class Sitting:
             self.shoot(f"{name}-lost")
         verdict.wall_s = time.monotonic() - began
         return verdict
-
-    def _watch(self, limit_s: float) -> None:
-        """Look on at a recorded flight until it ends by itself."""
-        sight = self.person.eyes
-        self.person.wait_for(
-            "the flight's end", lambda: sight.sight.page == "ResultPage", limit_s
-        )
 
     def _leave(self) -> None:
         """Leave a flight, and go home from its result."""
@@ -207,11 +229,13 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=300.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only-start", action="store_true")
+    parser.add_argument("--coarse", action="store_true")
+    parser.add_argument("--tries", type=int, default=1)
     parser.add_argument("--aloud", action="store_true")
-    parser.add_argument("--case", type=Path)
+    parser.add_argument("--case", type=Path, action="append", default=[])
     told = parser.parse_args()
     application = QApplication(["paravol"])
-    cases = () if told.case is None else (str(told.case),)
+    cases = tuple(str(folder.resolve()) for folder in told.case)
     failed: list[str] = []
 
     def hook(*what: object) -> None:
@@ -219,10 +243,18 @@ def main() -> int:
         traceback.print_exception(*what)  # type: ignore[call-overload]
 
     sys.excepthook = hook
-    sitting = Sitting(told.folder, told.seed, sys.stderr if told.aloud else None, cases)
+    log = sys.stderr if told.aloud else None
+    sitting = Sitting(told.folder, told.seed, log, cases, is_coarse=told.coarse)
     for name in told.exercises:
-        scenario, _ = load_scenario(name)
-        verdict = sitting.do(scenario, told.limit, only_start=told.only_start)
+        if name.startswith(CASE):
+            scenario = Scenario(name.removeprefix(CASE), name.removeprefix(CASE))
+        else:
+            scenario = load_scenario(name)[0]
+        for tries in range(1, told.tries + 1):
+            verdict = sitting.do(scenario, told.limit, only_start=told.only_start)
+            verdict.tries = tries
+            if verdict.passed or told.only_start:
+                break
         print(json.dumps(asdict(verdict)), flush=True)
     sitting.close()
     del application

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import (
     QLabel,
-    QProgressBar,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -24,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.window.home.exercise_card import ExerciseCard
 from app.window.main_window import MainWindow
+from app.window.page import TextPage
 from app.window.panels.endoscope_panel import PictureView
 from paravol.readings import UNKNOWN
 from tests.app.ladder.eyes import REACTION_S, Eyes, Mark, Sight
@@ -190,8 +190,8 @@ class Person:
         self.wait_for("the result", lambda: self.eyes.sight.page == "ResultPage", 120.0)
 
         def scored() -> bool:
-            bars = self.window.page.findChildren(QProgressBar)
-            return not any(bar.isVisible() for bar in bars)
+            page = self.window.page
+            return not (isinstance(page, TextPage) and page.share.isVisible())
 
         self.wait(1.0)
         self.wait_for("the score", scored, 400.0)

@@ -282,6 +282,25 @@ class Trainee:
         return True
 
 
+def look_round(person: Person) -> None:
+    """Fly in a head without tasks: go in, look to all sides, come back.
+
+    LostError where neither wheel nor strokes change what is seen.
+    """
+    cleared = set()
+    pictures = person.look().pictures
+    for right_px, down_px in ((0, 0), (60, 0), (-120, 0), (60, 60), (0, -120), (0, 60)):
+        person.go(3)
+        if right_px or down_px:
+            person.stroke(right_px, down_px, Qt.MouseButton.LeftButton)
+        sight = person.look()
+        cleared.add(sight.gauges.get("Clearance", ""))
+        person.say(f"  {sight.gauges} {sight.touching}")
+    person.go(-18)
+    if person.look().pictures < pictures + 3 or len(cleared) < 2:
+        raise LostError("the scope does not move")
+
+
 def _rim(place: tuple[float, float]) -> tuple[float, float]:
     x, y = place[0] - 0.5, place[1] - 0.5
     away = math.hypot(x, y)
