@@ -40,6 +40,9 @@ NEAR_MM = 4.0
 TURNS = 10
 """Places of a turning shaft that are looked at."""
 
+END_MM = 2.0
+"""So near to a place tissue keeps no shaft from it: places lie on walls."""
+
 LEAST_BACK_MM = 2.5
 """Less than this is not told: walls give way."""
 
@@ -222,7 +225,8 @@ def back_to_turn_mm(
     """Return how far a shaft must be drawn back before it turns towards a place.
 
     It is straight from the pivot to its tip, and sweeps what lies between. 0 where it
-    turns as it is, and where the place lies nearly ahead.
+    turns as it is, and where a straight shaft does not get to the place at all: into a
+    niche one looks from where one is.
     """
     now, wanted = tip_mm - pivot_mm, aim_mm - pivot_mm
     depth, reach = (float(np.linalg.norm(way)) for way in (now, wanted))
@@ -233,12 +237,22 @@ def back_to_turn_mm(
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     along = np.arange(NEAR_MM, depth, 0.75)
     swept = pivot_mm + ways[:, None] * along[None, :, None]
+    straight = np.arange(NEAR_MM, reach - END_MM, 0.75)[:, None] * ways[-1]
+    if len(straight) and distance.sample(pivot_mm + straight).max() > 0.0:
+        return 0.0
     blocked = np.flatnonzero((distance.sample(swept) > 0.0).any(axis=0))
     if not len(blocked):
         return 0.0
     # a shaft that bends round an edge near its tip has not to be drawn back
     back_mm = depth - float(along[blocked[0]]) + 1.0
     return back_mm if back_mm > LEAST_BACK_MM else 0.0
+
+
+def first_of(chain: _Doubles, most_mm: float) -> _Doubles:
+    """Return the beginning of a way of points ``(n, 3)``, so long at most."""
+    steps = np.linalg.norm(np.diff(chain, axis=0), axis=1)
+    count = int(np.searchsorted(np.cumsum(steps), most_mm)) + 1
+    return chain[: max(count, 1)]
 
 
 def length_mm(chain: _Doubles) -> float:

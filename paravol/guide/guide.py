@@ -14,6 +14,7 @@ from paravol.guide.air_way import (
     AirWay,
     back_to_turn_mm,
     farthest_seen,
+    first_of,
     length_mm,
 )
 from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
@@ -31,6 +32,10 @@ RENEWED_S = 1.5
 
 NEXT_S = 0.1
 """So long the next point of the way stays where it is."""
+
+AHEAD_MM = 20.0
+"""The next point of the way is so far ahead at most: there the way keeps to the middle
+of the air, and a straight line to its end does not."""
 
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
@@ -239,17 +244,20 @@ def _step(
     tip: _Doubles,
 ) -> _Next:
     """Find where to go next: the goal itself where it is in sight, else the way."""
-    eye, place = view.camera.frame[0], goal.place_mm
+    eye, place, task = view.camera.frame[0], goal.place_mm, found.ask.task
     is_goal = is_in_sight(head.distance, eye, place)
+    if isinstance(task, tasks.Look) and found.way is not None:
+        # what is seen from too far away is gone to
+        is_goal &= float(np.linalg.norm(place - eye)) <= task.farthest_mm
     aim, way_mm = place, float(np.linalg.norm(place - tip))
     chain = None
     if not is_goal and found.way is not None:
         chain = found.way.chain(tip)
     if chain is not None:
-        _, aim = farthest_seen(head.distance, eye, chain)
+        _, aim = farthest_seen(head.distance, eye, first_of(chain, AHEAD_MM))
         way_mm = length_mm(chain)
     back_mm = 0.0
-    goes_there = isinstance(found.ask.task, tasks.Reach | tasks.Hold | tasks.Follow)
+    goes_there = isinstance(task, tasks.Reach | tasks.Hold | tasks.Follow)
     # where it is enough to see the place, the scope stays where it sees it
     if goes_there or not is_goal:
         shaft = view.world_from_tip

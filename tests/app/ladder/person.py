@@ -231,12 +231,17 @@ class Person:
             stroke *= LONGEST_PX / length
         self.stroke(float(stroke[0]), float(stroke[1]), Button.LeftButton)
         after = self.look().mark
-        if after is None or not (after.is_in and mark.is_in):
-            return
-        if after.is_goal != mark.is_goal or after.words != mark.words:
+        if after is None or after.is_goal != mark.is_goal or after.words != mark.words:
             return
         moved = np.array([after.x - mark.x, after.y - mark.y])
-        self._learn(stroke, moved)
+        if after.is_in and mark.is_in:
+            self._learn(stroke, moved)
+            return
+        # of what was at the rim he knows only that it moved so far at least
+        meant = float(np.linalg.norm(self._per_px @ stroke))
+        more = float(np.linalg.norm(moved)) / max(meant, 1e-6)
+        if more > 1.2:
+            self._per_px *= min(more, 2.0)
 
     def _learn(self, stroke: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
         """Take in what a stroke did (Broyden's rule), as far as it makes sense."""

@@ -158,7 +158,10 @@ class Trainee:
                     self._ahead(mark)
                 return
         off = math.hypot(mark.x - place[0], mark.y - place[1])
-        least = 0.04 if finely else 0.08
+        # far away, a direction will do
+        least = (
+            0.04 if finely else 0.12 if mark.mm > 10.0 and not mark.is_goal else 0.08
+        )
         if mark.is_in and mark.mm < 8.0:
             least *= 2.0
         if off > least:

@@ -99,3 +99,6 @@ def test_a_shaft_turns_as_deep_as_nothing_is_in_its_sweep() -> None:
     before = pivot + (17.0 - back) * np.array([0.0, 1.0, 0.0])
     assert back_to_turn_mm(post, pivot, before, there) == 0.0
     assert back_to_turn_mm(post, pivot, deep, np.array([2.0, 16.0, 10.0])) == 0.0
+    # behind the post no straight shaft gets
+    hidden = pivot + 1.4 * (np.array([10.0, 12.0, 10.0]) - pivot)
+    assert back_to_turn_mm(post, pivot, deep, hidden) == 0.0
