@@ -159,10 +159,11 @@ class Trainee:
                 return
         off = math.hypot(mark.x - place[0], mark.y - place[1])
         # far away, a direction will do
-        least = (
-            0.04 if finely else 0.12 if mark.mm > 10.0 and not mark.is_goal else 0.08
-        )
-        if mark.is_in and mark.mm < 8.0:
+        least = 0.12 if mark.mm > 10.0 and not mark.is_goal else 0.08
+        if finely:
+            # and near a ring little is missed
+            least = max(0.04, 0.6 / max(mark.mm, 1.0))
+        elif mark.is_in and mark.mm < 8.0:
             least *= 2.0
         if off > least:
             self._tilt_to(place, mark)
@@ -207,14 +208,14 @@ class Trainee:
         before = person.eyes.sight.mark
         person.aim(error, mark)
         after = person.eyes.sight.mark
-        if before is not None and after is not None and after.is_in and mark.is_in:
+        if before is not None and after is not None:
             moved = math.hypot(after.x - mark.x, after.y - mark.y)
             if moved < 0.1 * math.hypot(*error) and math.hypot(*error) > 0.05:
                 self._vain += 1
                 if self._vain > STUCK_AFTER:
                     self._free()
                 return
-        self._vain = max(self._vain - 1, 0)
+        self._vain = 0
 
     def _change_distance(self, mark: Mark) -> None:
         """The place is in the middle and still does not count: too far, or too near."""
