@@ -37,7 +37,7 @@ SHARE_PER_PX = 0.0012
 
 LONGEST_PX = 170.0
 MM_PER_NOTCH = 1.5
-LATE_S = 4.0
+LATE_S = 20.0
 """He waits so long for a new picture, on a slow machine."""
 
 Key, Button = Qt.Key, Qt.MouseButton

@@ -99,6 +99,17 @@ def test_behind_a_wall_the_next_point_of_the_way_is_marked(guide: Guide) -> None
     assert np.hypot(mark.x - column / 64, mark.y - row / 64) < 0.2
 
 
+def test_what_is_seen_from_too_far_away_is_gone_to(air: Volume) -> None:
+    near = Look(name="free", title="", place=FREE, farthest_mm=5.0)
+    guide = Guide((near,))
+    guide.take_head(GuidedHead(air, {}, None, None, np.zeros(3)))
+    mark = waited(guide, view((0.0, 1.0, 0.1)), OPEN[0])
+    guide.close()
+    assert not mark.is_goal
+    assert mark.is_in_picture
+    assert mark.way_mm == pytest.approx(12.0, abs=1.0)
+
+
 def test_nothing_is_marked_when_it_is_off_or_all_is_done(guide: Guide) -> None:
     seen = view((0.0, 1.0, 0.1))
     waited(guide, seen, *OPEN)
