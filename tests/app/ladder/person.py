@@ -32,8 +32,9 @@ from tests.app.ladder.hand import Hand
 WRONG_TURNS = 0.03
 """Share of strokes that go where they should not."""
 
-SHARE_PER_PX = 0.0012
-"""How far a stroke moves the picture, before he has learnt it."""
+SHARE_PER_PX, LEVER_MM = 0.0006, 25.0
+"""How far a stroke moves what is far away, before he has learnt it; and twice as much
+what is so near: the tip moves, too."""
 
 LONGEST_PX = 170.0
 MM_PER_NOTCH = 1.5
@@ -225,7 +226,8 @@ class Person:
     def aim(self, error: tuple[float, float], mark: Mark) -> None:
         """Tilt so that a mark moves by so many shares of the picture; learn from it."""
         wish = np.array(error)
-        stroke = np.linalg.solve(self._per_px, wish)
+        near = 1.0 + LEVER_MM / max(mark.mm, 2.0)
+        stroke = np.linalg.solve(near * self._per_px, wish)
         length = float(np.linalg.norm(stroke))
         if length > LONGEST_PX:
             stroke *= LONGEST_PX / length
@@ -235,10 +237,10 @@ class Person:
             return
         moved = np.array([after.x - mark.x, after.y - mark.y])
         if after.is_in and mark.is_in:
-            self._learn(stroke, moved)
+            self._learn(stroke, moved / near)
             return
         # of what was at the rim he knows only that it moved so far at least
-        meant = float(np.linalg.norm(self._per_px @ stroke))
+        meant = near * float(np.linalg.norm(self._per_px @ stroke))
         more = float(np.linalg.norm(moved)) / max(meant, 1e-6)
         if more > 1.2:
             self._per_px *= min(more, 2.0)
@@ -250,7 +252,7 @@ class Person:
         off = moved - self._per_px @ stroke
         tried = self._per_px + 0.5 * np.outer(off, stroke) / float(stroke @ stroke)
         size = np.linalg.svd(tried, compute_uv=False)
-        if size[1] > 0.0003 and size[0] < 0.02:
+        if size[1] > 0.0002 and size[0] < 0.005:
             self._per_px = tried
         else:
             self._per_px = -SHARE_PER_PX * np.eye(2)
