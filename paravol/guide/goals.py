@@ -20,7 +20,7 @@ _Doubles = NDArray[np.float64]
 BEFORE_MM, BEYOND_MM = 7.0, 1.5
 """A ring is aimed at from so far before it, and passed by so much."""
 
-INSIDE, WIDENS = 0.8, 0.7
+INSIDE, WIDENS = 0.6, 1.0
 """A ring is passed straight on from a cone before it: so wide in it, in shares of its
 radius, and so much wider for each mm before it."""
 

@@ -26,6 +26,7 @@ class Trainee:
         self._shoot = shoot
         self._tasks = 0
         self._task = ""
+        self._words = ""
         self._nearest_mm = math.inf
         self._vain = 0
         self._waited = 0
@@ -91,7 +92,7 @@ class Trainee:
     def rings(self, sight: Sight) -> None:
         """Aim at the ring, go through; from behind it go back."""
         mark = sight.mark
-        if mark is not None and mark.words.startswith("back"):
+        if mark is not None and mark.words.startswith("back") and not mark.is_in:
             self.person.go(-3)
             return
         self.approach(sight, finely=True)
@@ -171,6 +172,8 @@ class Trainee:
             self._ahead(mark)
 
     def _ahead(self, mark: Mark) -> None:
+        if mark.words != self._words:
+            self._words, self._nearest_mm, self._vain = mark.words, math.inf, 0
         if mark.mm < self._nearest_mm - 0.5:
             self._vain = 0
         else:
