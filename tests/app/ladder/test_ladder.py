@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[3]
 EVERY = tuple(sorted(bundled_scenarios()))
 LADDER = tuple(sorted(file.stem for file in CURRICULUM.glob("*.toml")))
 MADE, IMPORTED = "case:made", "case:imported"
-QUICK = ("steady-hold", "hoops", "angled-look-30")
+QUICK = ("steady-hold", "centring", "horizon")
 TRIES = 3
 KEPT = "LADDER_FOLDER"
 """Of the environment: where the person's pictures and words are kept."""
