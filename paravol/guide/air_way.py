@@ -40,6 +40,9 @@ NEAR_MM = 4.0
 TURNS = 10
 """Places of a turning shaft that are looked at."""
 
+DENT_MM = 0.5
+"""Skin and mucosa give way to a shaft so far."""
+
 END_MM = 2.0
 """So near to a place tissue keeps no shaft from it: places lie on walls."""
 
@@ -237,15 +240,43 @@ def back_to_turn_mm(
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     along = np.arange(NEAR_MM, depth, 0.75)
     swept = pivot_mm + ways[:, None] * along[None, :, None]
-    straight = np.arange(NEAR_MM, reach - END_MM, 0.75)[:, None] * ways[-1]
-    if len(straight) and distance.sample(pivot_mm + straight).max() > 0.0:
+    if not _is_straight(distance, pivot_mm, aim_mm):
         return 0.0
-    blocked = np.flatnonzero((distance.sample(swept) > 0.0).any(axis=0))
+    blocked = np.flatnonzero((distance.sample(swept) > DENT_MM).any(axis=0))
     if not len(blocked):
         return 0.0
     # a shaft that bends round an edge near its tip has not to be drawn back
     back_mm = depth - float(along[blocked[0]]) + 1.0
     return back_mm if back_mm > LEAST_BACK_MM else 0.0
+
+
+def straight_aim(
+    distance: Volume, pivot_mm: _Doubles, chain: _Doubles, ahead_mm: float
+) -> _Doubles | None:
+    """Return where a straight shaft shall point on a way of points ``(n, 3)``.
+
+    Towards the farthest of them that it gets to from the pivot; the place given lies on
+    that line, so far beyond the tip, the way's first point, at most. None where the
+    shaft gets nowhere on, and must bend the nostril.
+    """
+    tip_mm = float(np.linalg.norm(chain[0] - pivot_mm))
+    for point in chain[:0:-4]:
+        reach_mm = float(np.linalg.norm(point - pivot_mm))
+        if reach_mm > tip_mm + LEAST_BACK_MM and _is_straight(
+            distance, pivot_mm, point
+        ):
+            share = min((tip_mm + ahead_mm) / reach_mm, 1.0)
+            aim: _Doubles = pivot_mm + share * (point - pivot_mm)
+            return aim
+    return None
+
+
+def _is_straight(distance: Volume, pivot_mm: _Doubles, place_mm: _Doubles) -> bool:
+    """Return whether a thin shaft gets from the pivot straight to a place."""
+    way = place_mm - pivot_mm
+    reach = float(np.linalg.norm(way))
+    along = np.arange(NEAR_MM, reach - END_MM, 0.75)[:, None] * (way / max(reach, 1e-9))
+    return not len(along) or bool(distance.sample(pivot_mm + along).max() <= DENT_MM)
 
 
 def first_of(chain: _Doubles, most_mm: float) -> _Doubles:

@@ -16,6 +16,7 @@ from paravol.guide.air_way import (
     farthest_seen,
     first_of,
     length_mm,
+    straight_aim,
 )
 from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
 from renderers.scene import Camera
@@ -34,8 +35,7 @@ NEXT_S = 0.1
 """So long the next point of the way stays where it is."""
 
 AHEAD_MM = 20.0
-"""The next point of the way is so far ahead at most: there the way keeps to the middle
-of the air, and a straight line to its end does not."""
+"""The next point of the way is so far ahead at most: who is near sees how to tilt."""
 
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
@@ -254,8 +254,12 @@ def _step(
     if not is_goal and found.way is not None:
         chain = found.way.chain(tip)
     if chain is not None:
-        _, aim = farthest_seen(head.distance, eye, first_of(chain, AHEAD_MM))
         way_mm = length_mm(chain)
+        straight = straight_aim(head.distance, head.nostril_mm, chain, AHEAD_MM)
+        if straight is not None:
+            aim = straight
+        else:
+            _, aim = farthest_seen(head.distance, eye, first_of(chain, AHEAD_MM))
     back_mm = 0.0
     goes_there = isinstance(task, tasks.Reach | tasks.Hold | tasks.Follow)
     # where it is enough to see the place, the scope stays where it sees it
