@@ -183,8 +183,24 @@ class Sitting:
         except LostError as lost:
             verdict.why = verdict.why or str(lost)
             self.shoot(f"{name}-lost")
+            self._go_home()
         verdict.wall_s = time.monotonic() - began
         return verdict
+
+    def _go_home(self) -> None:
+        """Leave wherever he is lost, by the page's own button or by keys."""
+        from PySide6.QtCore import Qt
+
+        person = self.person
+        for key in (Qt.Key.Key_Q, Qt.Key.Key_Return):
+            if person.eyes.sight.page == "FlightPage":
+                person.hand.tap(key)
+                person.wait(1.0)
+        try:
+            if person.eyes.sight.page != "HomePage":
+                person.click_button("Home")
+        except LostError as lost:
+            print(lost, file=sys.stderr)
 
     def _leave(self) -> None:
         """Leave a flight, and go home from its result."""

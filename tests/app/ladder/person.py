@@ -175,10 +175,11 @@ class Person:
                 problem = self.window.page.findChild(QLabel, "problem")
                 if problem is not None and problem.isVisible():
                     raise LostError(f"it says: {problem.text()}")
-            return sight.page == "FlightPage" and sight.gauges.get("Time") not in (
-                None,
-                UNKNOWN,
-            )
+            if sight.page not in ("HomePage", "FlightPage", ""):
+                raise LostError(f"it says: {' · '.join(self.eyes.texts())}")
+            # the clock runs once all that is needed can be seen
+            clock = sight.gauges.get("Time", UNKNOWN)
+            return sight.page == "FlightPage" and clock not in (UNKNOWN, "0:00.0")
 
         self.wait_for("the first picture", there, limit_s)
         self.wait(REACTION_S)
