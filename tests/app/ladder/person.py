@@ -25,7 +25,6 @@ from app.window.home.exercise_card import ExerciseCard
 from app.window.main_window import MainWindow
 from app.window.page import TextPage
 from app.window.panels.endoscope_panel import PictureView
-from paravol.readings import UNKNOWN
 from tests.app.ladder.eyes import REACTION_S, Eyes, Mark, Sight
 from tests.app.ladder.hand import Hand
 
@@ -178,8 +177,8 @@ class Person:
             if sight.page not in ("HomePage", "FlightPage", ""):
                 raise LostError(f"it says: {' · '.join(self.eyes.texts())}")
             # the clock runs once all that is needed can be seen
-            clock = sight.gauges.get("Time", UNKNOWN)
-            return sight.page == "FlightPage" and clock not in (UNKNOWN, "0:00.0")
+            clock = sight.gauges.get("Time", "")
+            return sight.page == "FlightPage" and clock > "0:00.4"
 
         self.wait_for("the first picture", there, limit_s)
         self.wait(REACTION_S)

@@ -60,6 +60,11 @@ class Trainee:
                     else f"{mark.words or 'way'} {mark.mm:.0f} mm at {mark.x:.2f} "
                     f"{mark.y:.2f} {'in' if mark.is_in else 'out'} {mark.back_mm:.0f}"
                 )
+                + (
+                    f" to {sight.heading[0]:.2f} {sight.heading[1]:.2f}"
+                    if sight.heading
+                    else ""
+                )
                 + f" {sight.alarm or sight.touching}"
             )
             if self._wash(sight):
@@ -215,8 +220,11 @@ class Trainee:
             moved = math.hypot(after.x - mark.x, after.y - mark.y)
             if moved < 0.1 * math.hypot(*error) and math.hypot(*error) > 0.05:
                 self._vain += 1
-                if self._vain > STUCK_AFTER:
+                if self._vain > 2 * STUCK_AFTER:
                     self._free()
+                elif self._vain >= 2 and (after.is_in or not after.is_goal):
+                    # a wall holds the shaft: along it one gets on, too
+                    person.go(2 if self._vain % 3 else -3)
                 return
         self._vain = 0
 
