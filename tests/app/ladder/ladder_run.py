@@ -176,10 +176,7 @@ class Sitting:
                 text.startswith("Passed") or text == "Pass" for text in verdict.read
             )
             verdict.injuries = [t for t in verdict.read if "njur" in t]
-            person.click_button("Home")
-            person.wait_for(
-                "the home page", lambda: person.eyes.sight.page == "HomePage", 60.0
-            )
+            person.go_home()
         except LostError as lost:
             verdict.why = verdict.why or str(lost)
             self.shoot(f"{name}-lost")
@@ -198,7 +195,7 @@ class Sitting:
                 person.wait(1.0)
         try:
             if person.eyes.sight.page != "HomePage":
-                person.click_button("Home")
+                person.go_home()
         except LostError as lost:
             print(lost, file=sys.stderr)
 
@@ -213,10 +210,7 @@ class Sitting:
         person.wait_for(
             "the result", lambda: person.eyes.sight.page == "ResultPage", 120.0
         )
-        person.click_button("Home")
-        person.wait_for(
-            "the home page", lambda: person.eyes.sight.page == "HomePage", 60.0
-        )
+        person.go_home()
 
     def close(self) -> None:
         """Close the window, and end what is under way."""

@@ -199,6 +199,19 @@ class Person:
         self.wait(0.5)
         return self.eyes.texts()
 
+    def go_home(self) -> None:
+        """Click Home, and again where it moved away from under the mouse."""
+        for _ in range(6):
+            self.click_button("Home")
+            try:
+                self.wait_for(
+                    "the home page", lambda: self.eyes.sight.page == "HomePage", 10.0
+                )
+            except LostError:
+                continue
+            return
+        raise LostError("the home page is not found")
+
     # The flight
 
     @property
