@@ -23,8 +23,9 @@ MOST_BALLS = 200
 
 ITERATIONS = 12
 
-SOFT = 0.25
-"""The nostril gives way, a quarter as much as the tip."""
+SOFT = 1.0
+"""The nostril gives way as readily as the tip: a stiffer one keeps a scope that lies on
+the nostril's sill from much of what lies behind it."""
 
 LEAST_LEVER_MM = 20.0
 """A shaft that is less deep than this is held by the hand outside."""
