@@ -44,6 +44,7 @@ from paravol.inputs.pose_sources import (
 )
 from paravol.inputs.reach import Reach, ReachedPoses
 from paravol.inputs.scope_rack import ScopeRack
+from paravol.keyframes import Keyframes, save_keyframes
 from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
@@ -254,6 +255,7 @@ class Flight:
             self.camera_head, scope.endoscope(), order.scenario.tools
         )
         self.recording = Recording(order)
+        self._keyframes = Keyframes()
         self.head: PatientScene | None = None
         self.picture = PictureSize(order.size) if order.follows_window else None
         self.size = order.size if self.picture is None else self.picture.first
@@ -393,6 +395,11 @@ class Flight:
                 return None
             score = session.score()
             recorder.close({"score": asdict(score), "timing": timing.figures()})
+        folder = self.recording.folder
+        if folder is not None:
+            # nobody waits for it: the program's end does
+            saving = partial(save_keyframes, folder, before, self._keyframes)
+            threading.Thread(target=saving, name="keyframes").start()
         was_ended = self._ended.is_set() or self._closed.is_set()
         title = "The flight is over" if was_ended else "The path is flown"
         self.result = self.recording.end(title, score)
@@ -506,6 +513,7 @@ class Flight:
                 on_task=observer.on_task,
                 on_changes=self.order.input.changed,
                 pace=Pace(self.order.input.may_skip, self.picture),
+                keyframes=self._keyframes,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -15,6 +15,7 @@ from paravol.feedback.felt_signs import felt_signs
 from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
+from paravol.keyframes import Keyframes
 from paravol.picture_size import PictureSize
 from paravol.readings import injury_text
 from paravol.snapshots.operated_head import OperatedHead
@@ -141,6 +142,7 @@ def fly(
     on_task: Callable[[TaskEvent], None] = _unheard,
     on_changes: Callable[[Sequence[Change]], None] = _unheard,
     pace: Pace = ALL_OF_IT,
+    keyframes: Keyframes | None = None,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
@@ -149,7 +151,7 @@ def fly(
     the frame is finished it may be another. on_injury: called with each injury, told in
     words, before the frame that shows it; on_task: with what happens to each task;
     on_changes: with what was cut, before that frame. pace: what is given up to be in
-    time. Errors of the device pass through; what was recorded before is on disk.
+    time. keyframes: kept on the way, for those who look at the recording. Errors of the device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
     sized = _Sized(session, view, pace.sizes)
@@ -195,6 +197,8 @@ def fly(
             if session.tasks is not None:
                 shown = replace(shown, tasks=session.tasks.states)
             index = recorder.samples - 1
+            if keyframes is not None:
+                keyframes.follow(index, sample.time_s, sample, session)
             finish = partial(frames.finish, number, index, pose, sample, shown)
             view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             sized.drawn()

@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.felt_signs import felt_signs
+from paravol.keyframes import load_keyframes
 from paravol.patient import PatientScene, Progress, load_patient, thread_count
 from paravol.player import Player
 from paravol.replays.free_camera import FreeCamera, shaft_in_scene
@@ -62,7 +63,7 @@ class ShownMoment:
     sample: the newest of then. view: what it meant in the patient, with the camera that
     looked on. recorded: the frame whose gain it has, None where none was recorded.
     is_recorded: whether the picture is the one that was seen in flight, to the bit;
-    None where none was shown of this very sample, or with another look or camera.
+    None where none was shown of this very sample, or with another look, size or camera.
     tissue_changed: since the moment that was shown before. tasks, signs: of then.
     """
 
@@ -100,8 +101,8 @@ class SessionPictures:
     ) -> None:
         """Load what was flown through; errors as `SessionTimeline` has them.
 
-        camera: in place of the scope's. size: ``(width, height)``, None as recorded.
-        case: where the case lies now. patient: taken where it is the one that was
+        camera: in place of the scope's. size: ``(width, height)`` of all pictures; None
+        as recorded, where one frame may be larger than the next. case: where the case lies now. patient: taken where it is the one that was
         flown through, as it was before anybody operated.
         """
         recording = read_recording(folder)
@@ -110,7 +111,11 @@ class SessionPictures:
         if patient is None or patient.surface_sha256 != sha256:
             patient = load_patient(self.scenario, progress)
         self.patient = patient
-        self.timeline = SessionTimeline(folder, patient, recording, size=size)
+        keyframes = load_keyframes(folder, patient)
+        self.timeline = SessionTimeline(
+            folder, patient, recording, size=size, keyframes=keyframes
+        )
+        self._given = size
         self.size = size or recording.info.picture_size
         self._camera = None if camera is None else camera.camera(self.size)
         self._progress = progress
@@ -120,19 +125,24 @@ class SessionPictures:
         self._shown_by: FreeCamera | None = None
 
     def at(self, time_s: float) -> NDArray[np.uint8]:
-        """Return the picture of a time, ``(h, w, 3)`` sRGB; errors as the timeline."""
-        return self.moment(time_s).frame.pixels
+        """Return the picture of a time, ``(h, w, 3)`` sRGB, all of one size.
+
+        Errors as the timeline.
+        """
+        return self.moment(time_s, size=self.size).frame.pixels
 
     def moment(
         self,
         time_s: float,
         free: FreeCamera | None = None,
         report: Callable[[float], None] = _untold,
+        size: tuple[int, int] | None = None,
     ) -> ShownMoment:
         """Return the moment of a time, drawn; errors as the timeline.
 
         free: looks on in place of the scope, whose shaft then stands in the scene.
-        report: as `SessionTimeline.go_to` has it.
+        report: as `SessionTimeline.go_to` has it. size: of the picture; None for the
+        given one, or that of the recorded frame.
         """
         timeline = self.timeline
         sample, changes = timeline.go_to(time_s, report)
@@ -148,7 +158,10 @@ class SessionPictures:
         operation = timeline.session.operation
         recorded = timeline.frame(time_s)
         gain = None if recorded is None else recorded.gain
-        flown = seen = timeline.session.view(sample)
+        size = size or self._given
+        if size is None and recorded is not None:
+            size = recorded.size_of(self.size)
+        flown = seen = timeline.session.view(sample, size)
         self._view.lens, self._view.props = CLEAN, ()
         if free is not None:
             seen = replace(seen, camera=free.camera(seen.camera))
@@ -192,6 +205,8 @@ class SessionPictures:
         """Return whether a picture is the recorded one; None where there is none."""
         info, places = self.timeline.recording.info, self.timeline.recording.places
         if recorded is None or not recorded.xxh3_128 or info.look != LOOK_VERSION:
+            return None
+        if frame.pixels.shape[1::-1] != recorded.size_of(info.picture_size):
             return None
         if places.get(recorded.sample) != self.timeline.place:
             return None

@@ -2,11 +2,11 @@
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 
 from disk import UserError
+from paravol.keyframes import Keyframes
 from paravol.patient import (
     PatientScene,
     Progress,
@@ -18,14 +18,6 @@ from paravol.session_setup import reopen_session
 from renderers.scene import Change
 from scenarios import Sample, Score
 from scenarios.bundle import FrameRecord, Recording, SampleRecord, read_recording
-from scenarios.session import SessionState
-
-KEYFRAME_S = 5.0
-"""Seconds of flight between two keyframes: a jump back steps no more than that."""
-
-MOST_KEYFRAMES = 100
-"""Beyond these every other one goes, and they are twice as far apart from then on: a
-flight of more than eight minutes goes back in steps of ten seconds."""
 
 GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
@@ -39,22 +31,13 @@ def _untold(share: float) -> None:
     """Tell nobody."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Keyframe:
-    """Hold the session after a sample; place: of that sample, -1 before the first."""
-
-    place: int
-    time_s: float
-    sample: Sample | None
-    state: SessionState
-
-
 class SessionTimeline:
     """Show a recorded session's patient, score and injuries as they were at a time.
 
     patient: its tissue is edited in place. session: as the samples up to the last one
-    gone to have left it. recording: what is gone through. steps: samples stepped so
-    far, in all; it says what going somewhere cost.
+    gone to have left it. recording: what is gone through. keyframes: those known, which
+    may be shared with others who step this session. steps: samples stepped so far, in
+    all; it says what going somewhere cost.
     """
 
     def __init__(
@@ -65,13 +48,15 @@ class SessionTimeline:
         *,
         size: tuple[int, int] | None = None,
         progress: Progress = no_progress,
+        keyframes: Keyframes | None = None,
     ) -> None:
         """Open a session before its first sample.
 
         patient: the one that was flown through, where it is loaded already, as it was
         before anybody operated. recording: of the folder, where it is read already.
-        size: ``(width, height)`` of the views; None as recorded. UserError when the
-        session cannot be read, holds nothing, or was flown through another head.
+        size: ``(width, height)`` of the views; None as recorded. keyframes: of this
+        session, where some are known. UserError when the session cannot be read, holds
+        nothing, or was flown through another head.
         """
         self._folder = Path(folder)
         self.recording = recording or read_recording(self._folder)
@@ -95,9 +80,8 @@ class SessionTimeline:
         self.steps = 0
         self._place = -1
         self._sample: Sample | None = None
-        self._apart_s = KEYFRAME_S
-        self._keyframes: list[_Keyframe] = []
-        self._keep(self._times[0])
+        self.keyframes = Keyframes() if keyframes is None else keyframes
+        self._keep()
 
     @property
     def begin_s(self) -> float:
@@ -141,9 +125,8 @@ class SessionTimeline:
                 "between."
             )
         place = max(bisect_right(self._times, time_s) - 1, 0)
-        nearest = max(
-            (k for k in self._keyframes if k.place <= place), key=lambda k: k.place
-        )
+        nearest = self.keyframes.before(place)
+        assert nearest is not None
         if place < self._place or nearest.place > self._place:
             self.session.restore(nearest.state)
             self._place, self._sample = nearest.place, nearest.sample
@@ -197,21 +180,13 @@ class SessionTimeline:
 
     def _forget(self) -> None:
         """Drop what nobody took, and keep a keyframe where one is due."""
-        sample = self._sample
-        assert sample is not None
         if self.session.operation is not None:
             # nobody asks for them: the patient's books and the score have them
             self.session.operation.take_edits()
             self.session.operation.take_injuries()
-        newest = self._keyframes[-1]
-        is_new = self._place > newest.place
-        if is_new and sample.time_s >= newest.time_s + self._apart_s:
-            self._keep(sample.time_s)
+        self._keep()
 
-    def _keep(self, time_s: float) -> None:
-        """Keep a keyframe of now."""
-        state = self.session.freeze()
-        self._keyframes.append(_Keyframe(self._place, time_s, self._sample, state))
-        if len(self._keyframes) > MOST_KEYFRAMES:
-            self._keyframes = self._keyframes[::2]
-            self._apart_s *= 2.0
+    def _keep(self) -> None:
+        """Keep a keyframe of now, where one is due."""
+        time_s = self._times[max(self._place, 0)]
+        self.keyframes.follow(self._place, time_s, self._sample, self.session)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from devices import load_probe_path
 from disk import UserError
+from paravol.keyframes import APART_S, Keyframes, save_keyframes
 from paravol.patient import PatientScene, Progress
 from paravol.session_metrics import SessionMetrics, session_metrics
 from paravol.session_timeline import SessionTimeline
@@ -121,18 +122,21 @@ def gather(
     compare: Path | None,
     settings: Settings,
     progress: Progress,
+    keyframes: Keyframes | None = None,
 ) -> Findings:
     """Step a session through its head once, and measure it.
 
     patient: as before anybody operated. compare: another session of the same head; None
-    for the path that the scenario brings, where it brings one. UserError as in
+    for the path that the scenario brings, where it brings one. keyframes: of the
+    session, which grow on the way; saved at its end. UserError as in
     `session_metrics`.
     """
     track, why = None, ""
     if compare is None:
         track, why = _expert_track(scenario)
     followed = Followed()
-    timeline = SessionTimeline(folder, patient, recording)
+    timeline = SessionTimeline(folder, patient, recording, keyframes=keyframes)
+    is_kept = timeline.keyframes.until_s >= timeline.end_s - APART_S
     found = session_metrics(
         folder,
         settings=settings,
@@ -143,6 +147,8 @@ def gather(
         timeline=timeline,
     )
     followed.end()
+    if not is_kept:
+        save_keyframes(folder, patient, timeline.keyframes)
     score = found.score
     assert score is not None
     compared = None

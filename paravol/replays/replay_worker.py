@@ -141,6 +141,9 @@ class ReplayObserver:
     def on_measuring(self, stage: str, share: float) -> None:
         """Hear how far the measuring is."""
 
+    def on_near(self, until_s: float) -> None:
+        """Hear up to when every moment is near; see `Keyframes`."""
+
     def on_picture(self, picture: MomentPicture) -> None:
         """Hear how far a high-quality picture is."""
 
@@ -211,6 +214,8 @@ class ReplayWorker:
             for work, name in ((self._run, "replay"), (self._measure, "measuring"))
         ]
         self._is_first_shown = threading.Event()
+        self._is_still = threading.Event()
+        self._is_still.set()
 
     @property
     def scenario(self) -> Scenario:
@@ -390,8 +395,11 @@ class ReplayWorker:
             self._change_notes(number)
         moved = wishes.time_s is not None or wishes.move is not None or wishes.is_stale
         if moved:
-            with suppress(_Overtaken):
-                self._show(wishes)
+            try:
+                with suppress(_Overtaken):
+                    self._show(wishes)
+            finally:
+                self._is_still.set()
 
     def _show(self, wishes: _Wishes) -> None:
         """Go where it is wanted and draw what is seen there."""
@@ -415,6 +423,8 @@ class ReplayWorker:
                 return
             if self._wishes.jump != wishes.jump:
                 raise _Overtaken
+            # one who waits has the processor
+            self._is_still.clear()
             self._observer.on_seeking((done + share) / shares)
 
         first = here.moment(time_s, self._free, report)
@@ -507,6 +517,7 @@ class ReplayWorker:
                 compare=beside,
                 settings=Settings(),
                 progress=self._measuring,
+                keyframes=here.timeline.keyframes,
             )
             recorded = recorded_marks(here.timeline.recording.records)
             marks = measured_marks(recorded, events_of(found))
@@ -523,8 +534,11 @@ class ReplayWorker:
             self._observer.on_unmeasured(str(error) or type(error).__name__)
 
     def _measuring(self, stage: str, share: float) -> None:
+        self._is_still.wait()
         if self._stopped.is_set():
             raise _Stopped
+        assert self._here is not None
+        self._observer.on_near(self._here.timeline.keyframes.until_s)
         self._observer.on_measuring(stage, share)
 
 

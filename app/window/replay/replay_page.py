@@ -218,6 +218,7 @@ class ReplayPage(Page):
         thread.head_ready.connect(self._on_head)
         thread.slices_ready.connect(self._on_slices)
         thread.measuring.connect(self._on_measuring)
+        thread.near.connect(self._on_near)
         thread.measured.connect(self._on_measured)
         thread.unmeasured.connect(self._on_unmeasured)
         thread.pictured.connect(self._on_pictured)
@@ -511,6 +512,11 @@ class ReplayPage(Page):
         if not self._is_left() and self._side is not None:
             self._side.metrics.say(f"{stage}: {share:.0%}")
             self._gauges.show_status(f"Measuring the session: {share:.0%}")
+
+    @Slot(float)
+    def _on_near(self, until_s: float) -> None:
+        if not self._is_left():
+            self.line.show_near(until_s)
 
     @Slot(object, object)
     def _on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:

@@ -46,6 +46,8 @@ class ReplayThread(QObject, ReplayObserver):
     """`SliceViews` of the head."""
     measuring = Signal(str, float)
     """How far the measuring is."""
+    near = Signal(float)
+    """Up to when every moment is near; see `Keyframes`."""
     measured = Signal(object, object)
     """All marks, and the rows of metrics; see `ReplayObserver`."""
     unmeasured = Signal(str)
@@ -60,6 +62,7 @@ class ReplayThread(QObject, ReplayObserver):
         self._lock = threading.Lock()
         self._newest: ShownReplay | None = None
         self._staged = self._measuring = ("", 0.0)
+        self._near_s = -1.0
 
     def leave(self) -> threading.Thread:
         """End what goes on, beside the window; return the thread that does so."""
@@ -132,6 +135,12 @@ class ReplayThread(QObject, ReplayObserver):
         before, self._measuring = self._measuring, told
         if told != before:
             self.measuring.emit(stage, share)
+
+    def on_near(self, until_s: float) -> None:
+        """Tell the window what is new."""
+        if until_s != self._near_s:
+            self._near_s = until_s
+            self.near.emit(until_s)
 
     def on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
         """Tell the window."""

@@ -26,6 +26,7 @@ from app.window.style import (
     WARNING,
     font_of,
 )
+from paravol.keyframes import APART_S
 from paravol.replays.time_marks import MarkKind, TimeMark
 
 LANE_PX = 14.0
@@ -65,6 +66,7 @@ class TimeLine(QWidget):
         self._scale = 1.0
         self._span = 0.0, 1.0
         self._at_s = 0.0
+        self._near_s = 0.0
         self._marks: list[TimeMark] = []
         self.set_scale(1.0)
 
@@ -83,7 +85,13 @@ class TimeLine(QWidget):
         """Take another session, without marks."""
         self._span = begin_s, max(end_s, begin_s + 1e-3)
         self._marks = []
+        self._near_s = end_s
         self.show_time(begin_s)
+
+    def show_near(self, until_s: float) -> None:
+        """Say up to when every moment is shown at once; what is later takes longer."""
+        self._near_s = until_s
+        self.update()
 
     def show_marks(self, marks: Sequence[TimeMark]) -> None:
         """Show these marks in place of those before."""
@@ -183,6 +191,7 @@ class TimeLine(QWidget):
                 if mark.kind is kind:
                     self._paint_mark(painter, mark, middle)
         self._paint_axis(painter, len(MarkKind) * high)
+        self._paint_far(painter)
         x = self.x_of(self._at_s)
         painter.setPen(QPen(QColor(INK), 2.0 * scale))
         painter.drawLine(QPointF(x, 0.0), QPointF(x, float(self.height())))
@@ -206,6 +215,16 @@ class TimeLine(QWidget):
         painter.setBrush(colour)
         corners = [at + corner * half for corner in _SHAPES[mark.kind]]
         painter.drawPolygon(QPolygonF(corners))
+
+    def _paint_far(self, painter: QPainter) -> None:
+        """Shade what is later than all that is near, but for the last bit of it."""
+        end_s = self._span[1]
+        if self._near_s > end_s - APART_S:
+            return
+        far = QColor(EDGE)
+        far.setAlphaF(0.6)
+        left, right = self.x_of(self._near_s), self.x_of(end_s)
+        painter.fillRect(QRectF(left, 0.0, right - left, float(self.height())), far)
 
     def _paint_axis(self, painter: QPainter, top: float) -> None:
         begin_s, end_s = self._span
