@@ -151,7 +151,8 @@ def fly(
     the frame is finished it may be another. on_injury: called with each injury, told in
     words, before the frame that shows it; on_task: with what happens to each task;
     on_changes: with what was cut, before that frame. pace: what is given up to be in
-    time. keyframes: kept on the way, for those who look at the recording. Errors of the device pass through; what was recorded before is on disk.
+    time. keyframes: kept on the way, for those who look at the recording. Errors of the
+    device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
     sized = _Sized(session, view, pace.sizes)

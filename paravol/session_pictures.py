@@ -102,8 +102,9 @@ class SessionPictures:
         """Load what was flown through; errors as `SessionTimeline` has them.
 
         camera: in place of the scope's. size: ``(width, height)`` of all pictures; None
-        as recorded, where one frame may be larger than the next. case: where the case lies now. patient: taken where it is the one that was
-        flown through, as it was before anybody operated.
+        as recorded, where one frame may be larger than the next. case: where the case
+        lies now. patient: taken where it is the one that was flown through, as it was
+        before anybody operated.
         """
         recording = read_recording(folder)
         self.scenario = flown_scenario(folder, recording.info, case)

@@ -1,7 +1,7 @@
 """A recording shows at any time what stepping from its beginning shows then."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +16,9 @@ from app.cli.commands import replay
 from app.cli.replay_command import run_at
 from app.cli.replay_options import ReplayOptions
 from disk import UserError
-from paravol import session_pictures, session_timeline
+from paravol import keyframes, session_pictures
 from paravol.inputs.flight_input import in_the_patient
+from paravol.keyframes import APART_S, load_keyframes, save_keyframes
 from paravol.patient import PatientScene
 from paravol.session_setup import (
     build_session,
@@ -25,7 +26,7 @@ from paravol.session_setup import (
     describe_session,
     operate_on,
 )
-from paravol.session_timeline import GRACE_S, KEYFRAME_S, SessionTimeline
+from paravol.session_timeline import GRACE_S, SessionTimeline
 from scenarios import Sample, Session, load_scenario, tip_frame
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
@@ -160,7 +161,7 @@ def test_jumps_give_what_stepping_gives(
         assert sample.time_s == flight.samples[number].time_s
         assert state_of(timeline.session, sample) == flight.states[number]
         if sample.time_s < last_s:
-            assert timeline.steps - steps <= round(KEYFRAME_S / EVERY_S)
+            assert timeline.steps - steps <= round(APART_S / EVERY_S)
         last_s = sample.time_s
         told = np.zeros(distance.shape, np.bool_)
         for change in changes:
@@ -172,15 +173,40 @@ def test_jumps_give_what_stepping_gives(
 
 
 def test_keyframes_grow_sparse(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
-    """However many there would be; what they give stays exact."""
-    monkeypatch.setattr(session_timeline, "MOST_KEYFRAMES", 4)
-    monkeypatch.setattr(session_timeline, "KEYFRAME_S", 0.5)
+    """However much memory they would need; what they give stays exact."""
+    monkeypatch.setattr(keyframes, "MOST_BYTES", 1 << 18)
+    monkeypatch.setattr(keyframes, "APART_S", 0.5)
     timeline = SessionTimeline(flight.folder, flight.patient)
     timeline.go_to(timeline.end_s)
     assert timeline.steps == COUNT
+    assert 2 <= len(timeline.keyframes.kept) < 16
     for number in (120, 3, 60, 150, 0):
         sample, _ = timeline.go_to(flight.samples[number].time_s)
         assert state_of(timeline.session, sample) == flight.states[number]
+
+
+def test_kept_keyframes_lead_anywhere_at_once(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Those of one process in the next: the same states, by a few steps."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    first = SessionTimeline(flight.folder, flight.patient)
+    first.go_to(first.end_s)
+    save_keyframes(flight.folder, flight.patient, first.keyframes)
+    known = load_keyframes(flight.folder, flight.patient)
+    assert known.until_s == first.keyframes.until_s > first.end_s - APART_S
+    timeline = SessionTimeline(flight.folder, flight.patient, keyframes=known)
+    for number in (159, 120, 3, 60, 150, 0):
+        steps = timeline.steps
+        sample, _ = timeline.go_to(flight.samples[number].time_s)
+        assert timeline.steps - steps <= round(APART_S / EVERY_S)
+        assert state_of(timeline.session, sample) == flight.states[number]
+    # of another patient, or damaged, there are none
+    other = replace(flight.patient, hazards=None)
+    assert not load_keyframes(flight.folder, other).kept
+    (file,) = tmp_path.rglob("*.keyframes")
+    file.write_bytes(file.read_bytes()[:-50])
+    assert not load_keyframes(flight.folder, flight.patient).kept
 
 
 @pytest.mark.parametrize("time_s", [-0.1, COUNT * EVERY_S + GRACE_S, float("nan")])

@@ -73,6 +73,7 @@ for number in (8, 3, 5):
     shown = page._seen.here
     assert shown.frame.fingerprint() == frames[shown.recorded.number].xxh3_128
     assert shown.is_recorded and abs(shown.recorded.number - number) <= 1
+    assert "the same bits" in page.transport.state.text()
     assert page.picture._image == image_of(shown.frame.pixels)
     before = shown.recorded.number
     QTest.keyClick(page, Key.Key_Right)
