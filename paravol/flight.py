@@ -45,7 +45,6 @@ from paravol.inputs.pose_sources import (
 from paravol.inputs.reach import Reach, ReachedPoses
 from paravol.inputs.scope_rack import ScopeRack
 from paravol.keyframes import Keyframes, save_keyframes
-from paravol.keyframes import Keyframes, save_keyframes
 from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
