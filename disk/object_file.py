@@ -18,6 +18,7 @@ import numpy as np
 from disk.whole_file import whole_file
 
 PLAIN = frozenset((type(None), bool, int, float, str))
+_DAMAGES = LookupError, TypeError, AttributeError, OverflowError
 HOLDERS = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
 
@@ -25,7 +26,8 @@ def save_objects(path: Path, value: object) -> None:
     """Write an object; OSError where the disk refuses, TypeError for what is foreign.
 
     Arrays, numpy's numbers, data classes, named tuples, enums, and objects whose state
-    is their `__dict__` may be in it, no circles.
+    is their `__dict__` may be in it. RecursionError for circles, ValueError and
+    OverflowError for what is too large.
     """
     from zstandard import ZstdCompressor
 
@@ -44,14 +46,16 @@ def read_objects(path: Path, packages: Iterable[str]) -> Any:
     from zstandard import ZstdDecompressor, ZstdError
 
     squeezed = path.read_bytes()
+    damages = (ZstdError, msgspec.DecodeError, *_DAMAGES)
     try:
         raw = ZstdDecompressor().decompress(squeezed)
         root, rows = msgspec.msgpack.decode(raw)
-        allowed, found = frozenset(packages), []
+        allowed = frozenset(packages)
+        found: list[Any] = []
         for row in rows:
             found.append(_made(row, found, allowed))
         return _held(root, found)
-    except (ZstdError, msgspec.DecodeError, LookupError, TypeError) as error:
+    except damages as error:
         raise ValueError(f"{path} is damaged: {error}") from error
 
 
@@ -75,6 +79,11 @@ class _Table:
 
     def _row(self, value: Any) -> list[Any]:
         kind = type(value)
+        if (
+            isinstance(value, np.ndarray | np.generic)
+            and value.dtype.kind not in "biufc"
+        ):
+            raise TypeError(f"no file keeps numbers of the kind {value.dtype}")
         if kind is np.ndarray:
             may_change = value.flags.writeable
             return ["array", value.dtype.str, value.shape, value.tobytes(), may_change]

@@ -395,14 +395,15 @@ class Flight:
                 return None
             score = session.score()
             recorder.close({"score": asdict(score), "timing": timing.figures()})
-        folder = self.recording.folder
-        if folder is not None:
-            # nobody waits for it: the program's end does
-            saving = partial(save_keyframes, folder, before, self._keyframes)
-            threading.Thread(target=saving, name="keyframes").start()
         was_ended = self._ended.is_set() or self._closed.is_set()
         title = "The flight is over" if was_ended else "The path is flown"
         self.result = self.recording.end(title, score)
+        if self.result.record is not None:
+            # nobody waits for it: the program's end does
+            saving = partial(
+                save_keyframes, self.result.record, before, self._keyframes
+            )
+            threading.Thread(target=saving, name="keyframes").start()
         return FinishedFlight(patient, view, info, timing, score)
 
     def _demand_open(self, stage: str = "", share: float = 0.0) -> None:

@@ -40,6 +40,9 @@ _STEPPED_BY = "anatomy", "paravol", "renderers", "scenarios", "surgery"
 _HELD = "renderers", "scenarios", "surgery"
 """Packages whose objects are in a state."""
 
+NOT_KEPT = OSError, TypeError, ValueError, OverflowError, RecursionError, MemoryError
+"""What a disk raises, a damaged file, and a state that holds what no file keeps."""
+
 
 @dataclass(frozen=True, slots=True)
 class Keyframe:
@@ -123,12 +126,12 @@ def _bytes_of(value: Any, seen: dict[int, object]) -> int:
 def save_keyframes(folder: Path, patient: PatientScene, keyframes: Keyframes) -> None:
     """Keep a recorded session's keyframes; a disk that refuses keeps none.
 
-    patient: that was flown through, before anybody operated.
+    patient: that was flown through, before anybody operated. Raises nothing: without
+    them a way through the recording is longer, and nothing else.
     """
-    kept = keyframes.kept
     try:
         file = _file(folder, patient)
-        save_objects(file, kept)
+        save_objects(file, keyframes.kept)
         others = sorted(
             ((found.stat().st_mtime, found) for found in file.parent.iterdir()),
             reverse=True,
@@ -138,7 +141,7 @@ def save_keyframes(folder: Path, patient: PatientScene, keyframes: Keyframes) ->
             bytes_ += found.stat().st_size
             if bytes_ > MOST_FILE_BYTES and found != file:
                 found.unlink(missing_ok=True)
-    except OSError:
+    except NOT_KEPT:
         return
 
 
@@ -147,9 +150,13 @@ def load_keyframes(folder: Path, patient: PatientScene) -> Keyframes:
     try:
         file = _file(folder, patient)
         known = read_objects(file, ("paravol", *_HELD))
-    except (OSError, ValueError):
+        return Keyframes(known if _are_keyframes(known) else ())
+    except NOT_KEPT:
         return Keyframes()
-    return Keyframes(known)
+
+
+def _are_keyframes(known: object) -> bool:
+    return isinstance(known, tuple) and all(isinstance(k, Keyframe) for k in known)
 
 
 def _file(folder: Path, patient: PatientScene) -> Path:

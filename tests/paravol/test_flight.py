@@ -4,6 +4,7 @@ import itertools
 import json
 import subprocess
 import sys
+import threading
 import time
 import zlib
 from collections.abc import Callable
@@ -19,10 +20,12 @@ from app.__main__ import main
 from app.window.style import ALARM
 from devices import Pose, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
+from paravol import keyframes
 from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
 from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import in_the_patient
+from paravol.keyframes import Keyframes, load_keyframes
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
 from paravol.session_replay import replay_session
@@ -33,9 +36,10 @@ from paravol.session_setup import (
     build_view,
     describe_session,
 )
+from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ScopeLook, load_view
 from renderers.scene import Change
-from scenarios import Sample, Scenario, load_scenario, tip_frame
+from scenarios import Sample, Scenario, Score, load_scenario, tip_frame
 from scenarios.bundle import (
     EditRecord,
     EventRecord,
@@ -635,6 +639,8 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
         return change
 
     monkeypatch.setattr(Pushing, "push", noted)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(keyframes, "APART_S", 0.4)
     scenario, folder = load_scenario(str(first_bite(tmp_path)))
     path_file = folder / scenario.path
     path = load_probe_path(path_file)
@@ -654,6 +660,28 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     edits = sum(isinstance(r, EditRecord) for r in read_session(record)[1])
     # dents are no cuts
     assert edits >= observer.frames[-1].cuts > 0
+    # its own keyframes lead to what stepping from the beginning leads to
+    for thread in threading.enumerate():
+        if thread.name == "keyframes":
+            thread.join()
+    head = load_patient(scenario, lambda stage, share: None)
+    known = load_keyframes(record, head)
+    assert known.until_s > observer.frames[-1].sample.time_s - 0.4
+    stepped = SessionTimeline(record, head)
+    state = end_of(stepped)
+    for keyframe in known.kept:
+        near = SessionTimeline(record, head, keyframes=Keyframes([keyframe]))
+        assert end_of(near) == state
+        assert near.steps == stepped.steps - 1 - keyframe.place
+
+
+def end_of(timeline: SessionTimeline) -> tuple[str, int, str, Score]:
+    """Go to a session's end; return what was done to the patient, and the score."""
+    timeline.go_to(timeline.end_s)
+    operation = timeline.session.operation
+    assert operation is not None
+    bent = zlib.crc32(operation.pushing.surface.distance.values.tobytes())
+    return operation.patient.hash(), bent, operation.film.hash(), timeline.score()
 
 
 def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:

@@ -1,8 +1,10 @@
 """A recording shows at any time what stepping from its beginning shows then."""
 
 import json
+import threading
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,9 +18,10 @@ from app.cli.commands import replay
 from app.cli.replay_command import run_at
 from app.cli.replay_options import ReplayOptions
 from disk import UserError
+from disk.object_file import save_objects
 from paravol import keyframes, session_pictures
 from paravol.inputs.flight_input import in_the_patient
-from paravol.keyframes import APART_S, load_keyframes, save_keyframes
+from paravol.keyframes import APART_S, Keyframes, load_keyframes, save_keyframes
 from paravol.patient import PatientScene
 from paravol.session_setup import (
     build_session,
@@ -207,6 +210,31 @@ def test_kept_keyframes_lead_anywhere_at_once(
     (file,) = tmp_path.rglob("*.keyframes")
     file.write_bytes(file.read_bytes()[:-50])
     assert not load_keyframes(flight.folder, flight.patient).kept
+    save_objects(file, ["something else"])
+    assert not load_keyframes(flight.folder, flight.patient).kept
+
+
+def test_keyframes_that_cannot_be_kept_harm_nothing(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Neither a cache folder that refuses, nor a state that no file keeps."""
+    timeline = SessionTimeline(flight.folder, flight.patient)
+    place = tmp_path / "no folder"
+    place.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(place))
+    save_keyframes(flight.folder, flight.patient, timeline.keyframes)
+    assert not load_keyframes(flight.folder, flight.patient).kept
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (first,) = timeline.keyframes.kept
+    circle: list[object] = []
+    circle.append(circle)
+    for foreign in (threading.Lock(), np.random.default_rng(1), circle, 1 << 70):
+        state = replace(first.state, coverage=cast(Any, foreign))
+        save_keyframes(
+            flight.folder, flight.patient, Keyframes([replace(first, state=state)])
+        )
+        assert not load_keyframes(flight.folder, flight.patient).kept
+    assert not list(tmp_path.rglob("*.keyframes"))
 
 
 @pytest.mark.parametrize("time_s", [-0.1, COUNT * EVERY_S + GRACE_S, float("nan")])
