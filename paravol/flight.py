@@ -10,7 +10,7 @@ import shutil
 import tempfile
 import threading
 from collections import deque
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -403,7 +403,9 @@ class Flight:
             saving = partial(
                 save_keyframes, self.result.record, before, self._keyframes
             )
-            threading.Thread(target=saving, name="keyframes").start()
+            # a program that is ending starts no thread: then there are none
+            with suppress(RuntimeError):
+                threading.Thread(target=saving, name="keyframes").start()
         return FinishedFlight(patient, view, info, timing, score)
 
     def _demand_open(self, stage: str = "", share: float = 0.0) -> None:
