@@ -23,7 +23,7 @@ from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
 from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
-from paravol.flight_loop import FrameEvent, Pace, Timing, fly
+from paravol.flight_loop import FrameEvent, Listeners, Pace, Timing, fly
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.hand import pointed_tool
 from paravol.inputs.instrument_input import InstrumentInput
@@ -398,15 +398,18 @@ class Flight:
         was_ended = self._ended.is_set() or self._closed.is_set()
         title = "The flight is over" if was_ended else "The path is flown"
         self.result = self.recording.end(title, score)
-        if self.result.record is not None:
-            # nobody waits for it: the program's end does
-            saving = partial(
-                save_keyframes, self.result.record, before, self._keyframes
-            )
-            # a program that is ending starts no thread: then there are none
-            with suppress(RuntimeError):
-                threading.Thread(target=saving, name="keyframes").start()
+        self._keep_keyframes(before)
         return FinishedFlight(patient, view, info, timing, score)
+
+    def _keep_keyframes(self, before: PatientScene) -> None:
+        """Keep what makes a replay quick; nobody waits for it but the program's end."""
+        folder = self.recording.folder
+        if folder is None:
+            return
+        saving = partial(save_keyframes, folder, before, self._keyframes)
+        # a program that is ending starts no thread: then there are none
+        with suppress(RuntimeError):
+            threading.Thread(target=saving, name="keyframes").start()
 
     def _demand_open(self, stage: str = "", share: float = 0.0) -> None:
         """End a preparation that nobody waits for any more; it is told by no one."""
@@ -512,9 +515,9 @@ class Flight:
                 until_s=self.order.input.until_s,
                 on_frame=on_frame,
                 keeps=keeps,
-                on_injury=observer.on_injury,
-                on_task=observer.on_task,
-                on_changes=self.order.input.changed,
+                listeners=Listeners(
+                    observer.on_injury, observer.on_task, self.order.input.changed
+                ),
                 pace=Pace(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,
             )

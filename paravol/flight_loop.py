@@ -128,6 +128,22 @@ class Pace:
 ALL_OF_IT = Pace()
 
 
+@dataclass(frozen=True, slots=True)
+class Listeners:
+    """Hold who hears of a flight, before the frame that shows it.
+
+    on_injury: of each injury, told in words; on_task: of what happens to each task;
+    on_changes: of what was cut.
+    """
+
+    on_injury: Callable[[str], None] = _unheard
+    on_task: Callable[[TaskEvent], None] = _unheard
+    on_changes: Callable[[Sequence[Change]], None] = _unheard
+
+
+NOBODY = Listeners()
+
+
 def fly(
     source: OrderedPoses,
     completer: PoseCompleter,
@@ -138,9 +154,7 @@ def fly(
     until_s: float,
     on_frame: OnFrame,
     keeps: Callable[[float], bool],
-    on_injury: Callable[[str], None] = _unheard,
-    on_task: Callable[[TaskEvent], None] = _unheard,
-    on_changes: Callable[[Sequence[Change]], None] = _unheard,
+    listeners: Listeners = NOBODY,
     pace: Pace = ALL_OF_IT,
     keyframes: Keyframes | None = None,
 ) -> Timing:
@@ -148,15 +162,13 @@ def fly(
 
     Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
-    the frame is finished it may be another. on_injury: called with each injury, told in
-    words, before the frame that shows it; on_task: with what happens to each task;
-    on_changes: with what was cut, before that frame. pace: what is given up to be in
-    time. keyframes: kept on the way, for those who look at the recording. Errors of the
+    the frame is finished it may be another. pace: what is given up to be in time.
+    keyframes: kept on the way, for those who look at the recording. Errors of the
     device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
     sized = _Sized(session, view, pace.sizes)
-    operated = _Operated(view, recorder, on_injury, on_changes)
+    operated = _Operated(view, recorder, listeners.on_injury, listeners.on_changes)
     arrived = _Punctual() if pace.may_skip else _arrived
     with (
         _frozen_garbage(),
@@ -186,7 +198,7 @@ def fly(
                 for event in session.take_task_events():
                     told = f"{event.task}: {event.status}"
                     recorder.add(EventRecord(sample.time_s, "task", told))
-                    on_task(event)
+                    listeners.on_task(event)
             if newest is None:
                 continue
             pose, sample = newest

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol import flight_loop
-from paravol.flight_loop import FrameEvent, Pace, _arrived, fly, thinned
+from paravol.flight_loop import FrameEvent, Listeners, Pace, _arrived, fly, thinned
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -226,7 +226,7 @@ def flown(
             until_s=20.0,
             on_frame=on_frame,
             keeps=keeps,
-            on_injury=on_injury,
+            listeners=Listeners(on_injury),
         )
     finally:
         assert view._begun is None
