@@ -64,6 +64,9 @@ NO_BROWSER = later("No browser could be opened.")
 RESULT_PAGE = "app.window.result.result_page"
 """It loads what scores a flight; no flight waits for that."""
 
+REPLAY_PAGE = "app.window.replay.replay_page"
+"""It loads what draws heads; it is loaded beside the home page."""
+
 VOLUME_PAGE = "app.window.volume.volume_page"
 """It loads what draws a scan; it is loaded beside the window, as the scan is."""
 
@@ -185,6 +188,7 @@ class Desk(QObject):
         page.bar.show_trainees([], self._trainee)
         self._window.show_page(page)
         self._leave_flights()
+        self._do(lambda _: import_module(REPLAY_PAGE), lambda _: None)
         page.say(problem or self._file.told)
         if self._known.record is not None:
             self._fill_home(self._known)

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from scenarios.metrics.episodes import held, intervals, stretches
 from scenarios.metrics.measured import Measured
@@ -154,6 +153,9 @@ def turn_actions(measured: Measured, role: str) -> Found:
 
 def speed_peaks_per_min(measured: Measured, role: str) -> Answer:
     """Return the peaks of speed above each threshold, a minute."""
+    # loaded where it is needed: it takes a second, and no flight waits for it
+    from scipy.signal import find_peaks
+
     pieces = measured.pieces(role)
     time_s = sum(piece.duration_s for piece in pieces)
     found = {}

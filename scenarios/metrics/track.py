@@ -5,7 +5,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 from scipy.spatial.transform import Rotation
 
 from disk import UserError
@@ -218,12 +217,17 @@ def low_pass(values: Doubles, rate_hz: float, settings: Settings) -> Doubles:
     sections = _sections(settings.filter_order, settings.cutoff_hz, rate_hz)
     # the customary three time constants, as far as there are samples
     padding = min(round(rate_hz / settings.cutoff_hz), len(values) - 1)
+    # loaded where it is needed: it takes a second, and no flight waits for it
+    from scipy.signal import sosfiltfilt
+
     filtered: Doubles = sosfiltfilt(sections, values, axis=0, padlen=padding)
     return filtered
 
 
 @lru_cache(maxsize=16)
 def _sections(order: int, cutoff_hz: float, rate_hz: float) -> Doubles:
+    from scipy.signal import butter
+
     sections: Doubles = butter(order, cutoff_hz, fs=rate_hz, output="sos")
     return sections
 

@@ -97,7 +97,7 @@ def test_arrays_keep_bits_kind_and_whether_they_may_change(
 @pytest.mark.parametrize(
     "foreign",
     [np.array([None]), np.zeros(2, "f8,i4"), object(), iter(()), np.datetime64(1, "s")],
-    ids=repr,
+    ids=["objects", "records", "object", "iterator", "date"],
 )
 def test_what_is_foreign_is_refused(tmp_path: Path, foreign: object) -> None:
     with pytest.raises(TypeError, match="no file keeps"):
