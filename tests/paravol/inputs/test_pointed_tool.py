@@ -15,7 +15,6 @@ from paravol.inputs.operating_hand import FIRST_AHEAD_MM, OperatingHand
 from paravol.inputs.pointed_tool import (
     ASIDE_MM,
     ENTRY_MM,
-    FARTHEST_MM,
     NEAREST_MM,
     thickness_mm,
 )
@@ -112,13 +111,9 @@ def test_nothing_is_pushed_deeper_than_mucosa_yields(
             table = placed_table(contact_table(name, state.jaw), tool_frame(sample))
             deep = -tool_clearance(distance, table).gap_mm
             assert deep <= TOUCH_MM + max(YIELDS_MM, BITES_MM) + LOOSE_MM
-            if not works and not state.is_working and hand.pointed is not None:
-                assert deep <= TOUCH_MM + hand.pointed.hold.pushed_mm + LOOSE_MM or (
-                    # eases off within some samples
-                    hand.pointed.hold.pushed_mm > YIELDS_MM
-                    or deep <= TOUCH_MM + BITES_MM + LOOSE_MM
-                )
             assert beside_mm(sample, name) > -0.8
+        # one that has worked has eased off
+        assert works or deep <= TOUCH_MM + YIELDS_MM + LOOSE_MM
 
 
 def beside_mm(sample: Sample, name: str) -> float:
@@ -157,7 +152,8 @@ def test_what_tissue_held_back_does_not_gather() -> None:
     end_s = settled(hand, end_s)
     assert np.linalg.norm(tip(hand, end_s + 0.01)) < NEAREST_MM + ASIDE_MM
     hand.advance(1000.0)
-    assert FARTHEST_MM > NEAREST_MM
+    end_s = settled(hand, end_s + 0.01)
+    assert -8.0 - TOUCH_MM - YIELDS_MM - LOOSE_MM < tip(hand, end_s + 0.01)[2] < -6.0
 
 
 def test_it_stays_while_nobody_points() -> None:
