@@ -28,6 +28,9 @@ it gets there while the hand goes on."""
 LEVER_MM = 20.0
 """A shaft that is less deep than this is held by the hand, that far behind its tip."""
 
+LEANS_FROM_MM = 5.0
+"""A hand lays a shaft to another side of the nostril once it is so deep."""
+
 STILL_SHARE, WEDGED_S = 0.1, 0.8
 """A shaft that goes less than this share of what is asked for so long is wedged."""
 
@@ -110,15 +113,21 @@ Hold = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 """Gives the tip frame, 4x4, that a scope gets to from one frame on its way to another:
 walls may hold it. It returns the wanted frame itself where nothing does."""
 
+Lean = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Gives the place in the nostril, (3,), where a hand lays a shaft whose tip is at one:
+a nostril is wide and soft."""
+
 
 class FulcrumControl:
     """Move a scope about a fulcrum; lengths in mm, in the frame of the fulcrum.
 
     For every sequence of demands the shaft's line passes through the pivot, depth and
     tilt stay within the limits and no step is faster than the limits. A demand that is
-    not finite is refused and changes nothing. Where walls hold the scope the nostril
-    gives way, and the hand goes on from where the scope was held. It can be drawn back
-    at all times: along its own line, where it lies already, if no other way is free.
+    not finite is refused and changes nothing. Where a hand leans the shaft the pivot
+    moves as the hand does, no faster than it may turn: a hand at rest moves nothing.
+    Where walls hold the scope the nostril gives way, and the hand goes on from where
+    the scope was held. It can be drawn back at all times: along its own line, where it
+    lies already, if no other way is free.
     """
 
     def __init__(
@@ -127,6 +136,7 @@ class FulcrumControl:
         limits: FulcrumLimits | None = None,
         depth_mm: float | None = None,
         hold: Hold | None = None,
+        lean: Lean | None = None,
     ) -> None:
         """Start in the middle of the cone, at the least depth or the one given.
 
@@ -135,6 +145,8 @@ class FulcrumControl:
         """
         self.fulcrum = fulcrum
         self._hold = hold
+        self._lean = lean
+        self._pivot_mm = fulcrum.pivot_mm
         self._held: NDArray[np.float64] | None = None
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
@@ -218,7 +230,7 @@ class FulcrumControl:
         frame[:3, 0] = cosine * right - sine * up
         frame[:3, 1] = cosine * up + sine * right
         frame[:3, 2] = -pointing
-        frame[:3, 3] = self.fulcrum.pivot_mm + depth_mm * pointing
+        frame[:3, 3] = self._pivot_mm + depth_mm * pointing
         return frame
 
     def place(self, frame: NDArray[np.float64]) -> None:
@@ -286,6 +298,11 @@ class FulcrumControl:
         before = self.frame()
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        if self._lean is not None and self._depth_mm > LEANS_FROM_MM and step_s > 0.0:
+            share = min(float((np.abs(step[:3]) / fastest[:3]).max() / step_s), 1.0)
+            most_deg = share * limits.turn_deg_s * step_s
+            if most_deg > 0.0:
+                self._move_pivot(self._lean, math.radians(most_deg) * self._depth_mm)
         if self._is_settling:
             self._settle(before, SETTLING * step_s)
         elif self._hold is not None:
@@ -301,6 +318,15 @@ class FulcrumControl:
     def go_through_walls(self) -> None:
         """Go through walls from now on: what the scope is put into holds it."""
         self._hold = None
+
+    def _move_pivot(self, lean: Lean, most_mm: float) -> None:
+        """Lay the shaft where the way to its tip is free, by so much at most."""
+        tip_mm = self._pivot_mm + self._depth_mm * self.pointing
+        way = lean(tip_mm) - self._pivot_mm
+        length = float(np.linalg.norm(way))
+        if length > 0.0:
+            self._pivot_mm = self._pivot_mm + min(1.0, most_mm / length) * way
+            self._aim_at(tip_mm)
 
     def _settle(self, before: NDArray[np.float64], step_s: float) -> None:
         """Go from a frame towards the one that passes through the pivot."""
@@ -326,7 +352,7 @@ class FulcrumControl:
 
     def _aim_at(self, tip_mm: NDArray[np.float64]) -> None:
         """Let depth and tilt be those of a tip, as far as the limits let them."""
-        way = tip_mm - self.fulcrum.pivot_mm
+        way = tip_mm - self._pivot_mm
         right, up = float(way @ self._right), float(way @ self._up)
         aside = math.hypot(right, up)
         angle_deg = math.degrees(math.atan2(aside, float(way @ self.fulcrum.axis)))

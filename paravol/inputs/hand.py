@@ -24,6 +24,7 @@ from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
+from paravol.inputs.nostril_lines import LeaningScope
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.tool_hold import TOUCH_MM, ToolHold
 from paravol.inputs.turns import SteeredTurns
@@ -93,7 +94,11 @@ def scope_control(
         fulcrum.pivot_mm,
         TOUCH_MM,
     )
-    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold)
+    lean = None
+    if patient.face is not None:
+        # a space to practise in has no nostril that yields
+        lean = LeaningScope(fulcrum, patient.surface.distance, radius_mm)
+    return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold, lean=lean)
 
 
 def begun_in_air(distance: Volume, fulcrum: Fulcrum, radius_mm: float) -> Fulcrum:

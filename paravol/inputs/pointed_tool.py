@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.controls.fulcrum import Fulcrum
+from paravol.inputs.nostril_lines import NostrilLines
 from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, YIELDS_MM, ToolHold
 from renderers.scene import Camera, Volume
 from scenarios import InstrumentState, tip_frame
@@ -37,15 +38,12 @@ STEP_MM = 0.2
 STEP_S, LONGEST_S = 0.01, 0.1
 """It moves in steps of samples' time, and after a pause on as after the most."""
 
-ENTRY_MM, RINGS, ROUND = 5.0, 2, 8
-"""How far a shaft may be off the nostril's middle, and the places that are tried: on
-two rings of eight. The phantom's nostril is 9 mm high and 6 mm wide, and soft."""
+ENTRY_MM, RINGS = 5.0, 2
+"""How far a shaft may be off the nostril's middle, and the rings of places that are
+tried. The phantom's nostril is 9 mm high and 6 mm wide, and soft."""
 
 ASIDE_MM = 4.0
 """How far beside its place a tip may go, where scope or walls leave no other way."""
-
-BACK_MM = np.concatenate([np.arange(3.0, 15.0, 2.0), np.arange(15.0, 120.0, 4.0)])
-"""Where a line is looked at, from its end: the end itself may lie at tissue."""
 
 BETTER_MM = 0.1
 """More air about a line is not better; so much more is worth a change."""
@@ -113,15 +111,9 @@ class PointedTool:
         self.hold = hold
         self._distance = distance
         self._pivot, self._axis = fulcrum.pivot_mm, fulcrum.axis
-        right = np.cross(self._axis, fulcrum.up)
-        right /= np.linalg.norm(right)
-        up = np.cross(right, self._axis)
-        turns = np.arange(ROUND) * (2.0 * math.pi / ROUND)
-        rings = ENTRY_MM * np.arange(1, RINGS + 1) / RINGS
-        round_ = np.outer(np.cos(turns), right) + np.outer(np.sin(turns), up)
-        off = np.vstack([np.zeros(3), (rings[:, None, None] * round_).reshape(-1, 3)])
-        self._entries: Doubles = self._pivot + off
-        self._asides = off * (ASIDE_MM / ENTRY_MM)
+        self._lines = lines = NostrilLines(fulcrum, distance, ENTRY_MM, RINGS)
+        self._entries = lines.places_mm
+        self._asides = lines.off * (ASIDE_MM / ENTRY_MM)
         self.reach_mm = math.inf
         self._last_s: float | None = None
         self.put_in()
@@ -227,11 +219,8 @@ class PointedTool:
         entries = np.vstack([self._best, entries])
         asides = np.vstack([self._aside, asides])
         ways = goal + asides - entries
-        lengths = np.linalg.norm(ways, axis=1, keepdims=True)
-        back_mm = np.minimum(BACK_MM, lengths.min())
-        points = entries[:, None] + (1.0 - back_mm / lengths)[..., None] * ways[:, None]
-        air = -self._distance.sample(points.reshape(-1, 3)).reshape(len(ways), -1)
-        lacks = np.maximum(thick_mm - YIELDS_MM - air, 0.0)
+        points = self._lines.points(entries, goal + asides)
+        lacks = self._lines.lacks_mm(points, thick_mm - YIELDS_MM)
         lens, back = scope[:3, 3], scope[:3, 2]
         along = np.clip((points - lens) @ back, 0.0, BESIDE_MM)
         off = np.linalg.norm(points - lens - along[..., None] * back, axis=2)

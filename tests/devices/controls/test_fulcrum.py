@@ -277,3 +277,23 @@ def test_a_scope_goes_out_by_itself_until_somebody_pushes(hold: Hold | None) -> 
     for _ in range(400):
         scope.advance(0.01, Demand())
     assert scope.depth_mm == LIMITS.depth_mm[0]
+
+
+@given(steps, st.tuples(*[st.floats(-6.0, 6.0)] * 3))
+def test_a_leaning_hand_turns_as_a_hand_may_and_rests_with_it(
+    sequence: list[tuple[float, Demand]], off: tuple[float, float, float]
+) -> None:
+    aim = FULCRUM.pivot_mm + np.array(off)
+    scope = FulcrumControl(FULCRUM, LIMITS, lean=lambda tip_mm: aim)
+    for step_s, demand in sequence:
+        before = scope.frame()
+        scope.advance(step_s, demand)
+        read_only_rigid(scope.frame(), "frame")
+        turned = np.linalg.norm(np.cross(before[:3, 2], scope.frame()[:3, 2]))
+        most = 2.0 * np.radians(LIMITS.turn_deg_s) * step_s
+        assert turned <= most * 1.01 + 1e-9
+        assert scope.tilt_deg <= LIMITS.cone_deg
+        scope.let_go()
+        before = scope.frame()
+        scope.advance(step_s, Demand())
+        assert np.array_equal(scope.frame(), before)

@@ -150,6 +150,25 @@ def test_a_beginner_comes_to_the_middle_meatus_by_mouse(
     assert flown.least_gap_mm > -0.35
 
 
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=SLOW) for n in (1, 2))])
+@pytest.mark.parametrize("goal", ["choana", "nasopharynx", "recess", "turbinate"])
+def test_a_beginner_comes_through_the_whole_nose(goal: str, seed: int) -> None:
+    """A hand leans the scope in the nostril, where the way behind lies straight.
+
+    Held in the nostril's middle, it stopped 20 mm before the choana.
+    """
+    scenario, _ = load_scenario("diagnostic-right")
+    patient = load_patient(scenario, no_progress)
+    (asked,) = (task for task in scenario.tasks if task.name == goal)
+    assert isinstance(asked, Look)
+    look = msgspec.structs.replace(asked, after=())
+    control = scope_control(patient, None, RADIUS_MM, scenario.start)
+    flown = steer_by_mouse(patient, control, Endoscope(), look, 10.0, seed, 90.0)
+    assert flown.looked_s is not None
+    assert flown.near_s is not None
+    assert flown.least_gap_mm > -0.35
+
+
 @pytest.mark.parametrize(
     ("scene", "goal"), [("hoops", "hoop 4"), ("path", "waypoint 5")]
 )
