@@ -28,8 +28,9 @@ it gets there while the hand goes on."""
 LEVER_MM = 20.0
 """A shaft that is less deep than this is held by the hand, that far behind its tip."""
 
-LEANS_FROM_MM = 5.0
-"""A hand lays a shaft to another side of the nostril once it is so deep."""
+LEANS_FROM_MM, LEANS_AHEAD_MM = 5.0, 6.0
+"""A hand lays a shaft to another side of the nostril once it is so deep, for where its
+tip goes next: what holds it may lie in the nostril."""
 
 STILL_SHARE, WEDGED_S = 0.1, 0.8
 """A shaft that goes less than this share of what is asked for so long is wedged."""
@@ -302,7 +303,8 @@ class FulcrumControl:
             share = min(float((np.abs(step[:3]) / fastest[:3]).max() / step_s), 1.0)
             most_deg = share * limits.turn_deg_s * step_s
             if most_deg > 0.0:
-                self._move_pivot(self._lean, math.radians(most_deg) * self._depth_mm)
+                most_mm = math.radians(most_deg) * self._depth_mm
+                self._move_pivot(self._lean, before[:3, 3], most_mm)
         if self._is_settling:
             self._settle(before, SETTLING * step_s)
         elif self._hold is not None:
@@ -319,10 +321,14 @@ class FulcrumControl:
         """Go through walls from now on: what the scope is put into holds it."""
         self._hold = None
 
-    def _move_pivot(self, lean: Lean, most_mm: float) -> None:
-        """Lay the shaft where the way to its tip is free, by so much at most."""
+    def _move_pivot(
+        self, lean: Lean, before_mm: NDArray[np.float64], most_mm: float
+    ) -> None:
+        """Lay the shaft where its tip goes freely from a place, by so much at most."""
         tip_mm = self._pivot_mm + self._depth_mm * self.pointing
-        way = lean(tip_mm) - self._pivot_mm
+        ahead = tip_mm - before_mm
+        ahead *= LEANS_AHEAD_MM / max(float(np.linalg.norm(ahead)), 1e-9)
+        way = lean(tip_mm + ahead) - self._pivot_mm
         length = float(np.linalg.norm(way))
         if length > 0.0:
             self._pivot_mm = self._pivot_mm + min(1.0, most_mm / length) * way

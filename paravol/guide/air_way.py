@@ -250,27 +250,6 @@ def back_to_turn_mm(
     return back_mm if back_mm > LEAST_BACK_MM else 0.0
 
 
-def straight_aim(
-    distance: Volume, pivot_mm: _Doubles, chain: _Doubles, ahead_mm: float
-) -> _Doubles | None:
-    """Return where a straight shaft shall point on a way of points ``(n, 3)``.
-
-    Towards the farthest of them that it gets to from the pivot; the place given lies on
-    that line, so far beyond the tip, the way's first point, at most. None where the
-    shaft gets nowhere on, and must bend the nostril.
-    """
-    tip_mm = float(np.linalg.norm(chain[0] - pivot_mm))
-    for point in chain[:0:-4]:
-        reach_mm = float(np.linalg.norm(point - pivot_mm))
-        if reach_mm > tip_mm + LEAST_BACK_MM and _is_straight(
-            distance, pivot_mm, point
-        ):
-            share = min((tip_mm + ahead_mm) / reach_mm, 1.0)
-            aim: _Doubles = pivot_mm + share * (point - pivot_mm)
-            return aim
-    return None
-
-
 def _is_straight(distance: Volume, pivot_mm: _Doubles, place_mm: _Doubles) -> bool:
     """Return whether a thin shaft gets from the pivot straight to a place."""
     way = place_mm - pivot_mm

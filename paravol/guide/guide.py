@@ -16,7 +16,6 @@ from paravol.guide.air_way import (
     farthest_seen,
     first_of,
     length_mm,
-    straight_aim,
 )
 from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
 from renderers.scene import Camera
@@ -255,17 +254,15 @@ def _step(
         chain = found.way.chain(tip)
     if chain is not None:
         way_mm = length_mm(chain)
-        straight = straight_aim(head.distance, head.nostril_mm, chain, AHEAD_MM)
-        if straight is not None:
-            aim = straight
-        else:
-            _, aim = farthest_seen(head.distance, eye, first_of(chain, AHEAD_MM))
+        _, aim = farthest_seen(head.distance, eye, first_of(chain, AHEAD_MM))
     back_mm = 0.0
     goes_there = isinstance(task, tasks.Reach | tasks.Hold | tasks.Follow)
     # where it is enough to see the place, the scope stays where it sees it
     if goes_there or not is_goal:
-        shaft = view.world_from_tip
-        back_mm = back_to_turn_mm(head.distance, head.nostril_mm, shaft[:3, 3], aim)
+        shaft_tip, back = view.world_from_tip[:3, 3], view.world_from_tip[:3, 2]
+        # it may lean to any side of the nostril
+        pivot = shaft_tip + float((head.nostril_mm - shaft_tip) @ back) * back
+        back_mm = back_to_turn_mm(head.distance, pivot, shaft_tip, aim)
     return _Next(now_s, found, aim, way_mm, back_mm, is_goal)
 
 

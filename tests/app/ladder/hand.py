@@ -100,6 +100,22 @@ class Hand:
         if not is_held:
             self.release(button)
 
+    def glide(self, widget: QWidget, x: float, y: float) -> None:
+        """Move the pointer over a widget to a place, in shares of its size."""
+        begin = self._at
+        self.point(widget, x, y)
+        end = self._at
+        way = end - begin
+        length = math.hypot(way.x(), way.y())
+        steps = max(round((FITTS_S + length / FITTS_PX_S) / STEP_S), 2)
+        for n in range(steps):
+            t = (n + 1) / steps
+            now = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
+            shake = self._rng.gauss(0.0, TREMOR_PX), self._rng.gauss(0.0, TREMOR_PX)
+            self._at = begin + way * now + QPointF(*shake)
+            self._send(QEvent.Type.MouseMove, Button.NoButton)
+            self._wait(STEP_S)
+
     def wheel(self, notches: int) -> None:
         """Turn the wheel; away from the hand for positive notches."""
         for _ in range(abs(notches)):

@@ -8,11 +8,16 @@ from PySide6.QtCore import Qt
 
 from tests.app.ladder.eyes import Mark, Sight
 from tests.app.ladder.person import ALL_DONE, MM_PER_NOTCH, LostError, Person
+from tests.app.ladder.surgeon import Surgeon, is_for_tool
 
 MIDDLE = (0.5, 0.5)
 WASH_EACH_S = 6.0
 STUCK_AFTER = 3
 """Moves ahead that brought nothing, before one draws back and looks elsewhere."""
+
+STILL, SAME = 0.04, 8
+"""What is seen has changed by more of its range; so often it may not, before one takes
+oneself for stuck."""
 
 Skill = Callable[["Trainee", Sight], None]
 
@@ -34,6 +39,10 @@ class Trainee:
         self._level_way = 1.0
         self._touched = False
         self._washed_s = 0.0
+        self.surgeon = Surgeon(person, self, shoot)
+        self._last: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+        self._same = 0
+        self._freed = 0
 
     def do_all(self) -> None:
         """Do one task after the other until all are done; LostError if he gives up."""
@@ -69,10 +78,29 @@ class Trainee:
             )
             if self._wash(sight):
                 continue
+            if is_for_tool(sight.task):
+                self.surgeon.operate(sight)
+                continue
+            self.surgeon.put_away()
+            if self._is_stuck(sight):
+                self._free()
+                continue
             skill_for(sight.task)(self, sight)
 
     def _forget(self) -> None:
         self._nearest_mm, self._vain, self._waited = math.inf, 0, 0
+        self._same = self._freed = 0
+
+    def _is_stuck(self, sight: Sight) -> bool:
+        """Tell whether nothing has changed for a while, whatever he did."""
+        mark = sight.mark
+        now = (sight.bar, 0.0, 0.0, 0.0)
+        if mark is not None:
+            now = sight.bar, mark.mm / 40.0, mark.x, mark.y
+        if max(abs(a - b) for a, b in zip(now, self._last, strict=True)) > STILL:
+            self._last, self._same = now, 0
+        self._same += 1
+        return self._same > SAME
 
     def _wash(self, sight: Sight) -> bool:
         """Wash the lens some time after it touched something; tell if he did."""
@@ -116,15 +144,13 @@ class Trainee:
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
         if mark.is_in and off < 0.05:
             self._change_distance(mark)
-        elif sight.heading is None:
-            self._tilt_to(MIDDLE, mark)
         else:
-            self._turn_to(sight, mark)
+            self.bring(sight, mark)
 
     def survey(self, sight: Sight) -> None:
         """Look at what is not seen yet, wherever the mark goes."""
         mark = sight.mark
-        if mark is None or not mark.is_goal:
+        if mark is None or not mark.is_goal or mark.mm > 25.0:
             self.approach(sight)
             return
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
@@ -135,12 +161,17 @@ class Trainee:
         self._waited = 0
         if mark.is_in and off < 0.2:
             self._change_distance(mark)
-        elif sight.heading is None:
+        else:
+            self.bring(sight, mark)
+
+    # Acts
+
+    def bring(self, sight: Sight, mark: Mark) -> None:
+        """Turn the scope so that a mark comes to the picture's middle."""
+        if sight.heading is None:
             self._tilt_to(MIDDLE, mark)
         else:
             self._turn_to(sight, mark)
-
-    # Acts
 
     def approach(self, sight: Sight, *, finely: bool = False) -> None:
         """Bring where the shaft goes onto the mark, then go in."""
@@ -191,15 +222,17 @@ class Trainee:
 
     def _free(self) -> None:
         """Draw back, and try another way past what is in the way."""
-        self.person.say("stuck: draws back")
+        self._freed += 1
+        back = 3 * min(self._freed, 5)
+        self.person.say(f"stuck: draws back {back}")
         rng = self.person.rng
-        self.person.go(-3)
+        self.person.go(-back)
         self.person.stroke(
             rng.uniform(-90.0, 90.0),
             rng.uniform(-90.0, 90.0),
             Qt.MouseButton.LeftButton,
         )
-        self._nearest_mm, self._vain = math.inf, 0
+        self._nearest_mm, self._vain, self._same = math.inf, 0, 0
 
     def _wander(self) -> None:
         """Nothing is marked: wait a little, then look round."""
