@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from app.window.connection.arm_thread import HEAD, ArmThread
 from app.window.page import Page, problem_label
 from app.window.page_style import page_sheet
+from app.window.texts import later, tr
 from devices.registration.registration_file import save_registration
 from disk import UserError
 from paravol.registration.arm_registration import Registered, RegistrationOrder
@@ -31,21 +32,21 @@ from paravol.registration.record_rows import registration_rows
 from paravol.trainee import FoundDevice
 
 ROWS = (
-    "Arm",
-    "Home position",
-    "Counts",
-    "Tip",
-    "Poses",
-    "Noise at rest",
-    "Pedals down",
+    later("Arm"),
+    later("Home position"),
+    later("Counts"),
+    later("Tip"),
+    later("Poses"),
+    later("Noise at rest"),
+    later("Pedals down"),
 )
 NONE = "--"
-LOOKING = "Looking for the arm…"
-ABOUT = (
+LOOKING = later("Looking for the arm…")
+ABOUT = later(
     "A registration says where the arm stands beside the head. It holds until the arm "
     "is switched off or moved."
 )
-EMULATED = (
+EMULATED = later(
     "The emulated arm goes through a registration by itself, for you to see; in "
     "flights it is registered anew each time."
 )
@@ -69,11 +70,11 @@ class ConnectionPage(Page):
         """
         super().__init__()
         self.setObjectName("page")
-        self.title = "PARAVOL: connection"
+        self.title = tr("PARAVOL: connection")
         data = platformdirs.user_data_path("paravol", appauthor=False)
         self._folder = data / "registrations" if folder is None else folder
         self._ports: list[str | None] = [d.port for d in devices if d.port] + [None]
-        titles = [d.title for d in devices if d.port] + ["Emulated arm"]
+        titles = [d.title for d in devices if d.port] + [tr("Emulated arm")]
         self._problems = [d.problem for d in devices if d.port] + [""]
         self._is_registering = False
         self.arm = ArmThread()
@@ -83,20 +84,20 @@ class ConnectionPage(Page):
             self.chooser.setCurrentIndex(self._ports.index(chosen))
         self.figures = {name: _label(NONE, "figure") for name in ROWS}
         self.problem = problem_label()
-        self.state = _label("Not registered", "heading")
+        self.state = _label(tr("Not registered"), "heading")
         self.step = _label("", "body")
         self.share = QProgressBar()
         self.share.setTextVisible(False)
         self.log = QPlainTextEdit()
         self.log.setReadOnly(True)
-        self.log.setAccessibleName("What to do, and what came of it")
-        self.pivot = QCheckBox("Find the tip first (&pivot)")
-        self.trace = QCheckBox("&Trace the skin at the end")
+        self.log.setAccessibleName(tr("What to do, and what came of it"))
+        self.pivot = QCheckBox(tr("Find the tip first (&pivot)"))
+        self.trace = QCheckBox(tr("&Trace the skin at the end"))
         for box in (self.pivot, self.trace):
             box.setChecked(True)
-        self.start = QPushButton("Register")
+        self.start = QPushButton(tr("Register"))
         self.start.setObjectName("primary")
-        self.back = QPushButton("Back")
+        self.back = QPushButton(tr("Back"))
         self._lay_out()
         self.chooser.currentIndexChanged.connect(self._look)
         self.start.clicked.connect(self._switch)
@@ -118,21 +119,21 @@ class ConnectionPage(Page):
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()
-        label = QLabel("&Device")
+        label = QLabel(tr("&Device"))
         label.setBuddy(self.chooser)
         head.addWidget(label)
         head.addWidget(self.chooser, 1)
         head.addWidget(self.back)
         self._table = QGridLayout()
         for row, (name, figure) in enumerate(self.figures.items()):
-            self._table.addWidget(QLabel(name), row, 0)
+            self._table.addWidget(QLabel(tr(name)), row, 0)
             self._table.addWidget(figure, row, 1)
         self._table.setColumnStretch(1, 1)
         self._table.setRowStretch(len(ROWS), 1)
         now = _card(self._table)
         steps = QVBoxLayout()
         steps.addWidget(self.state)
-        steps.addWidget(_label(ABOUT))
+        steps.addWidget(_label(tr(ABOUT)))
         choices = QHBoxLayout()
         choices.addWidget(self.pivot)
         choices.addWidget(self.trace)
@@ -186,22 +187,22 @@ class ConnectionPage(Page):
             figure.setText(NONE)
         self._say_problem(self._problems[self.chooser.currentIndex()])
         if not self.problem.text():
-            self.figures["Arm"].setText(LOOKING)
+            self.figures["Arm"].setText(tr(LOOKING))
             self.arm.watch(self.port)
         if self.port is None and not self.log.toPlainText():
-            self.log.setPlainText(EMULATED)
+            self.log.setPlainText(tr(EMULATED))
 
     @Slot()
     def _switch(self) -> None:
         """Begin a registration, or end the one that is under way."""
         if self._is_registering:
-            self.log.appendPlainText("Ended; nothing was written.")
+            self.log.appendPlainText(tr("Ended; nothing was written."))
             self._look()
             return
         self.log.clear()
         self._say_problem("")
         self._set_registering(True)
-        self.step.setText(LOOKING)
+        self.step.setText(tr(LOOKING))
         self.arm.register(
             RegistrationOrder(
                 HEAD, self.port, self.pivot.isChecked(), self.trace.isChecked()
@@ -210,7 +211,7 @@ class ConnectionPage(Page):
 
     def _set_registering(self, is_on: bool) -> None:
         self._is_registering = is_on
-        self.start.setText("Stop" if is_on else "Register")
+        self.start.setText(tr("Stop") if is_on else tr("Register"))
         for part in (self.chooser, self.pivot, self.trace):
             part.setEnabled(not is_on)
         self.share.setVisible(is_on)
@@ -218,7 +219,7 @@ class ConnectionPage(Page):
         self.step.setText("")
 
     def _say_problem(self, text: str) -> None:
-        if text and self.figures["Arm"].text() == LOOKING:
+        if text and self.figures["Arm"].text() == tr(LOOKING):
             self.figures["Arm"].setText(NONE)
         self.problem.setText(text)
         self.problem.setVisible(bool(text))
@@ -226,7 +227,7 @@ class ConnectionPage(Page):
     @Slot(str, str)
     def _on_connected(self, about: str, home: str) -> None:
         self.figures["Arm"].setText(about)
-        self.figures["Home position"].setText(home)
+        self.figures["Home position"].setText(tr(home))
 
     @Slot(object)
     def _on_reading(self, reading: ArmReading) -> None:
@@ -234,17 +235,20 @@ class ConnectionPage(Page):
         rate, noise = reading.rate_hz, reading.noise_mm
         texts = {
             "Counts": "  ".join(str(count) for count in reading.counts),
-            "Tip": f"{x:.1f}  {y:.1f}  {z:.1f} mm in the arm's frame",
-            "Poses": NONE if rate is None else f"{rate:.0f} a second",
-            "Noise at rest": "moving" if noise is None else f"{noise:.3f} mm rms",
-            "Pedals down": ", ".join(reading.pedals) or "none",
+            "Tip": tr("{x:.1f}  {y:.1f}  {z:.1f} mm in the arm's frame", x=x, y=y, z=z),
+            "Poses": NONE if rate is None else tr("{rate:.0f} a second", rate=rate),
+            "Noise at rest": tr("moving")
+            if noise is None
+            else tr("{noise:.3f} mm rms", noise=noise),
+            "Pedals down": ", ".join(tr(pedal) for pedal in reading.pedals)
+            or tr("none"),
         }
         for name, text in texts.items():
             self.figures[name].setText(text)
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
-        self.step.setText(stage)
+        self.step.setText(tr(stage))
         self.share.setRange(0, 100)
         self.share.setValue(round(100 * share))
 
@@ -253,9 +257,13 @@ class ConnectionPage(Page):
         """Tell the figures, and write the file of a real arm."""
         record = found.record
         for name, text in registration_rows(record, found.true_mm):
-            self.log.appendPlainText(f"{name}: {text}")
-        within = "" if record.within_budget else ", over the budget"
-        self.state.setText(f"Registered: {record.residual_rms_mm:.2f} mm rms{within}")
+            self.log.appendPlainText(f"{tr(name)}: {tr(text)}")
+        told = (
+            later("Registered: {rms_mm:.2f} mm rms")
+            if record.within_budget
+            else later("Registered: {rms_mm:.2f} mm rms, over the budget")
+        )
+        self.state.setText(tr(told, rms_mm=record.residual_rms_mm))
         port = self.port
         if port is None:
             return
@@ -263,9 +271,13 @@ class ConnectionPage(Page):
         try:
             save_registration(file, record)
         except (OSError, UserError) as error:
-            self._say_problem(f"{file} cannot be written: {error}.")
+            self._say_problem(
+                tr("{file} cannot be written: {error}.", file=file, error=error)
+            )
             return
-        self.log.appendPlainText(f"Written to {file}; flights from here use it.")
+        self.log.appendPlainText(
+            tr("Written to {file}; flights from here use it.", file=file)
+        )
         self.registered.emit(port, file)
 
     @Slot()

@@ -7,9 +7,10 @@ from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 
 from app.window.style import OVER, font_of
+from app.window.texts import later, tr
 from paravol.flight import FlightEnd
 
-CLOSE_HINT = "Q closes the window."
+CLOSE_HINT = later("Q closes the window.")
 
 SMALLEST = 0.75
 """A card that is too tall is written so much smaller, at most; smaller is not read."""
@@ -43,7 +44,8 @@ class ResultCard:
     @staticmethod
     def fitting(room: QRect, end: FlightEnd, scale: float) -> "ResultCard":
         """Return the card in the middle of the room, as large as fits, up to scale."""
-        rows, where = end.rows(), end.where()
+        rows = [(tr(name), tr(text)) for name, text in end.rows()]
+        where = end.where()
         card = _laid_out(room, rows, where, scale)
         while card.box.height() > room.height() and card.scale > SMALLEST * scale:
             card = _laid_out(
@@ -53,7 +55,10 @@ class ResultCard:
             return card
 
         def shortened(kept: int) -> ResultCard:
-            more = f"{len(rows) - kept} more rows are printed when the window closes"
+            more = tr(
+                "{rows} more rows are printed when the window closes",
+                rows=len(rows) - kept,
+            )
             return _laid_out(room, [*rows[:kept], ("...", more)], where, card.scale)
 
         kept = bisect_right(
@@ -132,7 +137,9 @@ def paint_result(painter: QPainter, room: QRect, end: FlightEnd, scale: float) -
     left, top = box.left() + _MARGIN * scale, box.top() + _MARGIN * scale
     painter.setFont(large)
     painter.setPen(OVER.ink)
-    painter.drawText(QRectF(left, top, inner, card.title_height), _WRAPPED, end.title)
+    painter.drawText(
+        QRectF(left, top, inner, card.title_height), _WRAPPED, tr(end.title)
+    )
     top += card.title_height
     painter.setFont(plain)
     for name, text in card.rows:
@@ -150,5 +157,5 @@ def paint_result(painter: QPainter, room: QRect, end: FlightEnd, scale: float) -
     top += where_height + gap
     hint_height = QFontMetricsF(plain).height()
     painter.drawText(
-        QRectF(left, top, inner, hint_height), int(_FLAG.AlignLeft), CLOSE_HINT
+        QRectF(left, top, inner, hint_height), int(_FLAG.AlignLeft), tr(CLOSE_HINT)
     )

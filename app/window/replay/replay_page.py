@@ -33,6 +33,7 @@ from app.window.replay.replay_thread import ReplayThread
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
 from app.window.replay.welcome_card import WelcomeCard
+from app.window.texts import later, tr
 from devices.port import HostClock
 from paravol.player import Player
 from paravol.readings import Readings
@@ -61,14 +62,13 @@ class ReplayPage(Page):
     shown = Signal()
     """A picture is there."""
 
-    title = "PARAVOL: replay"
-
     def __init__(self, bundles: Sequence[Path] = (), *, edge_samples: int = 0) -> None:
         """Open one bundle, or two to compare; none waits for one to be dropped.
 
         edge_samples: samples a pixel for smooth edges in the overview.
         """
         super().__init__()
+        self.title = tr("PARAVOL: replay")
         self._edge_samples = edge_samples
         self._thread: ReplayThread | None = None
         self._opening: ReplayThread | None = None
@@ -94,7 +94,7 @@ class ReplayPage(Page):
         self.line, self.transport = TimeLine(), Transport()
         self.welcome = WelcomeCard()
         self.problem = problem_label()
-        self.find_case = QPushButton("Find its case…")
+        self.find_case = QPushButton(tr("Find its case…"))
         self.find_case.hide()
         self._looks = [
             LookEvents(picture, self._look) for picture in (self.picture, self.beside)
@@ -222,7 +222,7 @@ class ReplayPage(Page):
         thread.measured.connect(self._on_measured)
         thread.unmeasured.connect(self._on_unmeasured)
         thread.pictured.connect(self._on_pictured)
-        self._on_stage("Opening the session", 0.0)
+        self._on_stage(later("Opening the session"), 0.0)
         thread.worker.start()
 
     def _is_left(self) -> bool:
@@ -231,7 +231,9 @@ class ReplayPage(Page):
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(stage, "This is quick once it was done before.", share)
+        self._notices.say(
+            tr(stage), tr("This is quick once it was done before."), share
+        )
 
     @Slot(object)
     def _on_opened(self, opened: OpenedReplay) -> None:
@@ -259,11 +261,12 @@ class ReplayPage(Page):
         self._plays_on = False
         if opened.has_damage:
             self._notices.notify(
-                "A part of this recording is lost", "The rest is shown."
+                tr("A part of this recording is lost"), tr("The rest is shown.")
             )
         elif not opened.is_complete:
             self._notices.notify(
-                "This recording ends in the middle", "What was recorded is shown."
+                tr("This recording ends in the middle"),
+                tr("What was recorded is shown."),
             )
         self._go(self._player.begin_s)
 
@@ -279,7 +282,7 @@ class ReplayPage(Page):
         side.book.written.connect(self._note)
         side.book.removed.connect(self._remove_note)
         side.events.show_marks(opened.marks)
-        side.metrics.say("Being measured")
+        side.metrics.say(tr("Being measured"))
         self._marks = list(opened.marks)
         if before is not None:
             self._middle.removeWidget(before)
@@ -303,24 +306,26 @@ class ReplayPage(Page):
         self._notices.say("")
 
     def _refuse(self, problem: str, lacks_case: bool = False) -> None:
-        self.problem.setText(problem)
+        self.problem.setText(tr(problem))
         self.problem.setVisible(bool(problem))
         self.find_case.setVisible(lacks_case)
 
     @Slot()
     def _ask_bundle(self) -> None:
-        if folder := self._ask("Open a recorded session"):
+        if folder := self._ask(tr("Open a recorded session")):
             self.open([folder])
 
     @Slot()
     def _ask_beside(self) -> None:
-        if self._opened is not None and (folder := self._ask("Compare with a session")):
+        if self._opened is None:
+            return
+        if folder := self._ask(tr("Compare with a session")):
             self.compare_with(folder)
 
     @Slot()
     def _ask_case(self) -> None:
         refused = self._refused
-        if refused is not None and (folder := self._ask("Where is its case?")):
+        if refused is not None and (folder := self._ask(tr("Where is its case?"))):
             self.replay(replace(refused, case=folder))
 
     def _ask(self, title: str) -> Path | None:
@@ -364,11 +369,14 @@ class ReplayPage(Page):
             return
         mark = next_mark(self._marks, self._player.position_s, step)
         if mark is None:
-            ends = "no later event" if step > 0 else "no earlier event"
-            self._notices.notify(f"There is {ends}", "")
+            none = [tr("There is no earlier event"), tr("There is no later event")]
+            self._notices.notify(none[step > 0], "")
             return
         self.seek(mark.time_s)
-        self._notices.notify(mark.text, f"{mark.kind} at {mark.time_s:.1f} s")
+        self._notices.notify(
+            tr(mark.text),
+            tr("{kind} at {time_s:.1f} s", kind=tr(mark.kind), time_s=mark.time_s),
+        )
 
     def _go(self, time_s: float) -> None:
         """Jump; the clock stands until the moment is shown."""
@@ -384,7 +392,7 @@ class ReplayPage(Page):
     def _take_speed(self, speed: float) -> None:
         if self._player is not None:
             self._player.speed = speed
-        self._notices.notify(f"Speed {speed:g}x", "")
+        self._notices.notify(tr("Speed {speed:g}x", speed=speed), "")
 
     @Slot()
     def _tick(self) -> None:
@@ -416,7 +424,9 @@ class ReplayPage(Page):
     def _on_sought(self, share: float) -> None:
         if not self._is_left():
             self._is_told_to_go = True
-            self._notices.say("Going there", "A later wish overtakes this one.", share)
+            self._notices.say(
+                tr("Going there"), tr("A later wish overtakes this one."), share
+            )
 
     @Slot()
     def _on_arrived(self) -> None:
@@ -455,12 +465,16 @@ class ReplayPage(Page):
         here, there, opened = shown.here, shown.there, self._opened
         assert opened is not None
         order, frame = opened.order, here.recorded
-        words = "between two recorded frames"
+        words = tr("between two recorded frames")
         if shown.is_free:
-            words = "own view: V goes back"
+            words = tr("own view: V goes back")
         elif here.is_recorded is not None and frame is not None:
-            same = "the same bits as in flight" if here.is_recorded else "DIFFERS"
-            words = f"frame {frame.number}: {same}"
+            same, other = tr("the same bits as in flight"), tr("DIFFERS")
+            words = tr(
+                "frame {number}: {same}",
+                number=frame.number,
+                same=same if here.is_recorded else other,
+            )
         self.transport.say(words)
         first, second = self._captions
         first.setText(f"{order.folder.name} · {clock_text(here.sample.time_s)}")
@@ -470,7 +484,7 @@ class ReplayPage(Page):
     @Slot(str, str)
     def _on_told(self, title: str, detail: str) -> None:
         if not self._is_left():
-            self._notices.notify(title, detail)
+            self._notices.notify(tr(title), tr(detail))
 
     @Slot(object)
     def _on_head(self, head: HeadModel) -> None:
@@ -510,8 +524,10 @@ class ReplayPage(Page):
     @Slot(str, float)
     def _on_measuring(self, stage: str, share: float) -> None:
         if not self._is_left() and self._side is not None:
-            self._side.metrics.say(f"{stage}: {share:.0%}")
-            self._gauges.show_status(f"Measuring the session: {share:.0%}")
+            self._side.metrics.say(f"{tr(stage)}: {share:.0%}")
+            self._gauges.show_status(
+                tr("Measuring the session: {share:.0%}", share=share)
+            )
 
     @Slot(float)
     def _on_near(self, until_s: float) -> None:
@@ -526,12 +542,12 @@ class ReplayPage(Page):
         self._show_marks()
         self._side.events.show_marks(marks)
         self._side.metrics.show_rows(rows)
-        self._gauges.show_status("F1: all keys")
+        self._gauges.show_status(tr("F1: all keys"))
 
     @Slot(str)
     def _on_unmeasured(self, problem: str) -> None:
         if not self._is_left() and self._side is not None:
-            self._side.metrics.say("Not measured", problem)
+            self._side.metrics.say(tr("Not measured"), tr(problem))
             self._gauges.show_status("")
 
     @Slot(object)
@@ -564,10 +580,11 @@ class ReplayPage(Page):
         if self._is_free:
             keys = " ".join(key_map.KEYS.printed[place] for place in "WSAD")
             self._notices.notify(
-                "Your own view", f"Drag looks around, {keys} and the wheel go · V: back"
+                tr("Your own view"),
+                tr("Drag looks around, {keys} and the wheel go · V: back", keys=keys),
             )
         else:
-            self._notices.notify("The recorded view", "")
+            self._notices.notify(tr("The recorded view"), "")
 
     def _look(self, move: CameraMove) -> None:
         """Look elsewhere; who drags in the recorded view leaves it."""
@@ -608,9 +625,13 @@ class ReplayPage(Page):
             return
         by_landmarks = self.transport.align.currentIndex() == 0
         self._thread.worker.align_by(landmarks=by_landmarks)
-        names = "; ".join(self._opened.aligned_by) or "nothing that both reached"
-        detail = names if by_landmarks else "from their first moments on"
-        self._notices.notify(f"Aligned {self.transport.align.currentText()}", detail)
+        names = "; ".join(map(tr, self._opened.aligned_by))
+        if by_landmarks:
+            title = tr("Aligned by landmarks")
+            detail = names or tr("nothing that both reached")
+        else:
+            title, detail = tr("Aligned by time"), tr("from their first moments on")
+        self._notices.notify(title, detail)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key."""

@@ -25,6 +25,7 @@ from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.replay.time_line import clock_text
+from app.window.texts import later, tr
 from paravol.readings import tool_text
 from paravol.replays.replay_worker import Row
 from paravol.replays.time_marks import TimeMark
@@ -35,22 +36,22 @@ from scenarios.bundle.notes import LONGEST_NOTE
 _TIME = Qt.ItemDataRole.UserRole
 
 KEYS = (
-    ("Space", "play, pause"),
-    ("← →", "a frame back, ahead; Shift: a second"),
-    ("↑ ↓", "faster, slower"),
-    ("Pg↑ Pg↓", "event before, after"),
-    ("Home End", "to the begin, to the end"),
-    ("V", "leave the recorded view, come back"),
-    ("drag, wheel", "look around, go ahead"),
-    ("@W @S @A @D", "ahead, back, left, right"),
-    ("@R @F @Z @X", "up, down; roll"),
-    ("K", "draw this moment at high quality"),
-    ("N", "write a note"),
-    ("B  L", "compare with another; align"),
-    ("M  C", "slices: CT, MR, both; open the head"),
-    ("I", "hint to the task"),
-    ("O", "open another session"),
-    ("F  Q  F1", "full screen; leave; this list"),
+    (later("Space"), later("play, pause")),
+    ("← →", later("a frame back, ahead; Shift: a second")),
+    ("↑ ↓", later("faster, slower")),
+    (later("Pg↑ Pg↓"), later("event before, after")),
+    (later("Home End"), later("to the begin, to the end")),
+    ("V", later("leave the recorded view, come back")),
+    (later("drag, wheel"), later("look around, go ahead")),
+    ("@W @S @A @D", later("ahead, back, left, right")),
+    ("@R @F @Z @X", later("up, down; roll")),
+    ("K", later("draw this moment at high quality")),
+    ("N", later("write a note")),
+    ("B  L", later("compare with another; align")),
+    ("M  C", later("slices: CT, MR, both; open the head")),
+    ("I", later("hint to the task")),
+    ("O", later("open another session")),
+    ("F  Q  F1", later("full screen; leave; this list")),
 )
 
 
@@ -62,7 +63,7 @@ class EventList(QListWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Events")
+        self.setAccessibleName(tr("Events"))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setWordWrap(True)
         self.itemActivated.connect(self._seek)
@@ -75,7 +76,7 @@ class EventList(QListWidget):
         """List these marks."""
         self.clear()
         for mark in marks:
-            item = QListWidgetItem(f"{clock_text(mark.time_s)}  {mark.text}")
+            item = QListWidgetItem(f"{clock_text(mark.time_s)}  {tr(mark.text)}")
             item.setData(_TIME, mark.time_s)
             self.addItem(item)
 
@@ -85,12 +86,12 @@ class MetricTable(QTreeWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Metrics")
+        self.setAccessibleName(tr("Metrics"))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setRootIsDecorated(False)
         self.setWordWrap(True)
         self.setColumnCount(2)
-        self.setHeaderLabels(["Metric", "Value"])
+        self.setHeaderLabels([tr("Metric"), tr("Value")])
         self.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
 
     def say(self, text: str, why: str = "") -> None:
@@ -106,13 +107,14 @@ class MetricTable(QTreeWidget):
     def show_rows(self, rows: Sequence[Row]) -> None:
         """Show these rows."""
         is_compared = any(other for _, _, other in rows)
-        labels = ["Metric", "This session", "The other"]
+        labels = [tr("Metric"), tr("This session"), tr("The other")]
         self.setColumnCount(3 if is_compared else 2)
-        self.setHeaderLabels(labels if is_compared else ["Metric", "Value"])
+        self.setHeaderLabels(labels if is_compared else [tr("Metric"), tr("Value")])
         self.clear()
         for row in rows:
-            item = QTreeWidgetItem(list(row))
-            for column, text in enumerate(row):
+            texts = [tr(text) for text in row]
+            item = QTreeWidgetItem(texts)
+            for column, text in enumerate(texts):
                 item.setToolTip(column, text)
             self.addTopLevelItem(item)
 
@@ -130,17 +132,17 @@ class NoteBook(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.notes = QListWidget()
-        self.notes.setAccessibleName("Notes")
+        self.notes.setAccessibleName(tr("Notes"))
         self.notes.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.notes.setWordWrap(True)
         self.notes.itemActivated.connect(self._seek)
         self.notes.itemClicked.connect(self._seek)
         self.line = QLineEdit()
-        self.line.setAccessibleName("Note about this moment")
-        self.line.setPlaceholderText("Note about this moment; Enter keeps it")
+        self.line.setAccessibleName(tr("Note about this moment"))
+        self.line.setPlaceholderText(tr("Note about this moment; Enter keeps it"))
         self.line.setMaxLength(LONGEST_NOTE)
         self.line.returnPressed.connect(self._write)
-        self.remove = QPushButton("Remove")
+        self.remove = QPushButton(tr("Remove"))
         self.remove.clicked.connect(self._remove)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -189,7 +191,7 @@ class ReplaySide(QWidget):
         self._info.setObjectName("status")
         self._info.setWordWrap(True)
         self.slices.told.connect(self._info.setText)
-        title = QLabel(scenario.title)
+        title = QLabel(tr(scenario.title))
         title.setObjectName("title")
         title.setWordWrap(True)
         self.moments = MomentView()
@@ -200,11 +202,11 @@ class ReplaySide(QWidget):
         self.tabs.setDocumentMode(True)
         self.tabs.tabBar().setDrawBase(False)
         self.tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.tabs.addTab(self.events, "Events")
-        self.tabs.addTab(self.metrics, "Metrics")
-        self.tabs.addTab(self.book, "Notes")
+        self.tabs.addTab(self.events, tr("Events"))
+        self.tabs.addTab(self.metrics, tr("Metrics"))
+        self.tabs.addTab(self.book, tr("Notes"))
         self._keys = _keys()
-        self.tabs.addTab(self._keys, "Keys")
+        self.tabs.addTab(self._keys, tr("Keys"))
         column = self._column = QVBoxLayout(self)
         column.addWidget(title)
         column.addWidget(self.tasks)
@@ -224,7 +226,7 @@ class ReplaySide(QWidget):
 
     def show_tool(self, tool: InstrumentState) -> None:
         """Say which tool was in hand, and what it did."""
-        text = f"In hand: {tool_text(tool)}"
+        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
         if self._tool.text() != text:
             self._tool.setText(text)
 
@@ -240,15 +242,15 @@ class ReplaySide(QWidget):
 
 def _keys() -> QWidget:
     words = QTreeWidget()
-    words.setAccessibleName("Keys")
+    words.setAccessibleName(tr("Keys"))
     words.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     words.setRootIsDecorated(False)
     words.setColumnCount(2)
     words.setHeaderHidden(True)
     for key, does in KEYS:
         # of a place, what the user's keyboard prints there
-        shown = re.sub("@(.)", lambda found: key_map.KEYS.printed[found[1]], key)
-        words.addTopLevelItem(QTreeWidgetItem([shown, does]))
+        shown = re.sub("@(.)", lambda found: key_map.KEYS.printed[found[1]], tr(key))
+        words.addTopLevelItem(QTreeWidgetItem([shown, tr(does)]))
     words.resizeColumnToContents(0)
     return words
 

@@ -26,6 +26,7 @@ from app.window.style import (
     WARNING,
     font_of,
 )
+from app.window.texts import tr
 from paravol.keyframes import APART_S
 from paravol.replays.time_marks import MarkKind, TimeMark
 
@@ -62,7 +63,7 @@ class TimeLine(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setMouseTracking(True)
-        self.setAccessibleName("Time line")
+        self.setAccessibleName(tr("Time line"))
         self._scale = 1.0
         self._span = 0.0, 1.0
         self._at_s = 0.0
@@ -102,7 +103,7 @@ class TimeLine(QWidget):
         """Stand at a time."""
         if time_s != self._at_s:
             self._at_s = time_s
-            self.setAccessibleDescription(f"{time_s:.1f} seconds")
+            self.setAccessibleDescription(tr("{time_s:.1f} seconds", time_s=time_s))
             self.update()
 
     def x_of(self, time_s: float) -> float:
@@ -148,7 +149,7 @@ class TimeLine(QWidget):
             mark = self.mark_at(QPointF(event.pos()))
             words = f"{self.time_at(event.pos().x()):.2f} s"
             if mark is not None:
-                words = f"{mark.time_s:.1f} s · {mark.text}"
+                words = f"{mark.time_s:.1f} s · {tr(mark.text)}"
             QToolTip.showText(event.globalPos(), words, self)
             return True
         return super().event(event)
@@ -183,7 +184,7 @@ class TimeLine(QWidget):
             painter.setPen(QColor(QUIET))
             names = QRectF(0.0, top, left - 8.0 * scale, high)
             right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            painter.drawText(names, int(right), str(kind))
+            painter.drawText(names, int(right), tr(kind))
             painter.setPen(QPen(QColor(EDGE), 1.0))
             middle = top + high / 2.0
             painter.drawLine(QPointF(left, middle), QPointF(left + width, middle))

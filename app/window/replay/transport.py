@@ -11,9 +11,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.replay.time_line import clock_text
+from app.window.texts import later, tr
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
-PLAY, PAUSE = "▶ Play", "❚❚ Pause"
+PLAY, PAUSE = later("▶ Play"), later("❚❚ Pause")
 
 
 class Transport(QWidget):
@@ -29,11 +30,11 @@ class Transport(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.play = self._button(PLAY, "Play or pause (Space)")
+        self.play = self._button(tr(PLAY), tr("Play or pause (Space)"))
         self.play.clicked.connect(lambda: self.played.emit())
         self.speed = QComboBox()
-        self.speed.setAccessibleName("Speed")
-        self.speed.setToolTip("Speed (↑ ↓)")
+        self.speed.setAccessibleName(tr("Speed"))
+        self.speed.setToolTip(tr("Speed (↑ ↓)"))
         for speed in SPEEDS:
             self.speed.addItem(f"{speed:g}x", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
@@ -42,29 +43,33 @@ class Transport(QWidget):
         self.clock.setObjectName("clock")
         self.state = QLabel()
         self.state.setObjectName("caption")
-        self.own = self._button("Own view", "Leave the recorded view, come back (V)")
+        self.own = self._button(
+            tr("Own view"), tr("Leave the recorded view, come back (V)")
+        )
         self.own.setCheckable(True)
-        self.keep = self._button("High quality", "Draw this moment anew (K)")
-        self.note = self._button("Note", "Write a note about this moment (N)")
-        self.compare = self._button("Compare…", "Show another session beside it (B)")
+        self.keep = self._button(tr("High quality"), tr("Draw this moment anew (K)"))
+        self.note = self._button(tr("Note"), tr("Write a note about this moment (N)"))
+        self.compare = self._button(
+            tr("Compare…"), tr("Show another session beside it (B)")
+        )
         self.align = QComboBox()
-        self.align.setAccessibleName("Align by")
-        self.align.setToolTip("What ties both sessions together (L)")
-        self.align.addItems(["by landmarks", "by time"])
+        self.align.setAccessibleName(tr("Align by"))
+        self.align.setToolTip(tr("What ties both sessions together (L)"))
+        self.align.addItems([tr("by landmarks"), tr("by time")])
         self.align.hide()
-        self.open = self._button("Open…", "Open another session (O)")
-        self.leave = self._button("Leave (Q)", "Leave the replay (Q)")
+        self.open = self._button(tr("Open…"), tr("Open another session (O)"))
+        self.leave = self._button(tr("Leave (Q)"), tr("Leave the replay (Q)"))
         rows = self._rows = QVBoxLayout(self)
         first, second = QHBoxLayout(), QHBoxLayout()
         for text, tip, signal, step in (
-            ("«", "The event before (Page up)", self.event_wanted, -1),
-            ("◂", "A frame back (←)", self.stepped, -1),
+            ("«", tr("The event before (Page up)"), self.event_wanted, -1),
+            ("◂", tr("A frame back (←)"), self.stepped, -1),
         ):
             first.addWidget(self._stepper(text, tip, signal, step))
         first.addWidget(self.play)
         for text, tip, signal, step in (
-            ("▸", "A frame ahead (→)", self.stepped, 1),
-            ("»", "The next event (Page down)", self.event_wanted, 1),
+            ("▸", tr("A frame ahead (→)"), self.stepped, 1),
+            ("»", tr("The next event (Page down)"), self.event_wanted, 1),
         ):
             first.addWidget(self._stepper(text, tip, signal, step))
         first.addWidget(self.speed)
@@ -120,7 +125,7 @@ class Transport(QWidget):
 
     def show_playing(self, is_playing: bool) -> None:
         """Say what the button does next."""
-        text = PAUSE if is_playing else PLAY
+        text = tr(PAUSE if is_playing else PLAY)
         if self.play.text() != text:
             self.play.setText(text)
 

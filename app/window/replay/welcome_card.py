@@ -18,9 +18,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.page_style import page_sheet
+from app.window.texts import later, tr
 
-WELCOME = "Which session shall be replayed?"
-HOW = (
+WELCOME = later("Which session shall be replayed?")
+HOW = later(
     "Drop a folder NAME.paravol on the window, or two of them to compare them; "
     "or choose one of your last flights."
 )
@@ -40,13 +41,13 @@ class WelcomeCard(QWidget):
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.recent = _RecentList()
-        self.recent.setAccessibleName("The last flights, the newest first")
-        self.open = QPushButton("Open a folder… (O)")
+        self.recent.setAccessibleName(tr("The last flights, the newest first"))
+        self.open = QPushButton(tr("Open a folder… (O)"))
         self.open.setObjectName("primary")
-        self.leave = QPushButton("Leave (Q)")
+        self.leave = QPushButton(tr("Leave (Q)"))
         card = QFrame()
         card.setObjectName("card")
-        title, how = QLabel(WELCOME), QLabel(HOW)
+        title, how = QLabel(tr(WELCOME)), QLabel(tr(HOW))
         title.setObjectName("heading")
         how.setWordWrap(True)
         buttons = QHBoxLayout()
@@ -86,7 +87,7 @@ class WelcomeCard(QWidget):
             if self.isVisible():
                 self.recent.setFocus()
         else:
-            none = QListWidgetItem("No flight is recorded yet.")
+            none = QListWidgetItem(tr("No flight is recorded yet."))
             none.setFlags(Qt.ItemFlag.NoItemFlags)
             self.recent.addItem(none)
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QColorDialog, QWidget
 
 from app.window.keyboard.places import american
 from app.window.style import BACKGROUND, EDGE, INK, QUIET, READY, font_of
+from app.window.texts import tr
 from paravol.volume import LookPoint, Scan, VolumeLook
 
 _RADIUS, _REACH = 6.0, 12.0
@@ -40,10 +41,12 @@ class TransferEditor(QWidget):
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(QSize(240, 120))
-        self.setAccessibleName("Transfer function")
+        self.setAccessibleName(tr("Transfer function"))
         self.setToolTip(
-            "Drag a point; double click adds one; C or a right click: its colour; "
-            "Delete takes it out; Tab is the next, arrows move it"
+            tr(
+                "Drag a point; double click adds one; C or a right click: its colour; "
+                "Delete takes it out; Tab is the next, arrows move it"
+            )
         )
         self._scale = 1.0
         self._scan: Scan | None = None
@@ -188,7 +191,9 @@ class TransferEditor(QWidget):
         assert self._look is not None
         point = self._look.points[self._at]
         chosen = QColorDialog.getColor(
-            QColor(point.colour), self, f"Colour at {point.density:.0f}"
+            QColor(point.colour),
+            self,
+            tr("Colour at {density:.0f}", density=point.density),
         )
         if chosen.isValid():
             self.recolour(chosen.name())
@@ -249,6 +254,11 @@ class TransferEditor(QWidget):
         painter.setFont(font_of(9, scale))
         painter.setPen(QColor(QUIET))
         unit = " HU" if self._scan.is_ct else ""
-        told = f"{point.density:.0f}{unit}: opacity {point.opacity:.2f} a mm"
+        told = tr(
+            "{density:.0f}{unit}: opacity {opacity:.2f} a mm",
+            density=point.density,
+            unit=unit,
+            opacity=point.opacity,
+        )
         painter.drawText(self.rect(), int(Qt.AlignmentFlag.AlignTop), f"  {told}")
         painter.end()

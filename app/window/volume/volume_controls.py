@@ -15,22 +15,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.texts import later, tr
 from app.window.volume.transfer_editor import TransferEditor
 from paravol.volume import Method, Scan, VolumeLook, presets
 
 METHODS = {
-    "Volume: splats, quick": Method.SPLATS,
-    "Volume: points, quickest": Method.POINTS,
-    "Volume: rays": Method.RAYS,
-    "Volume: fine rays, slow": Method.FINE_RAYS,
-    "Surface": None,
+    later("Volume: splats, quick"): Method.SPLATS,
+    later("Volume: points, quickest"): Method.POINTS,
+    later("Volume: rays"): Method.RAYS,
+    later("Volume: fine rays, slow"): Method.FINE_RAYS,
+    later("Surface"): None,
 }
 """What can be chosen, and its method; None for the surface."""
 
 _LIGHTS = {
-    "Light from everywhere": "ambient",
-    "Light from four sides": "diffuse",
-    "Glints": "specular",
+    later("Light from everywhere"): "ambient",
+    later("Light from four sides"): "diffuse",
+    later("Glints"): "specular",
 }
 _STEPS = 200
 
@@ -50,13 +51,16 @@ class VolumeControls(QWidget):
         self._is_filling = False
         self.scan_box, self.preset, self.method = QComboBox(), QComboBox(), QComboBox()
         for scan in scans:
-            self.scan_box.addItem(scan.title)
-        self.method.addItems(list(METHODS))
+            self.scan_box.addItem(tr(scan.title))
+        self.method.addItems([tr(name) for name in METHODS])
         self.editor = TransferEditor()
-        self.threshold = _slider("Threshold of the fuzzy set")
-        self.surface = _slider("Density of the surface")
-        self.lights = {field: _slider(name) for name, field in _LIGHTS.items()}
-        self.load, self.save = QPushButton("Open look..."), QPushButton("Save look...")
+        self.threshold = _slider(tr("Threshold of the fuzzy set"))
+        self.surface = _slider(tr("Density of the surface"))
+        self.lights = {field: _slider(tr(name)) for name, field in _LIGHTS.items()}
+        self.load, self.save = (
+            QPushButton(tr("Open look...")),
+            QPushButton(tr("Save look...")),
+        )
         self._figures: dict[QSlider, QLabel] = {}
         self._looks = presets(self._scans[0])
         self.look = self._looks[0]
@@ -79,7 +83,7 @@ class VolumeControls(QWidget):
     @property
     def chosen_method(self) -> Method | None:
         """Return how it is drawn; None for the surface."""
-        return METHODS[self.method.currentText()]
+        return list(METHODS.values())[self.method.currentIndex()]
 
     def show_look(self, look: VolumeLook) -> None:
         """Take over a look, and have it drawn."""
@@ -97,17 +101,17 @@ class VolumeControls(QWidget):
         self._column = QVBoxLayout(self)
         form = QFormLayout()
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
-        form.addRow("&Scan", self.scan_box)
-        form.addRow("&Look", self.preset)
-        form.addRow("&Drawn as", self.method)
+        form.addRow(tr("&Scan"), self.scan_box)
+        form.addRow(tr("&Look"), self.preset)
+        form.addRow(tr("&Drawn as"), self.method)
         self._column.addLayout(form)
         self._column.addWidget(self.editor, 1)
         sliders = QFormLayout()
         sliders.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         named = {
-            "&Threshold": self.threshold,
-            "S&urface at": self.surface,
-            **{name: self.lights[field] for name, field in _LIGHTS.items()},
+            tr("&Threshold"): self.threshold,
+            tr("S&urface at"): self.surface,
+            **{tr(name): self.lights[field] for name, field in _LIGHTS.items()},
         }
         for name, slider in named.items():
             row, figure = QHBoxLayout(), QLabel()
@@ -129,7 +133,7 @@ class VolumeControls(QWidget):
     def _fill_presets(self) -> None:
         self._is_filling = True
         self.preset.clear()
-        self.preset.addItems([look.name for look in self._looks])
+        self.preset.addItems([tr(look.name) for look in self._looks])
         self._is_filling = False
         self._fill()
 

@@ -11,14 +11,15 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVB
 
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.texts import later, tr
 from app.window.volume.volume_controls import VolumeControls
 from app.window.volume.volume_picture import VolumePicture
 from app.window.volume.volume_thread import Order, VolumeThread, surface_colour
 from disk import UserError
 from paravol.volume import Drawn, Method, Orbit, Scan, Wish, load_look, save_look
 
-LOOKS = "Looks (*.json)"
-KEYS = (
+LOOKS = later("Looks (*.json)")
+KEYS = later(
     "Drag turns · right button shifts · wheel or + - nearer · arrows turn · "
     "Ctrl+O open look · Ctrl+S save look · F11 full screen · Esc back"
 )
@@ -46,7 +47,7 @@ class VolumePage(TextPage):
         self.drawing = VolumeThread(scans, threads)
         self._heading = QLabel(title)
         self._heading.setObjectName("heading")
-        self._back = QPushButton("Back")
+        self._back = QPushButton(tr("Back"))
         self._lay_out()
         self._settling = QTimer(self)
         self._settling.setSingleShot(True)
@@ -65,7 +66,7 @@ class VolumePage(TextPage):
         self.drawing.drawn.connect(self._on_drawn)
         self.drawing.growing.connect(self._on_growing)
         for told in (self.drawing.refining, self.drawing.failed):
-            told.connect(self.picture.say)
+            told.connect(self._say)
         for keys, does in (
             ("Ctrl+O", self._on_load),
             ("Ctrl+S", self._on_save),
@@ -85,7 +86,7 @@ class VolumePage(TextPage):
         middle = QHBoxLayout()
         middle.addWidget(self.picture, 5)
         middle.addWidget(self.controls, 3)
-        keys = QLabel(KEYS)
+        keys = QLabel(tr(KEYS))
         keys.setWordWrap(True)
         self._rows.addLayout(head)
         self._rows.addWidget(self.problem)
@@ -114,7 +115,7 @@ class VolumePage(TextPage):
         try:
             self.controls.show_look(load_look(file))
         except UserError as error:
-            self.picture.say(str(error))
+            self.picture.say(tr(str(error)))
 
     def keep_look(self, file: Path) -> None:
         """Write the look into a file; what goes wrong is said."""
@@ -123,17 +124,23 @@ class VolumePage(TextPage):
         try:
             save_look(self.controls.look, file)
         except OSError as error:
-            self.picture.say(f"{file} cannot be written: {error.strerror}.")
+            self.picture.say(
+                tr(
+                    "{file} cannot be written: {error}.",
+                    file=file,
+                    error=error.strerror,
+                )
+            )
         else:
-            self.picture.say(f"The look is saved in {file}")
+            self.picture.say(tr("The look is saved in {file}", file=file))
 
     def _on_load(self) -> None:
-        name, _ = QFileDialog.getOpenFileName(self, "Open a look", "", LOOKS)
+        name, _ = QFileDialog.getOpenFileName(self, tr("Open a look"), "", tr(LOOKS))
         if name:
             self.open_look(Path(name))
 
     def _on_save(self) -> None:
-        name, _ = QFileDialog.getSaveFileName(self, "Save the look", "", LOOKS)
+        name, _ = QFileDialog.getSaveFileName(self, tr("Save the look"), "", tr(LOOKS))
         if name:
             self.keep_look(Path(name))
 
@@ -165,13 +172,17 @@ class VolumePage(TextPage):
         took_s = drawn.seconds
         told = f"{1e3 * took_s:.0f} ms" if took_s < 1.0 else f"{took_s:.1f} s"
         if drawn.splats is not None:
-            told += f" · {drawn.splats:,} splats"
+            told += tr(" · {splats:,} splats", splats=drawn.splats)
         self.picture.say(told)
+
+    @Slot(str)
+    def _say(self, text: str) -> None:
+        self.picture.say(tr(text))
 
     @Slot(float)
     def _on_growing(self, share: float) -> None:
         self._grown = share
-        self.picture.say(f"rays: {share:.0%}")
+        self.picture.say(tr("rays: {share:.0%}", share=share))
 
     @Slot()
     def _look(self) -> None:
@@ -180,6 +191,6 @@ class VolumePage(TextPage):
         if not stage:
             self._busy_since_s, self._grown = now_s, 0.0
         busy_s = now_s - self._busy_since_s
-        told = f"{stage} · {busy_s:.0f} s" if busy_s >= SILENT_S else ""
+        told = f"{tr(stage)} · {busy_s:.0f} s" if busy_s >= SILENT_S else ""
         if told != self.stage.text():
             self.show_stage(told, self._grown)

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
 from app.window.style import BACKGROUND, INK, QUIET, font_of
+from app.window.texts import tr
 from paravol.volume import Orbit
 
 _DEG_PER_PX = 0.4
@@ -40,7 +41,7 @@ class VolumePicture(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName("Picture of the scan")
+        self.setAccessibleName(tr("Picture of the scan"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(QSize(240, 240))
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)

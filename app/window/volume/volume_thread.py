@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.vtk.volume_surface import SurfaceDrawer
 from app.window.background_work import words_for
+from app.window.texts import later
 from disk import UserError
 from paravol.volume import Drawn, Method, Scan, VolumeLook, VolumeView, Wish
 from paravol.volume.volume_view import half
@@ -31,8 +32,8 @@ class Order:
 LEFT_AFTER_S = 0.4
 """Who leaves does not wait longer: what is just being compiled ends by itself."""
 
-ROUGH = "A rough surface is being made"
-VOLUME = "The volume is being made; the first time, its kernels are compiled"
+ROUGH = later("A rough surface is being made")
+VOLUME = later("The volume is being made; the first time, its kernels are compiled")
 
 
 class VolumeThread(QObject):
@@ -134,7 +135,7 @@ class VolumeThread(QObject):
             colour = surface_colour(wish.look)
             pixels = surfaces.draw(volume, wish.look, colour, camera, is_coarse=True)
             self.drawn.emit(Drawn(pixels, time.monotonic() - begun))
-            self.refining.emit("a coarse surface, until the volume is there")
+            self.refining.emit(later("a coarse surface, until the volume is there"))
 
     def _draw_volume(self, order: Order) -> None:
         """Draw splats or rays, something quick before what is slow."""
@@ -166,7 +167,7 @@ class VolumeThread(QObject):
         if order.is_moving or self._wanted is not None or self._is_closed:
             return
         if not is_there:
-            self.refining.emit("a coarse surface; the fine one is being made")
+            self.refining.emit(later("a coarse surface; the fine one is being made"))
         draw(False)
 
     def _goes_on(self, share: float) -> bool:
