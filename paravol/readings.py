@@ -85,8 +85,8 @@ class Readings:
         """
         words = [
             _figure(self.fps, "{:.0f} fps"),
-            "pose " + _figure(self.pose_age_ms, "{:.0f} ms"),
-            "registration " + _figure(self.registration_mm, "{:.2f} mm"),
+            f"pose {_figure(self.pose_age_ms, '{:.0f} ms')}",
+            f"registration {_figure(self.registration_mm, '{:.2f} mm')}",
             picture,
             "recording" if is_recording else "not recording",
         ]
@@ -150,7 +150,7 @@ def tool_text(state: InstrumentState) -> str:
     tool, words = instrument_named(state.name), [state.name]
     if tool.has_jaws:
         ends = "half open" if state.jaw > JAW_OPEN else "open"
-        words.append("jaws " + ("closed" if state.jaw >= JAW_CLOSED else ends))
+        words.append(f"jaws {'closed' if state.jaw >= JAW_CLOSED else ends}")
     elif state.is_working:
         words.append("working")
     if tool.suction_ml_s > 0.0:

@@ -114,7 +114,7 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
         (
             f"injury: {injury.structure}",
             f"{injury.depth_mm:.1f} mm deep at {injury.time_s:.1f} s, {injury.side}, "
-            f"{'through the ' + injury.wall if injury.wall else 'no bone there'}, "
+            f"{f'through the {injury.wall}' if injury.wall else 'no bone there'}, "
             f"by the {injury.by}",
         )
         for injury in figures.injuries

@@ -69,14 +69,14 @@ class BackgroundWork(QObject):
         staged = stage, round(share, 2)
         if staged != self._staged:
             self._staged = staged
-            self.staged.emit(*staged)
+            self.staged.emit(tr(stage), share)
 
 
 def words_for(error: BaseException) -> str:
     """Return what to tell of an error; of a defect of ours, standard error has more."""
     told = sentence(error) if isinstance(error, Exception) else None
     if told is not None:
-        return told
+        return tr(told)
     traceback.print_exception(error, file=sys.stderr)
     return tr(
         "The program made a mistake ({kind}: {error}).",

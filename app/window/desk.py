@@ -189,7 +189,7 @@ class Desk(QObject):
         self._window.show_page(page)
         self._leave_flights()
         self._do(lambda _: import_module(REPLAY_PAGE), lambda _: None)
-        page.say(problem or self._file.told)
+        page.say(problem or tr(self._file.told))
         if self._known.record is not None:
             self._fill_home(self._known)
         self._read_record()
@@ -258,7 +258,7 @@ class Desk(QObject):
         if page is None:
             return
         if record.told:
-            page.say(record.told)
+            page.say(tr(record.told))
         page.bar.show_trainees(record.trainees, self._trainee)
         page.show_ladder(record.ladder, known.cases, self._choices.exercise)
         if is_first and HOME_TOUR not in self._choices.tours:
@@ -283,7 +283,7 @@ class Desk(QObject):
         self._choose(device)
         self._remember(device=device.words)
         if (page := self._page(HomePage)) is not None:
-            page.say(device.problem)
+            page.say(tr(device.problem))
 
     def _choose(self, device: FoundDevice) -> None:
         self._device = device.words
@@ -354,7 +354,7 @@ class Desk(QObject):
         record = self._known.record
         known = None if record is None else record.ladder.find(exercise)
         if known is not None and known.door is Door.LOCKED:
-            waits = ", ".join(known.waits)
+            waits = ", ".join(map(tr, known.waits))
             self._tell(
                 tr(
                     "{title} is locked: first pass {waits}.",

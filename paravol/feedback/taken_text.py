@@ -25,4 +25,4 @@ def taken_text(before: Mapping[str, float], after: Mapping[str, float]) -> str:
     if not named:
         return "Nothing was taken"
     words = [f"{name} {mm3:.0f} mm³" for mm3, name in sorted(named, reverse=True)]
-    return "Taken: " + ", ".join(words)
+    return f"Taken: {', '.join(words)}"

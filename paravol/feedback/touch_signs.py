@@ -100,10 +100,9 @@ class TouchSigns:
         """Return the force, the one that breaks what is pressed on, and its name."""
         if self.force_n is None:
             return UNKNOWN
-        words = f"{self._force():.1f}"
+        words = f"{self._force():.1f} N"
         if self.share > 0.0 and self.limit_n is not None:
-            words += f" of {self.limit_n:.1f}"
-        words += " N"
+            words = f"{self._force():.1f} of {self.limit_n:.1f} N"
         if self.share > 0.0 and self.wall:
             words += f", {self.wall}"
         return words

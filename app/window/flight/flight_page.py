@@ -407,8 +407,8 @@ class FlightPage(Page):
 
     @Slot(str, bool, str)
     def _on_task(self, name: str, is_done: bool, text: str) -> None:
-        title = tr("Done") if is_done else tr("Failed: {name}", name=name)
-        self._notices.notify(title, text)
+        title = tr("Done") if is_done else tr("Failed: {name}", name=tr(name))
+        self._notices.notify(title, tr(text))
 
     @Slot()
     def _on_overview_changed(self) -> None:
@@ -416,7 +416,9 @@ class FlightPage(Page):
 
     @Slot(str, float)
     def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(stage, tr("This is quick once it was done before."), share)
+        self._notices.say(
+            tr(stage), tr("This is quick once it was done before."), share
+        )
 
     @Slot(object)
     def _on_head(self, head: "HeadModel") -> None:
@@ -424,7 +426,7 @@ class FlightPage(Page):
 
     @Slot(str)
     def _on_unseen(self, why: str) -> None:
-        self._overview.tell(why)
+        self._overview.tell(tr(why))
         self._begin()
 
     def _begin(self) -> None:
@@ -435,7 +437,8 @@ class FlightPage(Page):
         if BLIND in self._stands:
             self.stand(BLIND, False)
             self._notices.notify(
-                tr("The clock runs"), tr("Fly with {name}", name=self._order.input.name)
+                tr("The clock runs"),
+                tr("Fly with {name}", name=tr(self._order.input.name)),
             )
         self.begun.emit()
 
@@ -456,11 +459,11 @@ class FlightPage(Page):
             self._notices.say(
                 tr(
                     "Touch the {name} ({number} of {count})",
-                    name=name,
+                    name=tr(name),
                     number=touched + 1,
                     count=len(fiducials),
                 ),
-                how,
+                tr(how),
                 touched / len(fiducials),
             )
         self._overview.show_fiducials(positions, touched)
@@ -473,7 +476,7 @@ class FlightPage(Page):
         self._notices.say("")
         if residual_mm is None:
             self._notices.notify(
-                tr("Ready"), tr("Fly with {name}.", name=self._order.input.name)
+                tr("Ready"), tr("Fly with {name}.", name=tr(self._order.input.name))
             )
         else:
             fiducials = self._order.scenario.fiducial_positions()
@@ -529,9 +532,10 @@ class FlightPage(Page):
             self._bars_due_s = now_s + BARS_S
             self._bars.show_signs(signs, self._sound.caption)
         pointer = frame.pointer if frame is not None and not self._is_away else None
-        self.picture.point_at(pointer, signs.hazard_text(), hazard_look(signs, OVER)[0])
+        words = tr(signs.hazard_text())
+        self.picture.point_at(pointer, words, hazard_look(signs, OVER)[0])
         if signs.breaks > before.breaks:
-            self._notices.notify(*signs.break_text())
+            self._notices.notify(*map(tr, signs.break_text()))
 
     def _tell_taken(self, frame: DisplayedFrame) -> None:
         """Say what a tool took, when its pedal is let go."""
@@ -542,8 +546,8 @@ class FlightPage(Page):
             before, self._taken_mm3 = self._taken_mm3, None
             if takes_tissue(frame.tool.name):
                 self._notices.notify(
-                    taken_text(before, frame.signs.taken_mm3),
-                    frame.tool.name.capitalize(),
+                    tr(taken_text(before, frame.signs.taken_mm3)),
+                    tr(frame.tool.name.capitalize()),
                 )
 
     def _tell_stuck(self) -> None:
@@ -557,7 +561,7 @@ class FlightPage(Page):
         if not stuck or stuck == was or self._frame is None:
             return
         if stuck == "scope":
-            touched = self._frame.view.touched or tr("the nostril")
+            touched = tr(self._frame.view.touched or "the nostril")
             self._notices.notify(
                 tr("Stuck at {touched}", touched=touched),
                 tr(
@@ -567,7 +571,7 @@ class FlightPage(Page):
                 ),
             )
         else:
-            touched = self._frame.view.tool_touched or tr("the scope")
+            touched = tr(self._frame.view.tool_touched or "the scope")
             self._notices.notify(
                 tr("The tool does not get there: {touched}", touched=touched),
                 tr("Point elsewhere, or make room: move the scope aside or back."),
@@ -582,11 +586,11 @@ class FlightPage(Page):
 
     @Slot(str, str)
     def _on_view_kept(self, said: str, where: str) -> None:
-        self._notices.notify(said, where)
+        self._notices.notify(tr(said), tr(where))
 
     @Slot(str)
     def _on_injury(self, text: str) -> None:
-        what, _, how = text.partition(": ")
+        what, how = (tr(part) for part in text.split(": ", 1))
         self._injury = tr("injury: {what}", what=what)
         self._injured_until_s = time.monotonic() + INJURY_S
         self._notices.notify(tr("Injury: {what}", what=what), how)
@@ -594,11 +598,11 @@ class FlightPage(Page):
 
     @Slot(str)
     def _on_tool_device(self, text: str) -> None:
-        self._notices.notify(tr("The tool's device"), text)
+        self._notices.notify(tr("The tool's device"), tr(text))
 
     @Slot(str)
     def _on_late(self, text: str) -> None:
-        self._notices.notify(tr("The flight stood still"), text)
+        self._notices.notify(tr("The flight stood still"), tr(text))
 
     @Slot()
     def _on_away(self) -> None:
@@ -609,7 +613,7 @@ class FlightPage(Page):
             tr("The device is away"),
             tr(
                 "{name}: check plugs and power; the session goes on by itself.",
-                name=self._order.input.name,
+                name=tr(self._order.input.name),
             ),
         )
 
@@ -642,15 +646,15 @@ class FlightPage(Page):
         What it merely touches is only named.
         """
         frame, pressed = self._frame, ""
-        touched = "" if frame is None else frame.view.touched
+        touched = "" if frame is None else tr(frame.view.touched)
         if frame is not None and not touched and frame.view.tool_touched:
-            touched = tr("{touched} (tool)", touched=frame.view.tool_touched)
+            touched = tr("{touched} (tool)", touched=tr(frame.view.tool_touched))
         if self._readings().is_pressing:
             pressed = tr("pressing: {touched}", touched=touched)
         if time.monotonic() < self._injured_until_s:
             pressed = self._injury
         if frame is not None and frame.is_frozen and BLIND not in self._stands:
-            pressed = "frozen"
+            pressed = tr("frozen")
         self.picture.warn(tr("not live") if self._is_away else pressed, touched)
 
     def _readings(self) -> Readings:

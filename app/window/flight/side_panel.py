@@ -47,7 +47,7 @@ class SideColumn(QWidget):
                 diameter_mm=scope.diameter_mm,
                 name=tr(order.input.name),
             )
-            + ("" if second is None else tr(" · tool: {name}", name=second.name))
+            + ("" if second is None else tr(" · tool: {name}", name=tr(second.name)))
             + tr(" · {help}: all keys", help=KEYS.label(Act.HELP))
         )
         about.setWordWrap(True)
@@ -63,7 +63,7 @@ class SideColumn(QWidget):
 
     def show_tool(self, tool: InstrumentState) -> None:
         """Say which tool is in hand, and what it does."""
-        text = tr("In hand: {tool}", tool=tool_text(tool))
+        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
         if self._tool.text() != text:
             self._tool.setText(text)
 

@@ -97,7 +97,8 @@ class ExerciseCard(QFrame):
         waits = ""
         if exercise.door is Door.LOCKED:
             waits = tr(
-                "Locked: first pass {exercises}.", exercises=_listed(exercise.waits)
+                "Locked: first pass {exercises}.",
+                exercises=_listed([*map(tr, exercise.waits)]),
             )
         learnt = tr("You learn to\n") + "\n".join(
             "•  " + tr(w) for w in learns(scenario)
@@ -109,7 +110,7 @@ class ExerciseCard(QFrame):
         self._offer(tr("Start") if not waits else tr("Locked"), is_open=not waits)
 
     def _show_case(self, case: KnownCase) -> None:
-        self._fill(case.title, case.about, tr("A free flight through this head."))
+        self._fill(case.title, tr(case.about), tr("A free flight through this head."))
         where = str(case.folder)
         self._labels[5].setText(where)
         self._labels[5].setVisible(True)
@@ -133,7 +134,7 @@ def _results_text(exercise: Exercise) -> str:
     for attempt in reversed(exercise.attempts[-LAST_RUNS:]):
         how = tr(
             "{points}  in {duration_s:.0f} s",
-            points=attempt_text(attempt, exercise.scenario),
+            points=tr(attempt_text(attempt, exercise.scenario)),
             duration_s=attempt.duration_s,
         )
         lines.append(f"{attempt.begun[:10]}   {how}")
@@ -144,7 +145,7 @@ def _results_text(exercise: Exercise) -> str:
     return tr("Your results (✓ points, or ✗ tasks done)\n") + "\n".join(lines)
 
 
-def _listed(names: tuple[str, ...]) -> str:
+def _listed(names: list[str]) -> str:
     return (
         tr(" and ").join([", ".join(names[:-1]), names[-1]]) if names[1:] else names[0]
     )

@@ -133,7 +133,7 @@ class ExerciseList(QTreeWidget):
             tr(exercise.scenario.title),
             tr(_MARKS.get(exercise.door, "open")),
             str(len(attempts)) if attempts else "",
-            attempt_text(attempts[-1], exercise.scenario) if attempts else "",
+            tr(attempt_text(attempts[-1], exercise.scenario)) if attempts else "",
             percent_text(exercise.best_percent),
         ]
         ink = QUIET if exercise.door is Door.LOCKED else INK

@@ -111,7 +111,7 @@ class HomeBar(QWidget):
             problem = tr(" (not usable)") if device.problem else ""
             self.device.addItem(tr(device.title) + problem)
             place = self.device.count() - 1
-            told = device.problem or tr(device.title)
+            told = tr(device.problem or device.title)
             self.device.setItemData(place, told, Qt.ItemDataRole.ToolTipRole)
         if not is_all:
             self.device.setItemText(0, tr(devices[0].title) + tr(SEARCHING))
@@ -129,7 +129,7 @@ class HomeBar(QWidget):
             self._name = demand_name(name)
         except UserError as error:
             self.trainee.setEditText(self._name)
-            self.refused.emit(str(error))
+            self.refused.emit(tr(str(error)))
             return
         self.refused.emit("")
         self.trainee_chosen.emit(self._name)

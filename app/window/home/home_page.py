@@ -152,7 +152,7 @@ class HomePage(TextPage):
 
     def choose_device(self, device: FoundDevice) -> None:
         """Say what stands in the way of a device."""
-        self.say(device.problem)
+        self.say(tr(device.problem))
 
     def start_tour(self) -> None:
         """Show what there is on this page."""
@@ -227,7 +227,7 @@ class HomePage(TextPage):
                     tr(
                         "{exercise} is locked: first pass {others}.",
                         exercise=tr(short_title(entry.exercise.scenario)),
-                        others=", ".join(entry.exercise.waits),
+                        others=", ".join(map(tr, entry.exercise.waits)),
                     )
                 )
                 return

@@ -61,7 +61,7 @@ class RecoveryCard(QFrame):
                 "A flight was cut off: {title}, {length_s:.0f} s, begun "
                 "{begun}. Its recording is there up to the last half "
                 "second.",
-                title=first.title,
+                title=tr(first.title),
                 length_s=first.length_s,
                 begun=begun,
             )

@@ -43,7 +43,7 @@ class Gauges(QWidget):
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""
-        texts = readings.texts()
+        texts = {caption: tr(text) for caption, text in readings.texts().items()}
         for caption, figure in self._figures.items():
             if figure.text() != texts[caption]:
                 figure.setText(texts[caption])

@@ -8,6 +8,7 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from app.window.panels.result_card import panel_colour
 from app.window.style import OVER, font_of
+from app.window.texts import tr
 from paravol.guide import GuideMark, NameMark
 
 GUIDE = "#56b4e9"
@@ -43,7 +44,7 @@ def paint_names(
     taken: list[QRectF] = []
     for name in names:
         place = _place(square, name.x, name.y)
-        box = _box(painter, square, place, name.name, scale, 6.0)
+        box = _box(painter, square, place, tr(name.name), scale, 6.0)
         if any(box.intersects(other) for other in taken):
             continue
         taken.append(box)
@@ -51,7 +52,7 @@ def paint_names(
         painter.drawPoint(place)
         painter.setPen(QPen(QColor(OVER.ink), 3.0 * scale))
         painter.drawPoint(place)
-        _write(painter, box, name.name, scale)
+        _write(painter, box, tr(name.name), scale)
     painter.restore()
 
 
@@ -69,7 +70,7 @@ def _paint_goal(
         painter.drawArc(round_, 90 * 16, -round(360 * 16 * min(mark.progress, 1.0)))
     painter.setPen(QPen(QColor(GUIDE), 3.0 * scale))
     painter.drawPoint(place)
-    _say(painter, square, place, f"{mark.what} · {mark.text()}", scale, 18.0)
+    _say(painter, square, place, f"{tr(mark.what)} · {tr(mark.text())}", scale, 18.0)
 
 
 def _paint_next(
@@ -92,7 +93,7 @@ def _paint_next(
             pen.setStyle(Qt.PenStyle.DashLine)
             painter.setPen(pen)
             painter.drawLine(middle, place)
-    _say(painter, square, place, mark.text(), scale, 14.0)
+    _say(painter, square, place, tr(mark.text()), scale, 14.0)
 
 
 def _paint_arrow(
@@ -108,7 +109,9 @@ def _paint_arrow(
     painter.setPen(QPen(_DARK, 2.5 * scale))
     painter.setBrush(QColor(GUIDE))
     painter.drawPolygon(QPolygonF([foot - aside * half, tip, foot + aside * half]))
-    text = mark.text() if not mark.is_goal else f"{mark.what} · {mark.text()}"
+    text = (
+        tr(mark.text()) if not mark.is_goal else f"{tr(mark.what)} · {tr(mark.text())}"
+    )
     _say(painter, square, foot - along * half, text, scale, 8.0)
 
 

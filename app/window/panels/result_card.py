@@ -45,7 +45,7 @@ class ResultCard:
     def fitting(room: QRect, end: FlightEnd, scale: float) -> "ResultCard":
         """Return the card in the middle of the room, as large as fits, up to scale."""
         rows = [(tr(name), tr(text)) for name, text in end.rows()]
-        where = end.where()
+        where = tr(end.where())
         card = _laid_out(room, rows, where, scale)
         while card.box.height() > room.height() and card.scale > SMALLEST * scale:
             card = _laid_out(

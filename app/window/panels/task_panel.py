@@ -71,7 +71,7 @@ class TaskPanel(QWidget):
         text = tr("{done} of {count} tasks done", done=done, count=len(states))
         if failed:
             text += tr(
-                " · {count} failed: {why}", count=len(failed), why=failed[-1].why
+                " · {count} failed: {why}", count=len(failed), why=tr(failed[-1].why)
             )
         _set_text(self._count, text + self._way)
         shown = self._open()[:SHOWN]
@@ -95,7 +95,7 @@ class TaskPanel(QWidget):
         """
         way = ""
         if guide is not None:
-            way = tr(" · {way} to {place}", way=guide.text(), place=tr(guide.what))
+            way = tr(" · {way} to {place}", way=tr(guide.text()), place=tr(guide.what))
         elif self._open() and not is_on:
             way = tr(" · {guide} shows the way", guide=KEYS.label(Act.GUIDE))
         if way != self._way:

@@ -100,8 +100,8 @@ class TouchBars(QWidget):
             self._signs, self._sound = signs, sound
             words = tr(
                 "Force {force}. Hazard {hazard}.",
-                force=signs.force_text(),
-                hazard=signs.hazard_text(),
+                force=tr(signs.force_text()),
+                hazard=tr(signs.hazard_text()),
             )
             self.setAccessibleName(words)
             self.update()
@@ -122,11 +122,16 @@ class TouchBars(QWidget):
     def _paint_force(self, painter: QPainter, place: QRectF) -> None:
         signs, scale = self._signs, self._scale
         colour, pattern = _strain_colour(signs.strain), _PATTERNS[signs.strain]
-        word = "" if signs.strain is Strain.NONE else signs.strain.value
+        word = "" if signs.strain is Strain.NONE else tr(signs.strain.value)
         sign = "▲ " if signs.strain in _ALARMING else ""
-        words = [each for each in (sign + word, "bite" * self._is_bite) if each]
+        words = [each for each in (sign + word, tr("bite") * self._is_bite) if each]
         self._words(
-            painter, place, tr("Force"), signs.force_text(), " · ".join(words), colour
+            painter,
+            place,
+            tr("Force"),
+            tr(signs.force_text()),
+            " · ".join(words),
+            colour,
         )
         bar = self._bar(place)
         painter.fillRect(bar, EDGE)
@@ -154,7 +159,12 @@ class TouchBars(QWidget):
         colour, word = hazard_look(signs)
         words = [each for each in (word, self._sound) if each]
         self._words(
-            painter, place, tr("Hazard"), signs.hazard_text(), " · ".join(words), colour
+            painter,
+            place,
+            tr("Hazard"),
+            tr(signs.hazard_text()),
+            " · ".join(words),
+            colour,
         )
         bar = self._bar(place)
         painter.fillRect(bar, EDGE)

@@ -37,12 +37,12 @@ class PointsList(QFrame):
         row = 0
         self._put(_label(tr("Where the points come from"), "subheading"), row, 0, 3)
         row += 1
-        self._put(_label(points_text(assessment)), row, 0, 3)
+        self._put(_label(tr(points_text(assessment))), row, 0, 3)
         for fail in assessment.fails:
             row += 1
             text = tr(
                 "{why}: at most {most_percent:g} points in all.",
-                why=fail.why,
+                why=tr(fail.why),
                 most_percent=fail.most_percent,
             )
             self._put(_label(text, "alarm"), row, 0, 3)
@@ -53,9 +53,9 @@ class PointsList(QFrame):
             bar.setRange(0, 1000)
             share = part.points / part.most_points if part.most_points else 0.0
             bar.setValue(round(1000 * share))
-            bar.setAccessibleName(f"{part.title}: {part_points_text(part)}")
+            bar.setAccessibleName(f"{tr(part.title)}: {part_points_text(part)}")
             self._put(bar, row, 0)
-            self._put(_label(part.title, "body"), row, 1)
+            self._put(_label(tr(part.title), "body"), row, 1)
             points = _label(part_points_text(part), "figure")
             points.setAlignment(Qt.AlignmentFlag.AlignRight)
             self._put(points, row, 2)
@@ -65,7 +65,7 @@ class PointsList(QFrame):
             if remark in points_text(assessment):
                 continue
             row += 1
-            self._put(_label(remark), row, 0, 3)
+            self._put(_label(tr(remark)), row, 0, 3)
         self.set_scale(self._scale)
 
     def _put(
@@ -88,11 +88,11 @@ def part_points_text(part: Part) -> str:
 def reason_text(part: Part) -> str:
     """Return what a part's points were given for, in words."""
     if not part.counts:
-        return tr("Not counted: {reason}", reason=part.reason or part.standing)
+        return tr("Not counted: {reason}", reason=tr(part.reason or part.standing))
     assert part.standing is Standing.SCORED
     full = [value for value, percent in part.thresholds if percent >= 100.0]
     none = [value for value, percent in part.thresholds if percent <= 0.0]
-    text = f"{part.source}: {amount(part)}"
+    text = f"{tr(part.source)}: {tr(amount(part))}"
     if full and none:
         text += tr(
             "; full points at {full:g}, none at {none:g}",
@@ -100,7 +100,7 @@ def reason_text(part: Part) -> str:
             none=none[0],
         )
     return (
-        tr("{text}. No points: {withheld}", text=text, withheld=part.withheld)
+        tr("{text}. No points: {withheld}", text=text, withheld=tr(part.withheld))
         if part.withheld
         else text
     )

@@ -65,7 +65,7 @@ class ResultPage(TextPage):
     def __init__(self, scenario: Scenario, end: FlightEnd, problem: str = "") -> None:
         """Show how a flight ended; problem: what went wrong in it."""
         super().__init__()
-        self.title = f"PARAVOL: {scenario.title}"
+        self.title = f"PARAVOL: {tr(scenario.title)}"
         self._end = end
         self._following = ""
         self.verdict = _label(tr(end.title), "verdict")
@@ -191,20 +191,22 @@ class ResultPage(TextPage):
             self.verdict.setProperty("passed", str(result.has_passed).lower())
             self.verdict.style().polish(self.verdict)
         points = self.handling if self.points.text() else self.points
-        points.setText(total_text(assessment))
+        points.setText(tr(total_text(assessment)))
         self.parts.show_assessment(assessment)
         self.parts.show()
         for advice in result.advice:
-            self._advice.add(advice.title, f"{advice.why} {advice.how}")
+            self._advice.add(tr(advice.title), f"{tr(advice.why)} {tr(advice.how)}")
         self._advice.show()
         self._show_figures(score_rows(self._end.score, result.metrics))
         names = {state.name for state in self._end.score.tasks}
         signs = {True: "✓", False: "✗", None: tr("not known")}
         for mark in result.marks:
             if mark.title not in names:
-                self._tasks.add_row(mark.title, f"{signs[mark.is_met]} {mark.why}")
+                self._tasks.add_row(
+                    tr(mark.title), f"{signs[mark.is_met]} {tr(mark.why)}"
+                )
                 self._tasks.show()
-        self._kept.setText(f"{self._kept.text()}\n{result.kept}".strip())
+        self._kept.setText(f"{self._kept.text()}\n{tr(result.kept)}".strip())
 
     def show_next(self, after: WhatNext) -> None:
         """Say how the exercise stands now, and offer what follows."""
@@ -252,18 +254,18 @@ class ResultPage(TextPage):
             if state.status is Status.DONE and state.name not in goals:
                 told = tr("✓ kept")
             if state.why:
-                told += f": {state.why}"
-            self._tasks.add_row(titles.get(state.name, state.name), told)
+                told += f": {tr(state.why)}"
+            self._tasks.add_row(tr(titles.get(state.name, state.name)), told)
         self._tasks.setVisible(bool(end.score.tasks))
         self._show_figures(end.rows())
-        self._kept.setText(end.where())
+        self._kept.setText(tr(end.where()))
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         """Show these alone, what was hurt first."""
         self._figures.clear()
         hurt = [row for row in rows if row[0].startswith(("injury", "broken"))]
         for row in [*hurt, *(row for row in rows if row not in hurt)]:
-            self._figures.add_row(*row, is_alarm=row in hurt)
+            self._figures.add_row(*map(tr, row), is_alarm=row in hurt)
 
     def _debrief(self) -> None:
         if self._end.record is not None:

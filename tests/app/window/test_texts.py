@@ -6,6 +6,7 @@ German file, to be translated there.
 
 import ast
 import os
+import re
 import shutil
 import string
 import subprocess
@@ -18,13 +19,27 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
+from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import plates
+from anatomy.queries.landmarks import landmarks
+from anatomy.scan.label_names import HAZARDS
+from anatomy.tissue import TISSUES, Label
 from app.window.keyboard.actions import ACTIONS, GESTURES, Group
 from app.window.texts import FOLDER, later, read_po, take_language, tr
 from app.window.themes import THEMES
+from paravol.debrief.events import Kind as EventKind
+from paravol.feedback import Strain
+from paravol.replays.time_marks import MarkKind
 from paravol.trainee.exercises import learns, short_title
 from scenarios import load_scenario
+from scenarios.coverage.sites import SITE_NAMES
 from scenarios.instruments import INSTRUMENTS
+from scenarios.metrics import DEFINITIONS
+from scenarios.rubrics import Standing, Verdict, load_rubric, shipped_rubrics
 from scenarios.scenario import Level, bundled_scenarios
+from scenarios.structures import MUCOSA, NAMES
+from scenarios.tasks import Status
+from scenarios.tasks.head_parts import BULLA, CELLS
 
 WINDOW = FOLDER.parent
 SHOWS = {
@@ -33,6 +48,57 @@ SHOWS = {
     *("notify", "_notify", "say", "ask", "show_stage", "setPlaceholderText"),
 }
 """What shows the texts that it is called with."""
+
+
+BELOW = (
+    *("anatomy/phantom/phantom.py", "devices/controls/gamepad.py"),
+    *("paravol/debrief/advice.py", "paravol/debrief/events.py"),
+    *("paravol/feedback/taken_text.py", "paravol/feedback/touch_signs.py"),
+    *("paravol/flight.py", "paravol/guide/goals.py", "paravol/guide/guide.py"),
+    *("paravol/inputs/arm.py", "paravol/inputs/haptic.py"),
+    *("paravol/inputs/instrument_input.py", "paravol/inputs/second_device.py"),
+    *("paravol/inputs/pose_completer.py", "paravol/inputs/reach.py"),
+    *("paravol/metric_texts.py", "paravol/readings.py", "paravol/score_table.py"),
+    *("paravol/registration/arm_registration.py", "paravol/registration/at_start.py"),
+    *("paravol/registration/record_rows.py", "paravol/registration/walk.py"),
+    *("paravol/replays/replay_worker.py", "paravol/replays/time_marks.py"),
+    *("paravol/session_metrics.py", "paravol/session_replay.py"),
+    *("paravol/trainee", "paravol/unfinished_sessions.py", "paravol/verdict_texts.py"),
+    *("paravol/volume/presets.py", "paravol/volume/scan.py"),
+    *("scenarios/metrics", "scenarios/passing.py"),
+    *("scenarios/rubrics/assess.py", "scenarios/rubrics/assessment.py"),
+    *("scenarios/rubrics/exercise_mark.py", "scenarios/rubrics/population.py"),
+    *("scenarios/structures.py", "scenarios/tasks/rules.py"),
+)
+"""Modules and folders below the window that make texts which it shows."""
+
+SINGLE = {
+    *(
+        "{0}.",
+        "{0} ({1})",
+        "{0} and {1}",
+        "{0} · {1}",
+        "Head: {0}",
+        "Head: reading the case",
+        "Scene: {0}",
+    ),
+    *("broken", "budget", "closed", "failed", "far", "free", "hazards", "injected"),
+    *("open", "points", "tip", "unknown", "working", "tool", "scope", "tissue"),
+    *("contacts", "contact", "landmarks", "sign", "blood", "injuries", "recording"),
+    *("bone", "soft tissue", "right", "left", "count", "assumed", "time", "arm"),
+    "homed this session",
+}
+"""What is made there in single words, or by modules that make little else to read."""
+
+UNREAD = {
+    *("none, emulated or force-dimension", "OpenIGTLink {0}:{1}", "asked for"),
+    *("the record itself", "settings of metrics", "counts of the arm {0}", "Hausdorff"),
+    *("stepped: {0}", "paravol replay {0}", "in all", "earlier choices"),
+}
+"""Texts of those modules that nobody reads."""
+
+_PLACE = re.compile(r"\{\d+(:[^}]*)?\}")
+_UNITS = {"mm", "mm2", "mm3", "mL", "ms", "fps"}
 
 
 def parsed() -> Iterator[tuple[Path, ast.Module]]:
@@ -83,8 +149,88 @@ def wanted() -> set[str]:
         scenario, _ = load_scenario(name)
         found |= {scenario.title, short_title(scenario), scenario.about}
         found |= {*scenario.hints, *learns(scenario)}
-        found |= {text for task in scenario.tasks for text in (task.title, task.hint)}
-    return found - {""}
+        for task in scenario.tasks:
+            found |= {task.title, task.hint, task.name}
+    return (found | made_below()) - {""}
+
+
+def template(node: ast.JoinedStr) -> str:
+    """Return an f-string with its places numbered; words that touch are one place."""
+    told, places = "", 0
+    for part in node.values:
+        if isinstance(part, ast.FormattedValue):
+            form = part.format_spec
+            spec = f":{template(form)}" if isinstance(form, ast.JoinedStr) else ""
+            quote = "'" if part.conversion == ord("r") else ""
+            place = f"{quote}{{{places}{spec}}}{quote}"
+            if not (place == f"{{{places}}}" and told.endswith(f"{{{places - 1}}}")):
+                told += place
+                places += 1
+        elif isinstance(part, ast.Constant):
+            told += str(part.value)
+    return told
+
+
+def made_in(node: ast.AST) -> Iterator[str]:
+    """Return texts of a module, but for errors, documentation and comparisons."""
+    match node:
+        case ast.JoinedStr(values=values):
+            yield template(node)
+            for part in values:
+                if isinstance(part, ast.FormattedValue):
+                    yield from made_in(part.value)
+        case ast.Constant(value=str(text)):
+            yield text
+        case ast.FunctionDef(body=body):
+            for line in body:
+                yield from made_in(line)
+        case (
+            ast.Raise()
+            | ast.Compare()
+            | ast.Subscript()
+            | ast.Expr(value=ast.Constant())
+            | ast.Assign(targets=[ast.Name(id="__all__")])
+        ):
+            return
+        case _:
+            for child in ast.iter_child_nodes(node):
+                yield from made_in(child)
+
+
+def is_read(text: str) -> bool:
+    """Return whether a text of a module below looks like one for people."""
+    rest = _PLACE.sub("", text)
+    words = set(re.findall(r"[^\W\d_]{2,}", rest)) - _UNITS
+    if re.search(r"[/*|\[_]|-\{", text) or text.endswith(" ") or text in UNREAD:
+        return False
+    if rest != text:
+        return " " in text and (bool(words) or ("{0}" in text and rest != " "))
+    is_name = re.fullmatch("[A-Z][a-z]{2,}", text) is not None
+    return bool(words) and (is_name or " " in text[1:])
+
+
+def made_below() -> set[str]:
+    """Return what the modules below make, and the names that they take from tables."""
+    found = {
+        text.removeprefix("  ")
+        for name in BELOW
+        for path in sorted((FOLDER.parents[2] / name).rglob("*.py")) or [Path(name)]
+        for text in made_in(ast.parse(path.read_text(encoding="utf-8")))
+        if is_read(text.removeprefix("  "))
+    }
+    for kinds in (EventKind, MarkKind, Standing, Status, Strain, Verdict):
+        found |= {str(kind.value) for kind in kinds}
+    found |= {*NAMES.values(), *HAZARDS, *INSTRUMENTS, *SITE_NAMES, MUCOSA}
+    found |= {*TISSUES, *(plate.name for plate in plates(PhantomParameters()))}
+    labels = {label.name.lower().replace("_", " ") for label in Label}
+    found |= {BULLA, CELLS, *(name for name in labels if not name.endswith("air"))}
+    found |= {name.partition(",")[0] for name in landmarks(PhantomParameters())}
+    found |= {definition.name for definition in DEFINITIONS}
+    for file in shipped_rubrics():
+        rubric = load_rubric(file)
+        parts = (*rubric.items, *rubric.fails)
+        found |= {rubric.title, *(part.title for part in parts)}
+    return found | SINGLE
 
 
 def quoted(text: str) -> str:
@@ -167,6 +313,31 @@ def test_no_text_is_shown_past_the_catalogue() -> None:
         for words in words_in(argument)
     ]
     assert [line for line in past if "PARAVOL" not in line] == []
+
+
+def filled(text: str, word: str) -> str:
+    """Return a text with a number or a word in each place."""
+    apart = text.replace("}{", "}, {")
+    return _PLACE.sub(lambda place: "3.5" if place[1] else word, apart)
+
+
+@pytest.fixture
+def in_german() -> Iterator[None]:
+    take_language("de")
+    yield
+    take_language("en")
+
+
+def test_what_is_made_below_is_said_with_its_values(
+    german: dict[str, str], in_german: None
+) -> None:
+    made = {text: said for text, said in german.items() if _PLACE.search(text)}
+    for text, said in made.items():
+        assert tr(filled(text, "septum")) == filled(said, "Nasenscheidewand")
+    taken = tr("Taken: uncinate 12 mm³, skin 3 mm³")
+    assert taken == "Entfernt: Processus uncinatus 12 mm³, Haut 3 mm³"
+    file = "a file, of /some/where: septum.nrrd"
+    assert tr(file) == file
 
 
 def test_texts_are_said_in_the_language_that_is_chosen() -> None:
