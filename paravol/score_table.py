@@ -97,7 +97,7 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
     rows = taken_rows(figures) if figures.edits else []
     if figures.washes:
         touched = f"it touched tissue for {figures.lens_touched_s:.1f} s"
-        rows.append(("lens washed", f"{figures.washes} x; {touched}"))
+        rows.append(("lens washed", f"{figures.washes:d} x; {touched}"))
     if figures.injected_ml:
         rows.append(("injected", f"{figures.injected_ml:.2f} mL"))
     if figures.greatest_n or figures.scope_n:
@@ -106,7 +106,7 @@ def operation_rows(figures: OperationFigures) -> list[tuple[str, str]]:
     if figures.breaks:
         rows += [("broken", f"{each}, {each.time_s:.1f} s") for each in figures.breaks]
     elif figures.broken_walls:
-        broken = [f"{name} {n} x" for name, n in sorted(figures.broken_walls.items())]
+        broken = [f"{name} {n:d} x" for name, n in sorted(figures.broken_walls.items())]
         rows.append(("broken", ", ".join(broken)))
     if figures.edits and not figures.injuries:
         rows.append(("injuries", "none"))

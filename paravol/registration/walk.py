@@ -108,7 +108,7 @@ class RegistrationWalk:
         held: list[HeldPoint] = []
         while len(held) < len(names):
             self.guide(stage, len(held) / len(names))
-            self.guide.say(f"  {len(held) + 1} of {len(names)}: {names[len(held)]}")
+            self.guide.say(f"  {len(held) + 1:d} of {len(names):d}: {names[len(held)]}")
             try:
                 held.append(
                     self._until_good(lambda: HeldPoint.of(self._press()), HoldError)
