@@ -24,6 +24,10 @@ INSIDE, WIDENS = 0.6, 1.0
 """A ring is passed straight on from a cone before it: so wide in it, in shares of its
 radius, and so much wider for each mm before it."""
 
+FACING, ASKEW_MM = 0.4, 25.0
+"""Cosine to a wall's normal from which mucosa is well seen; what lies more askew is
+gone to as if it lay so much farther away."""
+
 SKIN_MM = 1.2
 """Tissue that is to be taken begins where it is so near to air."""
 
@@ -180,9 +184,13 @@ def _unseen(task: tasks.Survey, head: GuidedHead, tip_mm: _Doubles) -> Goal | No
     chosen = np.isin(mucosa.site, mucosa.members[name]) & ~watch.seen
     if not chosen.any():
         return None
-    places = mucosa.places[chosen] + 0.5 * mucosa.normals[chosen]
-    nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
-    return Goal(f"{name}, unseen", places[nearest])
+    normals = mucosa.normals[chosen]
+    places = mucosa.places[chosen] + 0.5 * normals
+    ways = tip_mm - places
+    away = np.linalg.norm(ways, axis=1)
+    # what turns its edge to the scope counts only from elsewhere
+    is_askew = np.einsum("nc,nc->n", ways, normals) < FACING * away
+    return Goal(f"{name}, unseen", places[np.argmin(away + ASKEW_MM * is_askew)])
 
 
 def _at(place: tasks.Place, head: GuidedHead) -> _Doubles:

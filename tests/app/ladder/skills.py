@@ -15,8 +15,11 @@ WASH_EACH_S = 6.0
 STUCK_AFTER = 3
 """Moves ahead that brought nothing, before one draws back and looks elsewhere."""
 
-STILL, SAME = 0.04, 8
-"""What is seen has changed by more of its range; so often it may not, before one takes
+SURVEYED_MM = 9.0
+"""From farther away mucosa that is looked at may not count."""
+
+STILL, SAME = 0.02, 12
+"""What is left to go must become less by so much; so often it may not, before one takes
 oneself for stuck."""
 
 Skill = Callable[["Trainee", Sight], None]
@@ -40,9 +43,8 @@ class Trainee:
         self._touched = False
         self._washed_s = 0.0
         self.surgeon = Surgeon(person, self, shoot)
-        self._last: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-        self._same = 0
-        self._freed = 0
+        self._least = math.inf
+        self._same = self._freed = self._aimed = 0
 
     def do_all(self) -> None:
         """Do one task after the other until all are done; LostError if he gives up."""
@@ -89,16 +91,16 @@ class Trainee:
 
     def _forget(self) -> None:
         self._nearest_mm, self._vain, self._waited = math.inf, 0, 0
-        self._same = self._freed = 0
+        self._same, self._freed, self._least = 0, 0, math.inf
 
     def _is_stuck(self, sight: Sight) -> bool:
-        """Tell whether nothing has changed for a while, whatever he did."""
-        mark = sight.mark
-        now = (sight.bar, 0.0, 0.0, 0.0)
+        """Tell whether nothing has come nearer for a while, whatever he did."""
+        mark, place = sight.mark, sight.heading or MIDDLE
+        left = -40.0 * sight.bar
         if mark is not None:
-            now = sight.bar, mark.mm / 40.0, mark.x, mark.y
-        if max(abs(a - b) for a, b in zip(now, self._last, strict=True)) > STILL:
-            self._last, self._same = now, 0
+            left += mark.mm / 40.0 + math.hypot(mark.x - place[0], mark.y - place[1])
+        if left < self._least - STILL:
+            self._least, self._same = left, 0
         self._same += 1
         return self._same > SAME
 
@@ -154,15 +156,19 @@ class Trainee:
             self.approach(sight)
             return
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
-        if mark.is_in and off < 0.3 and 5.0 <= mark.mm <= 25.0 and self._waited < 4:
-            self._waited += 1
-            self.person.wait(0.25)
-            return
-        self._waited = 0
-        if mark.is_in and off < 0.2:
-            self._change_distance(mark)
-        else:
+        if not mark.is_in or off > 0.25:
             self.bring(sight, mark)
+            return
+        self._waited += 1
+        if self._waited % 3:
+            self.person.wait(0.2)
+        elif mark.mm > SURVEYED_MM and self._waited < 12:
+            # from nearby more counts
+            self.person.go(2)
+        elif self._waited % 2:
+            self.person.roll(self.person.rng.choice((-70.0, 70.0)))
+        else:
+            self.person.go(-2)
 
     # Acts
 
@@ -202,9 +208,12 @@ class Trainee:
             least = max(0.04, 0.6 / max(mark.mm, 1.0))
         elif mark.is_in and mark.mm < 8.0:
             least *= 2.0
-        if off > least:
+        # walls may hold the shaft aside: who has aimed twice pushes on
+        if off > least and (finely or self._aimed < 2 or off > 0.3):
+            self._aimed += 1
             self._tilt_to(place, mark)
         else:
+            self._aimed = 0
             self._ahead(mark)
 
     def _ahead(self, mark: Mark) -> None:
@@ -232,7 +241,8 @@ class Trainee:
             rng.uniform(-90.0, 90.0),
             Qt.MouseButton.LeftButton,
         )
-        self._nearest_mm, self._vain, self._same = math.inf, 0, 0
+        self._nearest_mm, self._vain = math.inf, 0
+        self._same, self._least = 0, math.inf
 
     def _wander(self) -> None:
         """Nothing is marked: wait a little, then look round."""
@@ -257,7 +267,7 @@ class Trainee:
                     self._free()
                 elif self._vain >= 2 and (after.is_in or not after.is_goal):
                     # a wall holds the shaft: along it one gets on, too
-                    person.go(2 if self._vain % 3 else -3)
+                    person.go(2 if self._vain % 4 else -2)
                 return
         self._vain = 0
 
