@@ -13,7 +13,7 @@ from scenarios.structures import Structures
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks import task as tasks
 from scenarios.tasks.head_parts import Head, Part
-from scenarios.tasks.rules import SIGHT_STEP_MM
+from scenarios.tasks.rules import SIGHT_STEP_MM, is_in_sight
 
 _Doubles = NDArray[np.float64]
 
@@ -27,6 +27,9 @@ radius, and so much wider for each mm before it."""
 FACING, ASKEW_MM = 0.4, 25.0
 """Cosine to a wall's normal from which mucosa is well seen; what lies more askew is
 gone to as if it lay so much farther away."""
+
+LOOKED_AT = 60
+"""Places of tissue that are tried for sight, at most, the nearest first."""
 
 SKIN_MM = 1.2
 """Tissue that is to be taken begins where it is so near to air."""
@@ -72,18 +75,22 @@ def open_task(
 
 
 def goal_of(
-    task: Task, state: TaskState, head: GuidedHead, tip_mm: _Doubles
+    task: Task,
+    state: TaskState,
+    head: GuidedHead,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles | None = None,
 ) -> Goal | None:
     """Return where to go for a task; None where nobody knows.
 
     tip_mm: ``(3,)`` LPS of what goes there: of places that are as good, the nearest is
-    taken.
+    taken. eye_mm: ``(3,)`` of the lens; tissue that it sees goes before the rest.
     """
     match task:
         case tasks.Follow():
             return _ring(task, state, head, tip_mm)
         case tasks.Remove():
-            return _left(task, head, tip_mm)
+            return _left(task, head, tip_mm, tip_mm if eye_mm is None else eye_mm)
         case tasks.Open():
             return _narrowest(task, head)
         case tasks.Survey():
@@ -110,12 +117,14 @@ def _ring(
     return Goal(f"back before {name}", middle - BEFORE_MM * axis)
 
 
-def _left(task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles) -> Goal | None:
+def _left(
+    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
+) -> Goal | None:
     """Return the nearest tissue that is to be taken and still is there."""
     if head.structures is None:
         return None
     if task.parts:
-        return _left_of_parts(task, head, tip_mm)
+        return _left_of_parts(task, head, tip_mm, eye_mm)
     wanted = [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
     known = {label.name.lower().replace("_", " "): label.value for label in Label}
     numbers = [known[name] for name in wanted if name in known]
@@ -135,12 +144,25 @@ def _left(task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles) -> Goal | None
         places, own = places[keep], own[keep]
     if not len(places):
         return None
-    nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
-    return Goal(" and ".join(wanted), places[nearest])
+    nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
+    return Goal(" and ".join(wanted), nearest)
+
+
+def _nearest_seen(
+    distance: Volume, places: _Doubles, tip_mm: _Doubles, eye_mm: _Doubles
+) -> _Doubles:
+    """Return of places ``(n, 3)`` the nearest to a tip that an eye sees, or any."""
+    order = np.argsort(np.linalg.norm(places - tip_mm, axis=1))
+    for number in order[:: max(len(order) // LOOKED_AT, 1)]:
+        if is_in_sight(distance, eye_mm, places[number]):
+            seen: _Doubles = places[number]
+            return seen
+    nearest: _Doubles = places[order[0]]
+    return nearest
 
 
 def _left_of_parts(
-    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles
+    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
 ) -> Goal | None:
     """Return the nearest tissue of a task's parts that still is there."""
     known = Head(head.distance, head.structures)
@@ -155,8 +177,8 @@ def _left_of_parts(
         deep = head.distance.nearest(places)
         places = places[(deep > 0.0) & (deep < SKIN_MM)]
         if len(places):
-            nearest = np.argmin(np.linalg.norm(places - tip_mm, axis=1))
-            goals.append(Goal(name, places[nearest]))
+            nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
+            goals.append(Goal(name, nearest))
     return min(
         goals,
         key=lambda goal: float(np.linalg.norm(goal.place_mm - tip_mm)),

@@ -81,6 +81,7 @@ class _Ask:
     task: Task
     state: TaskState
     tip_mm: _Doubles
+    eye_mm: _Doubles
     cuts: int
 
 
@@ -156,7 +157,8 @@ class Guide:
         tip = _tip(task, view)
         # a ring that was passed makes another goal
         passed = round(state.progress * 1e6) if isinstance(task, tasks.Follow) else 0
-        ask = _Ask((task.name, passed), task, state, tip, cuts)
+        eye = np.array(view.camera.eye_mm)
+        ask = _Ask((task.name, passed), task, state, tip, eye, cuts)
         found = self._found
         self._ask(ask, found)
         if found is None or found.ask.key != ask.key or found.goal is None:
@@ -184,7 +186,8 @@ class Guide:
             is_cut = found.ask.cuts != ask.cuts
             changes = isinstance(ask.task, tasks.Survey | tasks.Follow)
             moved_mm = float(np.linalg.norm(found.ask.tip_mm - ask.tip_mm))
-            is_lost = found.has_sought and found.way is None and moved_mm > RETRIED_MM
+            has_none = found.way is None or isinstance(ask.task, tasks.Remove)
+            is_lost = found.has_sought and has_none and moved_mm > RETRIED_MM
             if age_s < RENEWED_S or not (is_cut or changes or is_lost):
                 return
         with self._wakes:
@@ -208,7 +211,7 @@ class Guide:
                 continue
 
     def _find(self, ask: _Ask, head: GuidedHead) -> None:
-        goal = goal_of(ask.task, ask.state, head, ask.tip_mm)
+        goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm)
         before = self._found
         found = _Found(ask, time.monotonic(), goal)
         if before is not None and before.goal is not None and goal is not None:

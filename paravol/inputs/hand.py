@@ -128,7 +128,7 @@ def tool_control(
     """
     scope = nostril_fulcrum(patient, path, start, side)
     fulcrum = Fulcrum(tool_pivot(scope.pivot_mm, scope.axis), scope.axis)
-    hold = ToolHold(patient.surface.distance, fulcrum.pivot_mm)
+    hold = ToolHold(patient.surface.distance, fulcrum.pivot_mm, patient.hazards)
     return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold), hold
 
 
@@ -146,7 +146,8 @@ def pointed_tool(
         fulcrum = nostril_fulcrum(patient, path, start)
     except UserError:
         return None
-    return PointedTool(fulcrum, ToolHold(distance, fulcrum.pivot_mm), distance)
+    hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards)
+    return PointedTool(fulcrum, hold, distance)
 
 
 def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:

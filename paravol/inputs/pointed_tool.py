@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.nostril_lines import NostrilLines
-from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, YIELDS_MM, ToolHold
+from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, ToolHold
 from renderers.scene import Camera, Volume
 from scenarios import InstrumentState, tip_frame
 from scenarios.instruments.contact_shape import contact_table, shaft_mm
@@ -32,6 +32,9 @@ OUTSIDE_MM = 15.0
 TIP_MM_S, ENTRY_MM_S, TURN_DEG_S = 60.0, 20.0, 180.0
 """How fast tip, place in the nostril and turn follow what is wanted."""
 
+LUNGE_MM = 5.0
+"""A tool that begins to work goes so far to the tissue that it points at."""
+
 STEP_MM = 0.2
 """Shortest step on the way along a ray to tissue."""
 
@@ -44,6 +47,9 @@ tried. The phantom's nostril is 9 mm high and 6 mm wide, and soft."""
 
 ASIDE_MM = 4.0
 """How far beside its place a tip may go, where scope or walls leave no other way."""
+
+EASY_MM = 0.4
+"""So little air as a line lacks costs nothing."""
 
 BETTER_MM = 0.1
 """More air about a line is not better; so much more is worth a change."""
@@ -158,7 +164,8 @@ class PointedTool:
 
         scope, radius_mm: its tip's frame, 4x4, and its shaft. at: right and up from the
         picture's middle, 1 at its rim. ahead_mm: along that ray; the tip stops where
-        tissue begins, and while the tool works a bite deeper. time_s: of the sample.
+        tissue begins. While the tool works it goes there from nearby, and a bite
+        deeper. time_s: of the sample.
         felt_n: what the hand felt last.
         """
         eye, ray = camera.eye_mm, ray_of(camera, at)
@@ -166,7 +173,11 @@ class PointedTool:
         self.hold.beside(scope, radius_mm)
         self.reach_mm = reach_mm(self._distance, eye, ray)
         bite_mm = BITES_MM * state.jaw if state.is_working else 0.0
-        tip = eye + min(ahead_mm, self.reach_mm + bite_mm) * ray
+        tip_mm = min(ahead_mm, self.reach_mm)
+        if state.is_working and self.reach_mm - tip_mm < LUNGE_MM:
+            # whoever works wants to be at the tissue that he points at
+            tip_mm = self.reach_mm
+        tip = eye + (tip_mm + bite_mm) * ray
         goal = tip
         for _ in range(2):
             # a bent tool's shaft passes beside its tip
@@ -220,7 +231,7 @@ class PointedTool:
         asides = np.vstack([self._aside, asides])
         ways = goal + asides - entries
         points = self._lines.points(entries, goal + asides)
-        lacks = self._lines.lacks_mm(points, thick_mm - YIELDS_MM)
+        lacks = self._lines.lacks_mm(points, thick_mm - EASY_MM)
         lens, back = scope[:3, 3], scope[:3, 2]
         along = np.clip((points - lens) @ back, 0.0, BESIDE_MM)
         off = np.linalg.norm(points - lens - along[..., None] * back, axis=2)

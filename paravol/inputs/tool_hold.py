@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import HazardVolumes
 from renderers.scene import Volume
 from scenarios import InstrumentState, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
@@ -39,9 +40,13 @@ BESIDE_MM = 12.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the nostril, which yields to both."""
 
-YIELDS_MM = 0.4
-"""So much mucosa yields to a tool that is pushed on: without, no straight shaft gets
-into a meatus."""
+YIELDS_MM = 1.5
+"""So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
+shaft gets into a meatus."""
+
+SPARES_MM, TOLD_MM = 0.4, 6.0
+"""So far from what must not be hurt a tool stops that is pushed on; hazards that are
+farther away than the second are not asked."""
 
 
 class ToolHold:
@@ -52,18 +57,27 @@ class ToolHold:
     same poses, bit by bit, within bounded time.
     """
 
-    def __init__(self, distance: Volume, pivot_mm: Doubles) -> None:
+    def __init__(
+        self,
+        distance: Volume,
+        pivot_mm: Doubles,
+        hazards: HazardVolumes | None = None,
+    ) -> None:
         """Take signed air distance, mm, read as it is at the time; see `CapsuleHold`.
 
-        pivot_mm: ``(3,)`` where the shaft is held.
+        pivot_mm: ``(3,)`` where the shaft is held. hazards: what no push may reach.
         """
         self._hold = CapsuleHold(distance, pivot_mm)
+        self._hazards = hazards
         self.state: InstrumentState = EMPTY_HAND
         self.pushed_mm = 0.0
 
     def __call__(self, start: Doubles, wanted: Doubles) -> Doubles:
         """Return the shaft's frame, 4x4, that it gets to on its way to a wanted one."""
-        return self._hold.go(start, wanted, self._balls(), self._give_mm)
+        balls = self._balls()
+        if self._hazards is not None and self.pushed_mm > 0.0 and len(balls):
+            balls = self._sparing(self._hazards, start, balls)
+        return self._hold.go(start, wanted, balls, self._give_mm)
 
     def move_to(self, pivot_mm: Doubles) -> None:
         """Hold the shaft at another place of the nostril, ``(3,)``, from now on."""
@@ -91,6 +105,23 @@ class ToolHold:
         else:
             pushed = self.pushed_mm + YIELDING_MM_S * elapsed_s
             self.pushed_mm = min(pushed, most)
+
+    def _sparing(
+        self, hazards: HazardVolumes, start: Doubles, balls: Doubles
+    ) -> Doubles:
+        """Return balls that are wider by what a push must not gain on hazards."""
+        places = start[:3, 3] + balls[:, :1] * start[:3, 2]
+        places += balls[:, 2:] @ start[:3, :3].T
+        # a few of them say which hazards are near
+        few = places[:: max(len(places) // 6, 1)]
+        least = np.full(len(balls), np.inf)
+        for name in hazards.names:
+            if hazards.distance_mm(name, few).min() < TOLD_MM:
+                least = np.minimum(least, hazards.distance_mm(name, places))
+        pushed = np.clip(least - balls[:, 1] - SPARES_MM, 0.0, self.pushed_mm)
+        wider = balls.copy()
+        wider[:, 1] += self.pushed_mm - pushed
+        return wider
 
     @property
     def _give_mm(self) -> float:

@@ -17,7 +17,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("microdebrider",)),
-    ("uncinate", ("microdebrider", "backbiter", "straight forceps")),
+    ("uncinate", ("straight forceps", "backbiter", "microdebrider")),
     ("ostium", ("through-cutting punch", "backbiter", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
@@ -25,7 +25,7 @@ TOOLS = (
 )
 """What a person takes first for what a task speaks of, and what then."""
 
-NEAREST_MM, FARTHEST_MM = 8.0, 24.0
+NEAREST_MM, FARTHEST_MM = 14.0, 28.0
 """From the scope to where one operates."""
 
 BESIDE = 0.36
