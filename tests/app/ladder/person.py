@@ -60,8 +60,7 @@ class Person:
         self.hand = Hand(window, self.rng, self.wait)
         self._log = log
         self._per_px: NDArray[np.float64] = -SHARE_PER_PX * np.eye(2)
-        self._roll_sign = 1.0
-        self._level_sign = 1.0
+        self._last_stroke: NDArray[np.float64] = np.zeros(2)
         self.until_s = math.inf
 
     def say(self, words: str) -> None:
@@ -244,6 +243,7 @@ class Person:
         length = float(np.linalg.norm(stroke))
         if length > LONGEST_PX:
             stroke *= LONGEST_PX / length
+        self._last_stroke = stroke
         self.stroke(float(stroke[0]), float(stroke[1]), Button.LeftButton)
         after = self.look().mark
         if after is None or after.is_goal != mark.is_goal or after.words != mark.words:
@@ -269,6 +269,11 @@ class Person:
             self._per_px = tried
         else:
             self._per_px = -SHARE_PER_PX * np.eye(2)
+
+    def ease(self) -> None:
+        """Take a part of the last stroke back: it led to a wall."""
+        right_px, down_px = (-0.35 * self._last_stroke).tolist()
+        self.stroke(right_px, down_px, Button.LeftButton)
 
     def roll(self, turn_deg: float) -> None:
         """Turn the light post by about so much."""

@@ -44,7 +44,8 @@ class Trainee:
         self._washed_s = 0.0
         self.surgeon = Surgeon(person, self, shoot)
         self._least = math.inf
-        self._same = self._freed = self._aimed = 0
+        self._eased = False
+        self._same = self._freed = self._aimed = self._rolled = self._along = 0
 
     def do_all(self) -> None:
         """Do one task after the other until all are done; LostError if he gives up."""
@@ -137,6 +138,11 @@ class Trainee:
         mark = sight.mark
         if "upright" in sight.task and self._level(sight):
             return
+        if sight.touching == "wall" and not self._eased:
+            self._eased = True
+            self.person.ease()
+            return
+        self._eased = False
         if sight.bar > 0.0:
             self.person.wait(0.2)
             return
@@ -291,17 +297,23 @@ class Trainee:
         view = math.atan2(0.5 - hy, 0.5 - hx)
         turn_deg = math.degrees(math.remainder(goal - view, 2.0 * math.pi))
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
-        if abs(turn_deg) > 25.0 and off > 0.15:
+        if abs(turn_deg) > 15.0 and off > 0.12 and self._rolled < 3:
+            self._rolled += 1
             asked = max(min(turn_deg, 70.0), -70.0) * self._roll_way
             self.person.roll(asked)
             self._learn_roll(turn_deg)
             return
+        self._rolled = 0
+        near = math.hypot(mark.x - hx, mark.y - hy)
+        own = math.hypot(0.5 - hx, 0.5 - hy)
+        if abs(near - own) > 0.08 and self._along < 4:
+            # what is passed goes outwards in the picture: no wall is touched so
+            self._along += 1
+            notches = 2 if abs(near - own) > 0.2 else 1
+            self.person.go(-notches if near > own else notches)
+            return
+        self._along = 0
         self._tilt_to(MIDDLE, mark)
-        if self._vain > 0:
-            # walls hold the shaft: going in or out moves the place, too
-            near = math.hypot(mark.x - hx, mark.y - hy)
-            own = math.hypot(0.5 - hx, 0.5 - hy)
-            self.person.go(-2 if near > own else 2)
 
     def _learn_roll(self, before_deg: float) -> None:
         sight = self.person.look()
