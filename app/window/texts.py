@@ -23,10 +23,11 @@ LANGUAGES = {"en": "English", "de": "Deutsch"}
 _ENTRY = re.compile(r'^msgid ((?:".*"\s*)+)^msgstr ((?:".*"\s*)+)', re.MULTILINE)
 _QUOTED = re.compile(r'".*"')
 _PLACE = re.compile(r"\{(\d+)(:[^}]*)?\}")
+_WORD = re.compile(r"(?!m[mLs]\d?\b)[^\W\d_]{2,}")
 _NUMBER = r"[-+]?(?:\d+(?:[.,]\d+)*(?:e[-+]?\d+)?|inf|nan)%?"
 _SAID: dict[str, str] = {}
 _PATTERNS: list[tuple[re.Pattern[str], str]] = []
-"""Of texts with numbered places, the most telling first, and what is said for them."""
+"""Of texts with numbered places, and what is said for them; see `_telling`."""
 
 
 def tr(text: str, /, **values: object) -> str:
@@ -64,12 +65,19 @@ def take_language(code: str = "") -> None:
         _SAID.update(read_po(file.read_text(encoding="utf-8")))
         _SAID.pop("")
     numbered = [text for text in _SAID if _PLACE.search(text) or text[0] in ",;"]
-    numbered.sort(key=lambda text: len(_PLACE.sub("", text)), reverse=True)
+    numbered.sort(key=_telling, reverse=True)
     for text in numbered:
         # what begins like that is the end of another text
         before = "{99}" if text[0] in " ,;" else ""
         _PATTERNS.append((_pattern(before + text), before + _SAID[text]))
     _by_pattern.cache_clear()
+
+
+def _telling(text: str) -> tuple[int, int, str]:
+    """Rank a pattern by its words; of those without any, ";" parts before ":", ","."""
+    rest = _PLACE.sub("", text)
+    words = sum(map(len, _WORD.findall(rest)))
+    return words, len(rest) if words else 0, text
 
 
 def _pattern(text: str) -> re.Pattern[str]:

@@ -683,9 +683,11 @@ class FlightPage(Page):
             # not with every step of a drag at the window's edge
             picture.want(self._wanted_px())
         self._gauges.show_status(
-            readings.status(
-                is_recording=is_recording,
-                picture="" if picture is None else picture.told,
+            tr(
+                readings.status(
+                    is_recording=is_recording,
+                    picture="" if picture is None else picture.told,
+                )
             )
         )
         self._show_signs(self._frame.signs if self._frame else NO_SIGNS)

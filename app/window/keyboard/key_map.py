@@ -21,7 +21,7 @@ _MODIFIERS = {
 _SIGNS = {
     **{"Left": "←", "Right": "→", "Up": "↑", "Down": "↓"},
     **{"PageUp": later("Pg↑"), "PageDown": later("Pg↓"), "Home": later("Home")},
-    **{"End": later("End"), "Space": later("Space")},
+    **{"End": later("End"), "Space": later("Space"), "Backspace": later("Backspace")},
 }
 
 

@@ -130,7 +130,7 @@ class SlicesView(QWidget):
             return ""
         words = [tr(_TITLES[self.show_kind])]
         if self.show_kind is Show.CT:
-            words[0] += f" {self.window_hu.text()}"
+            words[0] += f" {tr(self.window_hu.text())}"
         if self._is_following:
             words.append(tr("follows the scope"))
         else:
@@ -265,7 +265,7 @@ class SlicesView(QWidget):
         low, high = self.window_hu.ends
         return tr(
             "CT window {window}: {low:.0f} to {high:.0f} HU",
-            window=self.window_hu.text(),
+            window=tr(self.window_hu.text()),
             low=low,
             high=high,
         )

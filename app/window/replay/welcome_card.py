@@ -112,5 +112,6 @@ def title_of(folder: Path) -> str:
     found = _AUTOMATIC.fullmatch(folder.name)
     if found is None:
         return folder.name
-    day, hour, minute, exercise = found.groups()
-    return f"{day}  {hour}:{minute}   {exercise.replace('-', ' ')}"
+    day, hour, minute, name = found.groups()
+    exercise = name.replace("-", " ")
+    return f"{day}  {hour}:{minute}   {tr(exercise)}"

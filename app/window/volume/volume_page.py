@@ -39,6 +39,7 @@ class VolumePage(TextPage):
     def __init__(self, title: str, scans: Sequence[Scan], threads: int) -> None:
         """Lay the page out; title: of the patient."""
         super().__init__()
+        title = tr(title)
         self.title = f"PARAVOL: {title}"
         self._orbit = Orbit.round(scans[0].volume)
         self.picture = VolumePicture()

@@ -36,6 +36,7 @@ from scenarios.coverage.sites import SITE_NAMES
 from scenarios.instruments import INSTRUMENTS
 from scenarios.metrics import DEFINITIONS
 from scenarios.rubrics import Standing, Verdict, load_rubric, shipped_rubrics
+from scenarios.rubrics.rubric import FIGURES
 from scenarios.scenario import Level, bundled_scenarios
 from scenarios.structures import MUCOSA, NAMES
 from scenarios.tasks import Status
@@ -64,6 +65,7 @@ BELOW = (
     *("paravol/replays/replay_worker.py", "paravol/replays/time_marks.py"),
     *("paravol/session_metrics.py", "paravol/session_replay.py"),
     *("paravol/trainee", "paravol/unfinished_sessions.py", "paravol/verdict_texts.py"),
+    *("paravol/picture_size.py", "paravol/view.py"),
     *("paravol/volume/presets.py", "paravol/volume/scan.py"),
     *("scenarios/metrics", "scenarios/passing.py"),
     *("scenarios/rubrics/assess.py", "scenarios/rubrics/assessment.py"),
@@ -73,27 +75,24 @@ BELOW = (
 """Modules and folders below the window that make texts which it shows."""
 
 SINGLE = {
-    *(
-        "{0}.",
-        "{0} ({1})",
-        "{0} and {1}",
-        "{0} · {1}",
-        "Head: {0}",
-        "Head: reading the case",
-        "Scene: {0}",
-    ),
+    *("{0}.", "{0} ({1})", "{0} · {1}"),
+    *("Head: {0}", "Head: reading the case", "Scene: {0}"),
     *("broken", "budget", "closed", "failed", "far", "free", "hazards", "injected"),
     *("open", "points", "tip", "unknown", "working", "tool", "scope", "tissue"),
     *("contacts", "contact", "landmarks", "sign", "blood", "injuries", "recording"),
     *("bone", "soft tissue", "right", "left", "count", "assumed", "time", "arm"),
-    "homed this session",
+    *("Task", "Snapshot", "Injury", "Break", "Device", "Moment", "figure: {0}", "any"),
+    *("homed this session", "in all", "patient", "nominal", "task: {0}"),
+    *("above", "below"),
+    *("air to bone", "{0} {1:.0f}/{2:.0f}"),
 }
 """What is made there in single words, or by modules that make little else to read."""
 
 UNREAD = {
     *("none, emulated or force-dimension", "OpenIGTLink {0}:{1}", "asked for"),
     *("the record itself", "settings of metrics", "counts of the arm {0}", "Hausdorff"),
-    *("stepped: {0}", "paravol replay {0}", "in all", "earlier choices"),
+    *("stepped: {0}", "paravol replay {0}", "earlier choices", "picture size"),
+    *("{0} and {1}", "{0} distance to expert"),
 }
 """Texts of those modules that nobody reads."""
 
@@ -148,6 +147,7 @@ def wanted() -> set[str]:
     for name in bundled_scenarios():
         scenario, _ = load_scenario(name)
         found |= {scenario.title, short_title(scenario), scenario.about}
+        found |= {name.replace("-", " ")}
         found |= {*scenario.hints, *learns(scenario)}
         for task in scenario.tasks:
             found |= {task.title, task.hint, task.name}
@@ -201,7 +201,7 @@ def is_read(text: str) -> bool:
     """Return whether a text of a module below looks like one for people."""
     rest = _PLACE.sub("", text)
     words = set(re.findall(r"[^\W\d_]{2,}", rest)) - _UNITS
-    if re.search(r"[/*|\[_]|-\{", text) or text.endswith(" ") or text in UNREAD:
+    if re.search(r"[*|\[_]|\}/|/\{|-\{", text) or text.endswith(" ") or text in UNREAD:
         return False
     if rest != text:
         return " " in text and (bool(words) or ("{0}" in text and rest != " "))
@@ -221,7 +221,11 @@ def made_below() -> set[str]:
     for kinds in (EventKind, MarkKind, Standing, Status, Strain, Verdict):
         found |= {str(kind.value) for kind in kinds}
     found |= {*NAMES.values(), *HAZARDS, *INSTRUMENTS, *SITE_NAMES, MUCOSA}
-    found |= {*TISSUES, *(plate.name for plate in plates(PhantomParameters()))}
+    found |= {
+        *FIGURES,
+        *TISSUES,
+        *(plate.name for plate in plates(PhantomParameters())),
+    }
     labels = {label.name.lower().replace("_", " ") for label in Label}
     found |= {BULLA, CELLS, *(name for name in labels if not name.endswith("air"))}
     found |= {name.partition(",")[0] for name in landmarks(PhantomParameters())}
