@@ -15,8 +15,9 @@ def registration_rows(
     if record.pivot is not None:
         tip = " ".join(f"{value:.2f}" for value in record.tip_mm)
         rows.append(("tip", f"{tip} mm from the stated one"))
-        repeats = f"{record.pivot.error_mm:.2f} mm, condition"
-        rows.append(("tip repeats to", f"{repeats} {record.pivot.condition:.1f}"))
+        error_mm, condition = record.pivot.error_mm, record.pivot.condition
+        repeats = f"{error_mm:.2f} mm, condition {condition:.1f}"
+        rows.append(("tip repeats to", repeats))
     rows += [
         (f"touched {mark.name}", f"residual {mark.residual_mm:.2f} mm")
         for mark in record.landmarks

@@ -7,6 +7,7 @@ from contextlib import suppress
 from PySide6.QtCore import QCoreApplication, QObject, Signal
 
 from app.window.background_work import words_for
+from app.window.texts import tr
 from devices import DeviceError
 from devices.microscribe import MicroScribe
 from paravol.exercise_path import recorded_path_file
@@ -116,7 +117,12 @@ class ArmThread(QObject):
                 return
             about = arm.description.identity
             self.connected.emit(
-                f"{about.product_name} {about.model}, serial number {about.serial}",
+                tr(
+                    "{name} {model}, serial number {serial}",
+                    name=about.product_name,
+                    model=about.model,
+                    serial=about.serial,
+                ),
                 arm.home_state.value,
             )
             self.problem.emit("")
@@ -158,4 +164,4 @@ class _SignalGuide:
         self._thread.staged.emit(stage, share)
 
     def say(self, text: str) -> None:
-        self._thread.said.emit(text.strip())
+        self._thread.said.emit(tr(text.strip()))

@@ -74,8 +74,8 @@ class ConnectionPage(Page):
         data = platformdirs.user_data_path("paravol", appauthor=False)
         self._folder = data / "registrations" if folder is None else folder
         self._ports: list[str | None] = [d.port for d in devices if d.port] + [None]
-        titles = [d.title for d in devices if d.port] + [tr("Emulated arm")]
-        self._problems = [d.problem for d in devices if d.port] + [""]
+        titles = [tr(d.title) for d in devices if d.port] + [tr("Emulated arm")]
+        self._problems = [tr(d.problem) for d in devices if d.port] + [""]
         self._is_registering = False
         self.arm = ArmThread()
         self.chooser = QComboBox()

@@ -66,6 +66,7 @@ BELOW = (
     *("paravol/session_metrics.py", "paravol/session_replay.py"),
     *("paravol/trainee", "paravol/unfinished_sessions.py", "paravol/verdict_texts.py"),
     *("paravol/picture_size.py", "paravol/view.py"),
+    "paravol/operation_rehearsal.py",
     *("paravol/volume/presets.py", "paravol/volume/scan.py"),
     *("scenarios/metrics", "scenarios/passing.py"),
     *("scenarios/rubrics/assess.py", "scenarios/rubrics/assessment.py"),
@@ -84,6 +85,7 @@ SINGLE = {
     *("Task", "Snapshot", "Injury", "Break", "Device", "Moment", "figure: {0}", "any"),
     *("homed this session", "in all", "patient", "nominal", "task: {0}"),
     *("above", "below"),
+    "The flight stood still for {0:.1f} s; what was steered meanwhile is left out.",
     *("air to bone", "{0} {1:.0f}/{2:.0f}"),
 }
 """What is made there in single words, or by modules that make little else to read."""
@@ -147,7 +149,7 @@ def wanted() -> set[str]:
     for name in bundled_scenarios():
         scenario, _ = load_scenario(name)
         found |= {scenario.title, short_title(scenario), scenario.about}
-        found |= {name.replace("-", " ")}
+        found |= {name.replace("-", " "), *(f.name for f in scenario.fiducials)}
         found |= {*scenario.hints, *learns(scenario)}
         for task in scenario.tasks:
             found |= {task.title, task.hint, task.name}
