@@ -3,6 +3,7 @@
 What a script does not close would stay with the tests; what it prints they read.
 """
 
+import os
 import subprocess
 import sys
 import time
@@ -19,6 +20,8 @@ def run_script(script: str, *words: object, limit_s: float = LIMIT_S) -> str:
     done = subprocess.run(
         [sys.executable, "-c", script, *map(str, words)],
         cwd=ROOT,
+        # the texts that are read are English, whatever the system speaks
+        env=os.environ | {"LC_ALL": "C.UTF-8"},
         capture_output=True,
         text=True,
         timeout=limit_s,
