@@ -36,6 +36,9 @@ NEXT_S = 0.1
 AHEAD_MM = 20.0
 """The next point of the way is so far ahead at most: who is near sees how to tilt."""
 
+AT_HAND_MM = 8.0
+"""A place that a tool works at is shown from so near, even behind what it works at."""
+
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
 
@@ -252,6 +255,9 @@ def _step(
         # what is seen from too far away is gone to
         is_goal &= float(np.linalg.norm(place - eye)) <= task.farthest_mm
     aim, way_mm = place, float(np.linalg.norm(place - tip))
+    if isinstance(task, tasks.Inject | tasks.Remove | tasks.Open):
+        # tissue before it hides no place from a tool that is there
+        is_goal |= float(np.linalg.norm(place - tip)) <= AT_HAND_MM
     chain = None
     if not is_goal and found.way is not None:
         chain = found.way.chain(tip)

@@ -25,14 +25,15 @@ TOOLS = (
 )
 """What a person takes first for what a task speaks of, and what then."""
 
-NEAREST_MM, FARTHEST_MM = 14.0, 28.0
-"""From the scope to where one operates."""
+NEAREST_MM, FARTHEST_MM, WAY_MM = 10.0, 28.0, 16.0
+"""From the scope to where one operates; the last where one does not see it yet: the
+tool goes the rest of the way."""
 
 BESIDE = 0.36
 """Farther off the picture's middle nothing is operated."""
 
-AT_MM = 4.0
-"""A tool whose tip is so near to the mark works."""
+AT_MM, NEAR_MM = 3.0, 6.5
+"""A tool whose tip is so near to the mark works; the second where tissue is between."""
 
 BITE_S, INJECT_S, SHAVE_S = 0.6, 1.9, 1.2
 VAIN = 5
@@ -88,12 +89,10 @@ class Surgeon:
             return
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
         if not tool:
-            if not mark.is_goal:
+            if mark.mm > (FARTHEST_MM if mark.is_goal else WAY_MM):
                 self._steers.approach(sight)
             elif not mark.is_in or off > BESIDE:
                 self._steers.bring(sight, mark)
-            elif mark.mm > FARTHEST_MM:
-                self._person.go(2)
             elif mark.mm < NEAREST_MM:
                 self._person.go(-2)
             else:
@@ -164,7 +163,8 @@ class Surgeon:
         there = now.mark
         if there is None or now.task != self._task:
             return
-        if there.mm > AT_MM and not self._presses(now):
+        is_near = there.mm <= AT_MM or (self._waits >= 2 and there.mm <= NEAR_MM)
+        if not is_near and not self._presses(now):
             self._waits += 1
             if there.mm < self._least_mm - 0.7:
                 self._least_mm, self._waits = there.mm, 0
@@ -173,7 +173,6 @@ class Surgeon:
                 person.say(f"the tool does not get there: {there.mm:.0f} mm {now.said}")
                 self._elsewhere()
             return
-        self._waits = 0
         before = now.bar
         low = self._task.lower()
         time_s = INJECT_S if "inject" in low else BITE_S
