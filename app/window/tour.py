@@ -129,7 +129,11 @@ class Tour(QWidget):
     def _place(self) -> None:
         """Put the card beside the part, where there is most room."""
         gap = round(_GAP * self._scale)
-        width = min(round(_CARD_WIDTH * self._scale), self.width() - 2 * gap)
+        self._card.ensurePolished()  # its edge counts
+        self._rows.activate()  # so do the texts of the buttons
+        least = self._rows.totalMinimumSize().width()
+        width = max(round(_CARD_WIDTH * self._scale), least)
+        width = min(width, self.width() - 2 * gap)
         self._card.setFixedWidth(width)
         # a height that the text's width asks for
         high = self._rows.totalHeightForWidth(width)

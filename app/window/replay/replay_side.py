@@ -251,7 +251,7 @@ def _keys() -> QWidget:
         # of a place, what the user's keyboard prints there
         shown = re.sub("@(.)", lambda found: key_map.KEYS.printed[found[1]], tr(key))
         words.addTopLevelItem(QTreeWidgetItem([shown, tr(does)]))
-    words.resizeColumnToContents(0)
+    words.header().setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
     return words
 
 

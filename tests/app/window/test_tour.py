@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import pytest
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFrame, QLabel, QWidget
+from PySide6.QtWidgets import QApplication, QFrame, QLabel, QPushButton, QWidget
 
+from app.window.texts import LANGUAGES, take_language
 from app.window.tour import Tour, TourStop
 from tests.app.window.desk_run import delete
 
@@ -87,3 +88,20 @@ def test_the_card_is_whole_and_hides_nothing_that_it_tells_of(
             high = label.heightForWidth(label.width())
             assert label.height() >= high, (label.text(), size)
         QTest.keyClick(tour, Qt.Key.Key_Return)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("scale", [1.0, 1.5])
+def test_buttons_are_as_wide_as_what_they_say(
+    page: QWidget, language: str, scale: float
+) -> None:
+    take_language(language)
+    try:
+        tour = Tour(page, [TourStop(None, "one", "of two")] * 2, scale)
+        for _ in range(2):
+            QApplication.processEvents()
+            for button in tour.findChildren(QPushButton):
+                assert button.width() >= button.sizeHint().width(), button.text()
+            tour._go_on()
+    finally:
+        take_language("en")
