@@ -19,6 +19,7 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
+from anatomy.abstract import LABELS as SCENE_LABELS
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import plates
 from anatomy.queries.landmarks import landmarks
@@ -223,11 +224,8 @@ def made_below() -> set[str]:
     for kinds in (EventKind, MarkKind, Standing, Status, Strain, Verdict):
         found |= {str(kind.value) for kind in kinds}
     found |= {*NAMES.values(), *HAZARDS, *INSTRUMENTS, *SITE_NAMES, MUCOSA}
-    found |= {
-        *FIGURES,
-        *TISSUES,
-        *(plate.name for plate in plates(PhantomParameters())),
-    }
+    found |= {*FIGURES, *TISSUES, *SCENE_LABELS.values()}
+    found |= {plate.name for plate in plates(PhantomParameters())}
     labels = {label.name.lower().replace("_", " ") for label in Label}
     found |= {BULLA, CELLS, *(name for name in labels if not name.endswith("air"))}
     found |= {name.partition(",")[0] for name in landmarks(PhantomParameters())}
