@@ -18,6 +18,9 @@ STUCK_AFTER = 3
 SURVEYED_MM = 9.0
 """From farther away mucosa that is looked at may not count."""
 
+NICHE_MM = 14.0
+"""Who is so near to what he cannot see turns a scope that looks aside."""
+
 STILL, SAME = 0.02, 12
 """What is left to go must become less by so much; so often it may not, before one takes
 oneself for stuck."""
@@ -147,7 +150,12 @@ class Trainee:
             self.person.wait(0.2)
             return
         if mark is None or not mark.is_goal:
-            self.approach(sight)
+            is_near = mark is not None and mark.mm < NICHE_MM
+            if mark is not None and is_near and sight.heading and self._same % 3:
+                # into a niche one looks from beside it
+                self._turn_to(sight, mark)
+            else:
+                self.approach(sight)
             return
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
         if mark.is_in and off < 0.05:
