@@ -2,7 +2,8 @@
 
 It is looked for once, on the head as it was: of all plane sections across a way the one
 with the least air. What was air in that plane besides the neck never counts, so that
-nothing is gained by a way round.
+nothing is gained by a way round; nor does a groove beside it, which does not lead
+straight on into the room behind.
 """
 
 import itertools
@@ -23,6 +24,9 @@ off."""
 COARSE_MM, NARROW_MM = 0.5, 6.0
 """Likewise of the sections that are compared, and between them."""
 
+DEEP_MM, DEPTH_MM = 8.0, 0.5
+"""So far behind a neck the room behind is looked for, and in such steps."""
+
 TILTS_DEG, FINER_DEG = (0.0, 15.0, 30.0, 45.0), (6.0, 3.0, 1.5)
 TURNS = 8
 """How far sections are tilted against the way, and into how many directions: walls
@@ -38,7 +42,8 @@ class Neck:
 
     middle: ``(3,)`` LPS mm, on the way. normal: unit, along it. points: ``(m, m, 3)``
     LPS mm. was_neck: ``(m, m)``, the air of the neck as it was. was_air: likewise, of
-    whatever room.
+    whatever room. behind_mm: ``(m, m)``, how far along the normal the room behind
+    begins; infinite where it does not.
     """
 
     middle: Doubles
@@ -46,6 +51,7 @@ class Neck:
     points: Doubles
     was_neck: NDArray[np.bool_]
     was_air: NDArray[np.bool_]
+    behind_mm: Doubles
 
     @classmethod
     def between(cls, distance: Volume, start: Doubles, end: Doubles) -> "Neck":
@@ -69,21 +75,45 @@ class Neck:
                 middle, normal = _narrowest(distance, finer)
         plane = _plane(middle, normal, STEP_MM, WIDE_MM)
         was_air = _sampled(distance, plane) < 0.0
-        return cls(middle, normal, plane, _middle_piece(was_air), was_air)
+        behind_mm = _behind_mm(distance, plane, normal)
+        return cls(middle, normal, plane, _middle_piece(was_air), was_air, behind_mm)
 
     def opening(self, distance: Volume) -> tuple[float, float]:
         """Return the area of the neck as it is cut now, mm2, and what ball passes, mm.
 
-        Only air counts that hangs together with its middle.
+        Only air counts that hangs together with its middle and leads straight on.
         """
-        values = _sampled(distance, self.points)
-        air = _air(values, STEP_MM)
+        air = _air(_sampled(distance, self.points), STEP_MM)
         air[self.was_air & ~self.was_neck] = 0.0
+        is_cut = (air > 0.0) & ~self.was_neck
+        air[is_cut] = self._leading_on(distance, is_cut)
         piece = _piece_at_neck(air > 0.0, self.was_neck)
-        if not piece.any():
-            return 0.0, 0.0
         area_mm2 = float(air[piece].sum()) * STEP_MM**2
-        return area_mm2, max(-float(values[piece].min()), 0.0)
+        # carved distances tell of the nearest cut, not of all of them together
+        whole = np.pad(piece & (air >= 0.5), 1)
+        steps = float(ndimage.distance_transform_edt(whole).max())
+        return area_mm2, steps * STEP_MM
+
+    def _leading_on(self, distance: Volume, chosen: NDArray[np.bool_]) -> Doubles:
+        """Return what share of chosen squares leads straight into the room behind."""
+        depths = np.arange(0.0, DEEP_MM, DEPTH_MM)
+        columns = self.points[chosen][:, None] + depths[:, None] * self.normal
+        air = _air(distance.sample(columns), STEP_MM)
+        behind_mm = self.behind_mm[chosen][:, None]
+        air[depths >= behind_mm] = 1.0
+        return np.where(np.isfinite(behind_mm[:, 0]), air.min(axis=1), 0.0)
+
+
+def _behind_mm(distance: Volume, plane: Doubles, normal: Doubles) -> Doubles:
+    """Return how far behind a plane's points the room behind its middle begins, mm."""
+    depths = np.arange(0.0, DEEP_MM, DEPTH_MM)
+    columns = plane[:, :, None] + depths[:, None] * normal
+    rooms, _ = ndimage.label(distance.sample(columns) < 0.0)
+    ahead = rooms[len(plane) // 2, len(plane) // 2]
+    is_room = np.isin(rooms, ahead[ahead > 0][:1])
+    begins = depths[is_room.argmax(axis=2)]
+    found: Doubles = np.where(is_room.any(axis=2), begins, math.inf)
+    return found
 
 
 def _narrowest(
