@@ -279,7 +279,10 @@ def test_a_way_is_open_when_a_ball_fits_through() -> None:
     wider = tasks.Open(
         name="a", title="a", start=(0, -5, 0), end=(0, 5, 0), radius_mm=10
     )
-    assert run(wider, [at((0, 0, 0))])[0] == pytest.approx(0.5)
+    x = np.abs(np.linspace(-20.0, 20.0, 81)) - 5.0
+    slit = np.broadcast_to(x, (81,) * 3).astype(np.float32)
+    gap = OPEN_ROOM.with_values(slit, -5.0)
+    assert run(wider, [at((0, 0, 0), distance=gap)])[0] == pytest.approx(0.5, abs=0.02)
 
 
 def test_sites_are_seen_by_percent() -> None:
