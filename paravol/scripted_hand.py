@@ -5,25 +5,29 @@ they fit, and operates with the tools of the catalogue: what it cannot do so, a 
 need not be able to do.
 """
 
-import itertools
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM
-from anatomy.tissue import Label
-from anatomy.wall_layers import layer_at
 from paravol.inputs.hand import nostril_fulcrum
+from paravol.inputs.nostril_lines import NostrilLines
+from paravol.inputs.pointed_tool import ENTRY_MM as TOOL_MM
+from paravol.inputs.pointed_tool import RINGS, thickness_mm
+from paravol.inputs.tool_hold import BITES_MM, TOUCH_MM
 from paravol.patient import PatientScene
 from paravol.session_setup import build_session, operate_on, untouched
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, Scenario, Session, tip_frame
+from scenarios.endoscope import SUPERIOR
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.instruments.catalogue import instrument_named
 from scenarios.instruments.contact_shape import shaft_mm
+from scenarios.instruments.parts import moved
 from scenarios.tasks import Status
 from scenarios.tasks.neck import Neck
 from scenarios.tasks.rules import is_in_sight
@@ -32,7 +36,6 @@ from scenarios.tasks.task import (
     Held,
     Hold,
     Inject,
-    KeepAway,
     Look,
     Open,
     Reach,
@@ -40,6 +43,8 @@ from scenarios.tasks.task import (
     Survey,
     Task,
 )
+from surgery.kernels.carve import FULL
+from surgery.solids import BLADE, CAPSULE
 
 Doubles = NDArray[np.float64]
 
@@ -50,29 +55,36 @@ DENT_MM = 1.5
 """So deep a shaft presses mucosa aside, at most."""
 AWAY_MM = np.array([0.0, -400.0, -400.0])
 BITTEN_MM = 5.0
-"""The last part of a bite's way lies in what is bitten."""
-SPARED_MM, HELD_OFF_MM, TOOL_MM = 0.6, 0.2, 1.2
-"""What is bitten keeps so far from a hazard, and open jaws; and the middle of a tool
-from the margin round it."""
-FORCEPS = ("straight forceps", "upturned forceps")
-VAIN, TARGETS = 30, 200
-"""So often no bite is found before it is given up; how many are thought of for each."""
-LEAST_BITE, HARM = 1.0, 10.0
-"""A bite takes more wanted voxels than the first; a spared one counts so much."""
-CUP_MM = 4.0
-"""So far beyond a target the tip goes, at most."""
-THROUGH_MM = (-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
-"""Thickness of the wall round a neck."""
-DEEP_MM = 4.0
-"""Of tissue deeper than this nothing is looked for."""
-TOOL_DENT_MM = 0.0
-"""So deep the axis of a tool lies in tissue, at most, before what it bites."""
+"""The last part of a bite's way lies in what is bitten, at most."""
+SPARED_MM = 0.2
+"""What is bitten keeps so far from what must not be hurt."""
+PRESSED_MM = BITES_MM + TOUCH_MM
+"""So deep a tool that works presses tissue aside, at most, as in the window."""
+BLOCKED_MM, NEAR_MM = 3.0, 12.0
+"""What has to be pressed farther, but not farther than this, is taken out of the way
+where it is so near to the tip."""
+BITING = (
+    "straight forceps",
+    "upturned forceps",
+    "through-cutting punch",
+    "backbiter",
+    "microdebrider",
+)
+VAIN, TRIED, COMPARED = 60, 1000, 150
+"""So often no bite is found before it is given up; how many are thought of for each
+tool and each width of its jaws; and how many of those that go are compared."""
+CHEAPER = 0.95
+"""The longer no bite is found, the less it counts that a bite harms."""
+WASTE = 0.05
+"""What is taken besides counts so much of what is wanted as harm."""
+THROUGH_MM = 1.5
+"""Thickness of the wall before a neck."""
 LOOKS = 60
 """At most, for a site of a survey."""
-REACH_MM = 9.0
-"""No bite reaches farther from its middle."""
 LINE_POINTS = 60
 """At which a shaft's line is looked at."""
+TOOL_POINTS, LONGEST_MM = 60, 90.0
+"""Likewise a tool's, as far as that."""
 
 
 @dataclass
@@ -88,7 +100,6 @@ class ScriptedHand:
     operates: bool = True
     session: Session = field(init=False)
     time_s: float = 0.0
-    injuries: list[str] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -107,14 +118,10 @@ class ScriptedHand:
         aside = random.normal(size=(40, 3)) * ENTRY_MM / 2
         aside -= (aside @ self._axis)[:, None] * self._axis
         self._entries = np.vstack([np.zeros(3), aside]) + self._pivot
-        inwards = 2.6 if self._pivot[0] < 0.0 else -2.6
-        hand = self._pivot + np.array([inwards, 0.0, 6.5])
-        self._hands = hand + np.vstack([np.zeros(3), aside[:8] / 2])
+        self._hands = NostrilLines(fulcrum, self.distance, TOOL_MM, RINGS).places_mm
         self._tip, self._entry = self._pivot, self._pivot - 30.0 * self._axis
         self._roll_deg = 0.0
         self._camera_deg = self.scenario.scope.camera_roll_deg
-        self._hazards = self._joined(with_margins=False)
-        self._margins = self._joined(with_margins=True)
 
     @property
     def distance(self) -> Volume:
@@ -122,6 +129,11 @@ class ScriptedHand:
         if self._operation is not None:
             return self._operation.patient.surface.distance
         return self.patient.surface.distance
+
+    @property
+    def tissue(self) -> str:
+        """Return a hash of the head as it is cut now; "" where nobody operates."""
+        return "" if self._operation is None else self._operation.patient.hash()
 
     def do_all(self) -> None:
         """Do every task that has an action of its own, in their order."""
@@ -277,165 +289,157 @@ class ScriptedHand:
         least = dents[best]
         assert least < DENT_MM, f"{task.name}: {least:.1f} mm of tissue on the way"
         count = math.ceil(task.hold_s / STEP_S) + 3
+        way = _unit(tips[best] - entries[best])
         for is_down in [False, *[True] * count, False]:
-            self._tool(task.tool, tips[best], entries[best], is_working=is_down)
+            state = InstrumentState(task.tool, is_working=is_down)
+            self._step(tips[best], way, state)
 
     def cut(self, task: Remove | Open) -> None:
-        """Bite where most of what is wanted and nothing spared is taken, until done."""
-        wanted, spared = self._wanted(task), self._spared()
-        random = np.random.default_rng(2)
-        vain = 0
-        while vain < VAIN:
-            left = wanted[self.distance.sample(wanted) > 0.0]
-            if self.status(task) is not Status.OPEN or not len(left):
+        """Bite where most of what is wanted and least else is taken, until done."""
+        wanted, random, vain = self._wanted(task), np.random.default_rng(2), 0
+        in_the_way = np.zeros((0, 3))
+        while self.status(task) is Status.OPEN and vain < VAIN:
+            wanted = wanted[self.distance.sample(wanted) > 0.0]
+            if not len(wanted):
                 return
-            near = spared[self.distance.sample(spared) > 0.0]
-            best, most = None, LEAST_BITE
-            for bite in self._bites(left, random):
-                worth = float(np.count_nonzero(_inside(bite.rows, left)))
-                if worth <= most or self._hurts(bite):
-                    continue
-                worth -= HARM * np.count_nonzero(_inside(bite.rows, near))
-                if worth > most:
-                    best, most = bite, worth
-            vain += 1
-            if best is not None:
-                vain = 0
-                self._close(best)
+            aims = np.concatenate([wanted, in_the_way]) if vain else wanted
+            bites, in_the_way = self._bites(aims, random)
+            price = CHEAPER**vain
+            worths = np.array([self._worth(bite, aims, price) for bite in bites])
+            best = np.argsort(-worths)[: np.count_nonzero(worths > 0.0)]
+            vain = 0 if any(self._close(bites[n]) for n in best) else vain + 1
 
     def _bites(
         self, targets: Doubles, random: np.random.Generator
-    ) -> "Iterator[_Bite]":
-        """Yield bites at some of the targets by the forceps that may be used."""
-        tools = [n for n in FORCEPS if n in (self.scenario.tools or FORCEPS)]
-        for target in random.choice(targets, TARGETS):
-            entry = self._hands[random.integers(len(self._hands))]
-            name = tools[random.integers(len(tools))]
-            roll_deg = float(random.uniform(-180.0, 180.0))
-            jaw = float(random.choice((0.0, 0.5)))
-            tip = target + random.uniform(0.0, CUP_MM) * _unit(target - entry)
-            way = _unit(tip - entry)
-            for _ in range(3):
-                # of a bent tool the shaft is what passes the nostril
-                frame = tip_frame(tip, way, roll_deg)
-                way = _unit(tip + frame[:3, :3] @ shaft_mm(name) - entry)
-            frame = tip_frame(tip, way, roll_deg)
-            off = shaft_mm(name)
-            bend = off + np.array([0.0, 0.0, np.linalg.norm(off)])
-            line = np.stack([tip, tip + frame[:3, :3] @ bend, entry])
-            rows = instrument_named(name).working_volume(frame, jaw)
-            yield _Bite(name, tip, way, roll_deg, jaw, rows, line)
+    ) -> "tuple[list[_Bite], Doubles]":
+        """Return bites of some targets, by tools that get there through air.
 
-    def _hurts(self, bite: "_Bite") -> bool:
-        """Return whether a bite, or the tool on its way, comes too near to a hazard.
-
-        Or lies in tissue behind what it bites.
+        Only what a tool bites it lies in, so far as tissue is that thin. And what is in
+        the way of others, near them.
         """
-        ends = bite.rows[:, 1:7].reshape(-1, 3)
-        if self._nearest_hazard(ends).min() < bite.rows[0, 7] + SPARED_MM:
-            return True
-        frame = tip_frame(bite.tip, bite.way, bite.roll_deg)
-        for jaw in (bite.jaw, 1.0):
-            parts = instrument_named(bite.name).capsules(frame, jaw)
-            for ends in (parts.start_mm, parts.end_mm):
-                gap = self._nearest_hazard(ends) - parts.radius_mm
-                if gap.min() < HELD_OFF_MM:
-                    return True
-        corners = bite.line
-        share = np.linspace(0.0, 1.0, LINE_POINTS)[:, None]
-        line = np.concatenate(
-            [a + share * (b - a) for a, b in itertools.pairwise(corners)]
-        )
-        behind = np.linalg.norm(line - bite.tip, axis=1) > BITTEN_MM
-        if self.distance.sample(line[behind]).max() > TOOL_DENT_MM:
-            return True
-        return bool(self._nearest_hazard(line, is_kept_off=True).min() < TOOL_MM)
+        found, in_the_way = [], [np.zeros((0, 3))]
+        for name in BITING:
+            if self.scenario.tools and name not in self.scenario.tools:
+                continue
+            for jaw in (0.0, 0.5):
+                rows, off = _held(name, jaw), shaft_mm(name)
+                some = random.choice(targets, TRIED)
+                entries = random.choice(self._hands, TRIED)
+                rolls = random.uniform(-180.0, 180.0, TRIED)
+                grips = random.choice(rows, TRIED)
+                share = random.uniform(size=(TRIED, 1))
+                grips = grips[:, 1:4] + share * (grips[:, 4:7] - grips[:, 1:4])
+                ways = some - entries
+                for _ in range(3):
+                    # of a bent tool the shaft is what passes the nostril
+                    turns = _turns(ways, rolls)
+                    tips = some - np.einsum("nab,nb->na", turns, grips)
+                    ways = tips + turns @ off - entries
+                middle = _middle(off)
+                line = tips[:, None] + np.einsum("nab,mb->nma", turns, middle)
+                depths = self.distance.sample(line)
+                is_bitten = np.linalg.norm(middle, axis=1) < BITTEN_MM
+                is_outside = middle[:, 2] > np.linalg.norm(ways, axis=1)[:, None]
+                depths[is_outside | (is_bitten & _inside(rows, middle))] = -np.inf
+                deepest = depths.argmax(axis=1)
+                pressed_mm = depths.max(axis=1) + thickness_mm(name)
+                for n in np.flatnonzero(pressed_mm < PRESSED_MM):
+                    frame = tip_frame(tips[n], ways[n], rolls[n])
+                    found.append(_Bite(name, frame, rolls[n], jaw))
+                is_blocked = (pressed_mm >= PRESSED_MM) & (pressed_mm < BLOCKED_MM)
+                is_blocked &= np.linalg.norm(middle[deepest], axis=1) < NEAR_MM
+                in_the_way.append(line[is_blocked, deepest[is_blocked]])
+        found = [found[n] for n in random.permutation(len(found))[:COMPARED]]
+        return found, random.permutation(np.concatenate(in_the_way))[:COMPARED]
 
-    def _close(self, bite: "_Bite") -> None:
+    def _worth(self, bite: "_Bite", wanted: Doubles, price: float) -> float:
+        """Return what share of what is wanted a bite takes, less what it harms.
+
+        price: of what uses up all that is allowed of anything.
+        """
+        assert self._operation is not None
+        assert self.patient.hazards is not None
+        patient, harm, rows = self._operation.patient, self._harm(), bite.rows
+        for hazard in self.patient.hazards.volumes.values():
+            gaps = hazard.sample(rows[:, 1:7].reshape(-1, 2, 3)) * UNIT_MM
+            if (gaps - rows[:, 7:8]).min() < SPARED_MM:
+                return -math.inf
+        before = patient.books.counts
+        if patient.carve(rows, instrument_named(bite.name).taker) is None:
+            return 0.0
+        taken = np.count_nonzero(self.distance.sample(wanted) <= 0.0)
+        wasted = (patient.books.counts - before) / FULL - taken
+        harm = self._harm() - harm + WASTE * wasted / len(wanted)
+        patient.undo()
+        return float(taken / len(wanted) - price * harm)
+
+    def _harm(self) -> float:
+        """Return how much of what is allowed was used up; infinite for too much."""
+        assert self.session.tasks is not None
+        assert self._operation is not None
+        taken = self._operation.patient.books.tissues() | self._operation.wall_mm3()
+        harm = 0.0
+        for task in self.scenario.tasks:
+            if self.status(task) is Status.FAILED:
+                return math.inf
+            if isinstance(task, Remove):
+                for name, limit in {**task.tissues, **task.walls}.items():
+                    if limit.most_mm3:
+                        used = taken.get(name, 0.0) / limit.most_mm3
+                        harm += used if used < 1.0 else math.inf
+        return math.inf if self._operation.injured else harm
+
+    def _close(self, bite: "_Bite") -> bool:
+        """Make a bite; take it back where it does harm. Return whether it was made."""
+        time_s, count, before = self.time_s, len(self.samples), self.session.freeze()
+        is_powered = instrument_named(bite.name).needs_suction
         for jaw in (bite.jaw, bite.jaw, 0.6, 1.0):
-            state = InstrumentState(bite.name, bite.roll_deg, jaw, jaw > bite.jaw)
-            self._step(bite.tip, bite.way, state)
+            is_down = jaw > bite.jaw
+            state = InstrumentState(bite.name, bite.roll_deg, jaw, is_down, is_powered)
+            self._step(bite.frame[:3, 3], -bite.frame[:3, 2], state)
         # drawn back: the way to the next bite leads through nothing
         self.stay(STEP_S)
+        if not math.isinf(self._harm()):
+            return True
+        self.session.restore(before)
+        self.time_s = time_s
+        del self.samples[count:]
+        return False
 
     def _wanted(self, task: Remove | Open) -> Doubles:
         """Return where there is what a task wants taken."""
         head = untouched(self.patient)
-        if isinstance(task, Open):
-            start, end = self.place(task.start), self.place(task.end)
-            plane = Neck.between(head.distance, start, end)
-            off = plane.points - plane.middle
-            wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
-            near = plane.points[np.linalg.norm(off, axis=2) < wide_mm][::4]
-            return np.concatenate([near + d * plane.normal for d in THROUGH_MM])
-        found = [head.part(name) for name, s in task.parts.items() if s.least_percent]
-        places = [head.places(part.voxels) for part in found if part is not None]
-        places += [
-            self._labelled({Label[name.upper().replace(" ", "_")]})
-            for name, limit in task.tissues.items()
-            if limit.least_mm3
-        ]
-        return np.concatenate(places)
-
-    def _spared(self) -> Doubles:
-        """Return where there is tissue of which the exercise allows but little."""
-        names = {
-            name
-            for task in self.scenario.tasks
-            if isinstance(task, Remove)
-            for name, limit in {**task.tissues, **task.walls}.items()
-            if limit.most_mm3 is not None
-        }
-        labels = {Label[n.upper().replace(" ", "_")] for n in names}
-        return self._labelled(labels)
-
-    def _labelled(self, labels: Collection[Label]) -> Doubles:
-        """Return the voxels of tissues, as the books name them, on the side."""
-        pristine, layers = self.patient.surface.distance, self.patient.layers
-        assert layers is not None
-        k, j, i = np.nonzero((pristine.values > 0.0) & (pristine.values < DEEP_MM))
-        matrix = pristine.world_from_voxel
-        points = np.stack([i, j, k], axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
-        points = points[(points[:, 0] < 0.0) == (self._pivot[0] < 0.0)]
-        found = layer_at(layers, pristine, points).label
-        kept: Doubles = points[np.isin(found, list(labels))]
-        return kept
+        if isinstance(task, Remove):
+            # what later tasks ask for may lie in the way
+            names = dict.fromkeys(
+                name
+                for each in self.scenario.tasks
+                if isinstance(each, Remove)
+                for name, share in each.parts.items()
+                if share.least_percent
+            )
+            found = [head.part(name) for name in names]
+            return np.concatenate(
+                [head.places(part.voxels) for part in found if part is not None]
+            )
+        neck = Neck.between(head.distance, self.place(task.start), self.place(task.end))
+        wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
+        is_near = np.linalg.norm(neck.points - neck.middle, axis=2) < wide_mm
+        is_near &= np.isfinite(neck.behind_mm)
+        near, behind_mm = neck.points[is_near][::4], neck.behind_mm[is_near][::4]
+        depths = np.arange(-THROUGH_MM, behind_mm.max(), 0.5)
+        walls = near[:, None] + depths[:, None] * neck.normal
+        chosen: Doubles = walls[depths < behind_mm[:, None]]
+        return chosen
 
     # places
 
-    def _nearest_hazard(self, points: Doubles, *, is_kept_off: bool = False) -> Doubles:
-        """Return how near points lie to what is to be kept away from, mm.
-
-        is_kept_off: or to the margin round it.
-        """
-        field = self._margins if is_kept_off else self._hazards
-        if field is None:
-            return np.full(len(points), np.inf)
-        return field.sample(points) * UNIT_MM
-
-    def _joined(self, *, with_margins: bool) -> Volume | None:
-        """Return the distance to the nearest of all hazards of the exercise."""
-        found: Volume | None = None
-        for task in self.scenario.tasks:
-            if self.patient.hazards is None or not isinstance(task, KeepAway):
-                continue
-            off = task.margin_mm / UNIT_MM if with_margins else 0.0
-            for name in task.hazards:
-                one = self.patient.hazards.volumes[name]
-                values = (one.values - off).astype(np.float32)
-                if found is not None:
-                    values = np.minimum(values, found.values)
-                found = one.with_values(values, one.background)
-        return found
-
-    def _lines(
-        self, tips: Doubles, but_mm: float, entries: Doubles | None = None
-    ) -> tuple[Doubles, Doubles, Doubles]:
+    def _lines(self, tips: Doubles, but_mm: float) -> tuple[Doubles, Doubles, Doubles]:
         """Return each tip with the entry from which least tissue is on its way.
 
         The third: how deep the axis lies in tissue, mm, but for its last part.
         """
-        entries = self._entries[:24] if entries is None else entries
+        entries = self._entries[:24]
         way = tips[:, None] - entries
         length = np.linalg.norm(way, axis=2)
         share = np.linspace(0.0, 1.0, LINE_POINTS)
@@ -469,21 +473,6 @@ class ScriptedHand:
         self._tip, self._entry, self._roll_deg = tip, entry, roll_deg
         self._step(AWAY_MM, np.array([0.0, 1.0, 0.0]), EMPTY_HAND)
 
-    def _tool(
-        self,
-        name: str,
-        tip: Doubles,
-        entry: Doubles,
-        *,
-        jaw: float = 0.0,
-        is_working: bool = False,
-        is_sucking: bool = False,
-        roll_deg: float = 0.0,
-    ) -> None:
-        way = (tip - entry) / np.linalg.norm(tip - entry)
-        state = InstrumentState(name, roll_deg, jaw, is_working, is_sucking)
-        self._step(tip, way, state)
-
     def _step(self, tip: Doubles, way: Doubles, state: InstrumentState) -> None:
         self.time_s += STEP_S
         pointing = self._tip - self._entry
@@ -506,36 +495,67 @@ class ScriptedHand:
         if self._operation is not None:
             self._operation.take_changes()
             self._operation.take_edits()
-            self.injuries += [i.structure for i in self._operation.take_injuries()]
+            self._operation.take_injuries()
 
 
 @dataclass(frozen=True)
 class _Bite:
-    """Hold a bite: tool and pose, how wide its jaws are, what it takes, its line."""
+    """Hold a bite: tool, pose, and how wide its jaws are."""
 
     name: str
-    tip: Doubles
-    way: Doubles
+    frame: Doubles
     roll_deg: float
     jaw: float
-    rows: Doubles
-    line: Doubles
+
+    @property
+    def rows(self) -> Doubles:
+        """Return what it takes, as capsules in the world."""
+        rows = _held(self.name, self.jaw).copy()
+        rows[:, 1:4] = moved(rows[:, 1:4], self.frame)
+        rows[:, 4:7] = moved(rows[:, 4:7], self.frame)
+        return rows
+
+
+@cache
+def _held(name: str, jaw: float) -> Doubles:
+    """Return what a tool takes, in its own frame; an edge at rest is capsules, too."""
+    rows = instrument_named(name).working_volume(np.eye(4), jaw)
+    is_edge = rows[:, 0] == BLADE
+    rows[is_edge, 7] = rows[is_edge, 13]
+    rows[:, 0] = CAPSULE
+    return rows
+
+
+def _middle(off: Doubles) -> Doubles:
+    """Return places along a tool's middle in its own frame; off: of its shaft."""
+    bend = off + np.array([0.0, 0.0, np.linalg.norm(off)])
+    share = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None]
+    back = np.zeros((TOOL_POINTS, 3))
+    back[:, 2] = np.linspace(0.0, LONGEST_MM, TOOL_POINTS)
+    return np.concatenate([share * bend, bend + back])
+
+
+def _turns(ways: Doubles, rolls_deg: Doubles) -> Doubles:
+    """Return the turns ``(n, 3, 3)`` of `tip_frame`; no way goes straight up."""
+    back = -ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    right = np.cross(-back, SUPERIOR)
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    up = np.cross(back, right)
+    roll = np.radians(rolls_deg)[:, None]
+    x = np.cos(roll) * right - np.sin(roll) * up
+    y = np.cos(roll) * up + np.sin(roll) * right
+    return np.stack([x, y, back], axis=2)
 
 
 def _inside(rows: Doubles, points: Doubles) -> NDArray[np.bool_]:
     """Return which points lie in capsules."""
     starts, ways = rows[:, 1:4], rows[:, 4:7] - rows[:, 1:4]
-    middle = rows[:, 1:7].reshape(-1, 3).mean(axis=0)
-    found = np.zeros(len(points), bool)
-    near = np.flatnonzero(np.linalg.norm(points - middle, axis=1) < REACH_MM)
-    if not len(near):
-        return found
-    off = points[near][:, None] - starts
+    off = points[:, None] - starts
     squares = np.maximum((ways * ways).sum(axis=1), 1e-12)
     share = np.clip((off * ways).sum(axis=2) / squares, 0.0, 1.0)
     gaps = np.linalg.norm(off - share[..., None] * ways, axis=2) - rows[:, 7]
-    found[near] = gaps.min(axis=1) < 0.0
-    return found
+    inside: NDArray[np.bool_] = gaps.min(axis=1) < 0.0
+    return inside
 
 
 def _unit(way: Doubles) -> Doubles:
