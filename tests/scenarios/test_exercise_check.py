@@ -1,5 +1,6 @@
 """Laws of the curriculum over drawn heads: a task is met by doing it, and only so."""
 
+import math
 from collections.abc import Iterator
 from functools import cache
 
@@ -18,7 +19,7 @@ from scenarios.endoscope import Endoscope
 from scenarios.exercise_check import untouched_problems
 from scenarios.scenario import CURRICULUM
 from scenarios.tasks.head_parts import Head
-from scenarios.tasks.neck import Neck
+from scenarios.tasks.neck import DEEP_MM, Neck
 from scenarios.tasks.rules import rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import KeepAway, Limits, Open, Remove, Share, Task
@@ -122,6 +123,25 @@ def test_no_task_is_met_on_an_untouched_head_nor_by_bites_elsewhere(seed: int) -
             pass
         count += 1
     assert count >= 6
+
+
+@pytest.mark.parametrize(
+    "seed", [s if s < 2 else pytest.param(s, marks=pytest.mark.slow) for s in SEEDS]
+)
+def test_an_opening_is_met_by_a_hole_through_its_neck(seed: int) -> None:
+    patient, head, places = drawn(seed)
+    tasks = [task for _, task in asking(head) if isinstance(task, Open)]
+    for task in tasks:
+        start, end = places[str(task.start)], places[str(task.end)]
+        neck = Neck.between(head.distance, start, end)
+        radius_mm = math.sqrt(task.area_mm2 / math.pi) + 0.5
+        front, back = (neck.middle + d * neck.normal for d in (-1.0, DEEP_MM))
+        rule = rule_of(task, places, head)
+        patient.carve(capsule(front, back, radius_mm), Taker(1e3, 1e3))
+        rule.step(now(patient), 0.0)
+        assert rule.progress == 1.0, (task.name, rule.lacks)
+        patient.undo()
+    assert len(tasks) == 2
 
 
 def test_every_operation_asks_for_completeness_and_for_what_is_spared() -> None:
