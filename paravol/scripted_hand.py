@@ -8,7 +8,7 @@ need not be able to do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -336,7 +336,7 @@ class ScriptedHand:
                     tips = some - np.einsum("nab,nb->na", turns, grips)
                     ways = tips + turns @ off - entries
                 middle = _middle(off)
-                line = tips[:, None] + np.einsum("nab,mb->nma", turns, middle)
+                line = tips[:, None] + middle @ turns.transpose(0, 2, 1)
                 depths = self.distance.sample(line)
                 is_bitten = np.linalg.norm(middle, axis=1) < BITTEN_MM
                 is_outside = middle[:, 2] > np.linalg.norm(ways, axis=1)[:, None]
@@ -352,18 +352,24 @@ class ScriptedHand:
         found = [found[n] for n in random.permutation(len(found))[:COMPARED]]
         return found, random.permutation(np.concatenate(in_the_way))[:COMPARED]
 
+    @cached_property
+    def _hazard(self) -> Volume:
+        """Return how far the nearest of all is that must not be hurt."""
+        assert self.patient.hazards is not None
+        hazards = list(self.patient.hazards.volumes.values())
+        nearest = np.minimum.reduce([hazard.values for hazard in hazards])
+        return hazards[0].with_values(nearest, hazards[0].background)
+
     def _worth(self, bite: "_Bite", wanted: Doubles, price: float) -> float:
         """Return what share of what is wanted a bite takes, less what it harms.
 
         price: of what uses up all that is allowed of anything.
         """
         assert self._operation is not None
-        assert self.patient.hazards is not None
         patient, harm, rows = self._operation.patient, self._harm(), bite.rows
-        for hazard in self.patient.hazards.volumes.values():
-            gaps = hazard.sample(rows[:, 1:7].reshape(-1, 2, 3)) * UNIT_MM
-            if (gaps - rows[:, 7:8]).min() < SPARED_MM:
-                return -math.inf
+        gaps = self._hazard.sample(rows[:, 1:7].reshape(-1, 2, 3)) * UNIT_MM
+        if (gaps - rows[:, 7:8]).min() < SPARED_MM:
+            return 0.0
         before = patient.books.counts
         if patient.carve(rows, instrument_named(bite.name).taker) is None:
             return 0.0
