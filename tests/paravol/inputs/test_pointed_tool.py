@@ -49,7 +49,7 @@ LOOSE_MM = 0.15
 
 
 @given(tools, places)
-@settings(max_examples=30)
+@settings(max_examples=12)
 def test_it_begins_outside_and_passes_the_nostril(
     name: str, at: tuple[float, float]
 ) -> None:
@@ -67,7 +67,7 @@ def test_it_begins_outside_and_passes_the_nostril(
 
 
 @given(places)
-@settings(max_examples=30)
+@settings(max_examples=12)
 def test_it_comes_to_where_somebody_points(at: tuple[float, float]) -> None:
     """But for what the scope leaves it: that is no farther than is looked for."""
     hand = hand_before(-40.0, "suction tube")
@@ -87,7 +87,7 @@ def test_it_comes_to_where_somebody_points(at: tuple[float, float]) -> None:
     tools,
     st.lists(st.tuples(places, st.floats(-15.0, 15.0), st.booleans()), max_size=5),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_nothing_is_pushed_deeper_than_mucosa_yields(
     name: str, script: list[tuple[tuple[float, float], float, bool]]
 ) -> None:

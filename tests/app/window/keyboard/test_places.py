@@ -91,7 +91,10 @@ PRINTED = {
 }
 
 
-@pytest.mark.parametrize("layout", list(PRINTED))
+@pytest.mark.parametrize(
+    "layout",
+    [n if n == "fr" else pytest.param(n, marks=pytest.mark.slow) for n in PRINTED],
+)
 def test_a_flight_is_steered_on_every_keyboard(layout: str, screen: str) -> None:
     if shutil.which("xdotool") is None:
         pytest.skip("there is no xdotool")
