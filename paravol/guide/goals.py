@@ -28,6 +28,10 @@ FACING, ASKEW_MM = 0.4, 25.0
 """Cosine to a wall's normal from which mucosa is well seen; what lies more askew is
 gone to as if it lay so much farther away."""
 
+ENOUGH, STEP_MM = 0.8, 0.6
+"""A needle is led to so much of the radius and the depth that count, at most; places
+for it are so far apart."""
+
 LOOKED_AT = 60
 """Places of tissue that are tried for sight, at most, the nearest first."""
 
@@ -97,6 +101,11 @@ def goal_of(
             return _unseen(task, head, tip_mm)
         case tasks.KeepAway():
             return None
+        case tasks.Inject():
+            eye = tip_mm if eye_mm is None else eye_mm
+            return Goal(
+                _name(task.place, task.name), _injected(task, head, tip_mm, eye)
+            )
         case _:
             return Goal(_name(task.place, task.name), _at(task.place, head))
 
@@ -184,6 +193,21 @@ def _left_of_parts(
         key=lambda goal: float(np.linalg.norm(goal.place_mm - tip_mm)),
         default=None,
     )
+
+
+def _injected(
+    task: tasks.Inject, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
+) -> _Doubles:
+    """Return where a needle may go in: of what is near enough the nearest in sight."""
+    place, reach_mm = _at(task.place, head), ENOUGH * task.radius_mm
+    steps = np.arange(-reach_mm, reach_mm + STEP_MM, STEP_MM)
+    off = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    places = place + off[np.linalg.norm(off, axis=1) <= reach_mm]
+    deep = head.distance.sample(places)
+    places = places[(deep > 0.0) & (deep < ENOUGH * task.deepest_mm)]
+    if not len(places):
+        return place
+    return _nearest_seen(head.distance, places, tip_mm, eye_mm)
 
 
 def _narrowest(task: tasks.Open, head: GuidedHead) -> Goal:

@@ -119,6 +119,13 @@ def is_there(number: int) -> bool:
     return number in map(number_of, QGuiApplication.allWindows())
 
 
+def inside(handle: QWindow, at: QPoint) -> QPoint:
+    """Return the place of a window nearest to one: it may have become smaller."""
+    size = handle.size()
+    x, y = min(at.x(), size.width() - 1), min(at.y(), size.height() - 1)
+    return QPoint(max(x, 0), max(y, 0))
+
+
 class Monkey(QObject):
     """Hit something again and again, until time is up; watch whether it is heard."""
 
@@ -299,7 +306,7 @@ class Monkey(QObject):
         number = number_of(handle)
         QTest.mousePress(handle, button, mask, at)
         if is_there(number):
-            QTest.mouseRelease(handle, button, mask, at)
+            QTest.mouseRelease(handle, button, mask, inside(handle, at))
 
     def press_button(self, window: QWidget) -> None:
         """Click on a button that can be seen."""
@@ -329,9 +336,9 @@ class Monkey(QObject):
         for n in range(1, steps + 1):
             if not is_there(number):
                 return
-            QTest.mouseMove(handle, begin + (end - begin) * n / steps)
+            QTest.mouseMove(handle, inside(handle, begin + (end - begin) * n / steps))
         if is_there(number):
-            QTest.mouseRelease(handle, button, Modifier.NoModifier, end)
+            QTest.mouseRelease(handle, button, Modifier.NoModifier, inside(handle, end))
 
     def wheel(self, window: QWidget) -> None:
         """Turn the wheel anywhere."""

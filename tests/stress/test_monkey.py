@@ -53,7 +53,7 @@ def let_loose(seconds: float, folder: Path) -> tuple[dict[str, Any], str]:
             timeout=seconds + LOADING_S,
         )
     last = "\n".join(log.read_text().splitlines()[-LAST:]) if log.exists() else ""
-    shown = f"MONKEY_SEED={seed}\n{last}\n{done.stderr}\n{done.stdout[-2000:]}"
+    shown = f"MONKEY_SEED={seed}\n{last}\n{done.stderr}\n{done.stdout[:4000]}"
     assert (done.returncode, done.stderr) == (0, ""), shown
     return json.loads(done.stdout.splitlines()[-1]), shown
 

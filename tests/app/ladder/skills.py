@@ -47,7 +47,7 @@ class Trainee:
         self._washed_s = 0.0
         self.surgeon = Surgeon(person, self, shoot)
         self._least = math.inf
-        self._eased = False
+        self._eased = 0
         self._same = self._freed = self._aimed = self._rolled = self._along = 0
 
     def do_all(self) -> None:
@@ -141,11 +141,15 @@ class Trainee:
         mark = sight.mark
         if "upright" in sight.task and self._level(sight):
             return
-        if sight.touching == "wall" and not self._eased:
-            self._eased = True
-            self.person.ease()
+        if sight.touching == "wall" and self._eased < 2:
+            # the last stroke a part back, then the scope
+            self._eased += 1
+            if self._eased == 1:
+                self.person.ease()
+            else:
+                self.person.go(-1)
             return
-        self._eased = False
+        self._eased = 0
         if sight.bar > 0.0:
             self.person.wait(0.2)
             return
