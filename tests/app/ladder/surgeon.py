@@ -25,7 +25,7 @@ TOOLS = (
 )
 """What a person takes first for what a task speaks of, and what then."""
 
-NEAREST_MM, FARTHEST_MM, WAY_MM = 10.0, 28.0, 16.0
+NEAREST_MM, FARTHEST_MM, WAY_MM = 9.0, 18.0, 16.0
 """From the scope to where one operates; the last where one does not see it yet: the
 tool goes the rest of the way."""
 
