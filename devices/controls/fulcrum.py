@@ -284,7 +284,8 @@ class FulcrumControl:
         )
         if self._goes_out:
             asks_in = demand.insert > 0.0 or demand.insert_nudge_mm > 0.0
-            is_out = self._depth_mm <= limits.depth_mm[0]
+            aside_mm = float(np.linalg.norm(self._pivot_mm - self.fulcrum.pivot_mm))
+            is_out = self._depth_mm <= limits.depth_mm[0] and aside_mm < 1e-6
             self._goes_out = not (asks_in or is_out)
             if self._goes_out:
                 demand = Demand(insert=-1.0)
@@ -299,12 +300,9 @@ class FulcrumControl:
         before = self.frame()
         self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
-        if self._lean is not None and self._depth_mm > LEANS_FROM_MM and step_s > 0.0:
+        if self._lean is not None and step_s > 0.0 and np.any(step[:3]):
             share = min(float((np.abs(step[:3]) / fastest[:3]).max() / step_s), 1.0)
-            most_deg = share * limits.turn_deg_s * step_s
-            if most_deg > 0.0:
-                most_mm = math.radians(most_deg) * self._depth_mm
-                self._move_pivot(self._lean, before[:3, 3], most_mm)
+            self._move_pivot(self._lean, before[:3, 3], share * step_s)
         if self._is_settling:
             self._settle(before, SETTLING * step_s)
         elif self._hold is not None:
@@ -319,20 +317,25 @@ class FulcrumControl:
 
     def go_through_walls(self) -> None:
         """Go through walls from now on: what the scope is put into holds it."""
-        self._hold = None
+        self._hold = self._lean = None
 
     def _move_pivot(
-        self, lean: Lean, before_mm: NDArray[np.float64], most_mm: float
+        self, lean: Lean, before_mm: NDArray[np.float64], time_s: float
     ) -> None:
-        """Lay the shaft where its tip goes freely from a place, by so much at most."""
-        tip_mm = self._pivot_mm + self._depth_mm * self.pointing
+        """Lay the shaft where its tip goes freely from a place, for some time."""
+        limits, depth_mm = self.limits, self._depth_mm
+        if depth_mm <= LEANS_FROM_MM:
+            # on its way out it comes back to the nostril's middle
+            way = self.fulcrum.pivot_mm - self._pivot_mm
+            self._pivot_mm = self._pivot_mm + _cut(way, limits.insert_mm_s * time_s)
+            return
+        tip_mm = self._pivot_mm + depth_mm * self.pointing
         ahead = tip_mm - before_mm
         ahead *= LEANS_AHEAD_MM / max(float(np.linalg.norm(ahead)), 1e-9)
         way = lean(tip_mm + ahead) - self._pivot_mm
-        length = float(np.linalg.norm(way))
-        if length > 0.0:
-            self._pivot_mm = self._pivot_mm + min(1.0, most_mm / length) * way
-            self._aim_at(tip_mm)
+        most_mm = math.radians(limits.turn_deg_s) * depth_mm * time_s
+        self._pivot_mm = self._pivot_mm + _cut(way, most_mm)
+        self._aim_at(tip_mm)
 
     def _settle(self, before: NDArray[np.float64], step_s: float) -> None:
         """Go from a frame towards the one that passes through the pivot."""
@@ -400,6 +403,12 @@ class FulcrumControl:
         low, high = self.limits.depth_mm
         depth_mm = min(max(float(place[0]), low), high)
         return np.array((depth_mm, *_shortened(place[1:], self.limits.cone_deg)))
+
+
+def _cut(way: NDArray[np.float64], most: float) -> NDArray[np.float64]:
+    """Return a way, no longer than the most."""
+    length = float(np.linalg.norm(way))
+    return way if length <= most else way * (most / length)
 
 
 def _limited(

@@ -230,3 +230,18 @@ def test_a_way_that_begins_in_a_wall_is_begun_in_its_air(
     for _ in range(300):
         control.advance(0.01, Demand())
     assert control.depth_mm == 0.0
+
+
+def test_a_scope_that_leant_comes_out_through_the_middle() -> None:
+    scenario, _ = load_scenario("diagnostic-right")
+    patient = load_patient(scenario, no_progress)
+    control = scope_control(patient, None, RADIUS_MM, scenario.start)
+    middle = control.frame()[:3, 3]
+    steer(patient, control, patient.landmarks["choana, right"])
+    back = control.frame()
+    line = middle - back[:3, 3]
+    assert np.linalg.norm(np.cross(line, back[:3, 2])) > 3.0
+    control.go_out()
+    for _ in range(1000):
+        control.advance(0.01, Demand())
+    assert np.linalg.norm(control.frame()[:3, 3] - middle) < 0.5
