@@ -26,7 +26,7 @@ demo: $(READY)  ## fly the recorded path without a screen; results in out/demo
 	$(RUN) app demo --out out/demo
 
 test: $(READY)  ## run the tests, slow ones left out
-	$(RUN) pytest -m "not slow" -n 2 --dist loadfile
+	$(RUN) pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder
 
 test-all: $(READY)  ## run every test
 	$(RUN) pytest -n 2 --dist loadfile

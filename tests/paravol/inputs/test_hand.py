@@ -27,6 +27,7 @@ from tests.paravol.inputs.clumsy_hand import steer_by_mouse
 Exercise = tuple[Scenario, ProbePath]
 RADIUS_MM = 1.35
 SLOW = pytest.mark.slow
+PLACES = ("nasopharynx", "recess", "turbinate")
 
 
 def test_the_scope_starts_in_the_nostril_of_the_exercise(
@@ -153,7 +154,7 @@ def test_a_beginner_comes_to_the_middle_meatus_by_mouse(
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=SLOW) for n in (1, 2))])
 @pytest.mark.parametrize(
     "goal",
-    ["choana", *(pytest.param(n, marks=SLOW) for n in ("nasopharynx", "recess"))],
+    ["choana", *(pytest.param(name, marks=SLOW) for name in PLACES)],
 )
 def test_a_beginner_comes_through_the_whole_nose(goal: str, seed: int) -> None:
     """A hand leans the scope in the nostril, where the way behind lies straight.
