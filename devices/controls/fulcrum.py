@@ -327,14 +327,16 @@ class FulcrumControl:
         if depth_mm <= LEANS_FROM_MM:
             # on its way out it comes back to the nostril's middle
             way = self.fulcrum.pivot_mm - self._pivot_mm
-            self._pivot_mm = self._pivot_mm + _cut(way, limits.insert_mm_s * time_s)
+            self._pivot_mm = self._pivot_mm + _shortened(
+                way, limits.insert_mm_s * time_s
+            )
             return
         tip_mm = self._pivot_mm + depth_mm * self.pointing
         ahead = tip_mm - before_mm
         ahead *= LEANS_AHEAD_MM / max(float(np.linalg.norm(ahead)), 1e-9)
         way = lean(tip_mm + ahead) - self._pivot_mm
         most_mm = math.radians(limits.turn_deg_s) * depth_mm * time_s
-        self._pivot_mm = self._pivot_mm + _cut(way, most_mm)
+        self._pivot_mm = self._pivot_mm + _shortened(way, most_mm)
         self._aim_at(tip_mm)
 
     def _settle(self, before: NDArray[np.float64], step_s: float) -> None:
@@ -403,12 +405,6 @@ class FulcrumControl:
         low, high = self.limits.depth_mm
         depth_mm = min(max(float(place[0]), low), high)
         return np.array((depth_mm, *_shortened(place[1:], self.limits.cone_deg)))
-
-
-def _cut(way: NDArray[np.float64], most: float) -> NDArray[np.float64]:
-    """Return a way, no longer than the most."""
-    length = float(np.linalg.norm(way))
-    return way if length <= most else way * (most / length)
 
 
 def _limited(

@@ -90,11 +90,12 @@ def goal_of(
     tip_mm: ``(3,)`` LPS of what goes there: of places that are as good, the nearest is
     taken. eye_mm: ``(3,)`` of the lens; tissue that it sees goes before the rest.
     """
+    eye_mm = tip_mm if eye_mm is None else eye_mm
     match task:
         case tasks.Follow():
             return _ring(task, state, head, tip_mm)
         case tasks.Remove():
-            return _left(task, head, tip_mm, tip_mm if eye_mm is None else eye_mm)
+            return _left(task, head, tip_mm, eye_mm)
         case tasks.Open():
             return _narrowest(task, head)
         case tasks.Survey():
@@ -102,10 +103,8 @@ def goal_of(
         case tasks.KeepAway():
             return None
         case tasks.Inject():
-            eye = tip_mm if eye_mm is None else eye_mm
-            return Goal(
-                _name(task.place, task.name), _injected(task, head, tip_mm, eye)
-            )
+            place = _injected(task, head, tip_mm, eye_mm)
+            return Goal(_name(task.place, task.name), place)
         case _:
             return Goal(_name(task.place, task.name), _at(task.place, head))
 

@@ -9,6 +9,7 @@ from scenarios.structures import Structures
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import (
     Follow,
+    Inject,
     KeepAway,
     Limits,
     Open,
@@ -91,6 +92,42 @@ def test_what_is_left_on_the_own_side_is_the_goal_until_nothing_is() -> None:
         known.nostril_mm,
     )
     assert goal_of(task, state, known, tip) is None
+
+
+def test_tissue_that_the_lens_sees_goes_before_what_is_nearer() -> None:
+    known = head()
+    distance = known.distance.values.copy()
+    # a wall beside the block hides all of it but one end
+    distance[:, 27:30, :20] = 1.0
+    distance[20:24, 38:40, 6:10] = 0.5
+    labels = known.structures.labels.values.copy() if known.structures else distance
+    labels[20:24, 38:40, 6:10] = Label.UNCINATE
+    assert known.structures is not None
+    air = known.distance.with_values(distance, 9.0)
+    marks = known.structures.labels.with_values(labels, 0)
+    names = {int(Label.UNCINATE): "uncinate"}
+    named = Structures.of(air, marks, names, MappingProxyType(dict(known.landmarks)))
+    known = GuidedHead(air, known.landmarks, named, None, known.nostril_mm)
+    task = Remove(name="u", title="", tissues={"uncinate": Limits(10.0)})
+    tip, eye = np.array([4.0, 12.5, 11.0]), np.array([4.0, 16.5, 11.0])
+    state = TaskState("u", Status.OPEN)
+    near, seen = (goal_of(task, state, known, tip, at) for at in (tip, eye))
+    assert near is not None
+    assert seen is not None
+    assert near.place_mm[1] < 13.0
+    assert seen.place_mm[1] > 18.0
+
+
+def test_a_needle_is_led_to_where_it_counts() -> None:
+    known = head()
+    task = Inject(name="i", title="", place=(10.0, 5.0, 5.0), tool="injection needle")
+    eye = np.array([3.0, 5.0, 5.0])
+    goal = goal_of(task, TaskState("i", Status.OPEN), known, eye)
+    assert goal is not None
+    depth_mm = float(known.distance.sample(goal.place_mm))
+    assert 0.0 < depth_mm < task.deepest_mm
+    assert np.linalg.norm(goal.place_mm - np.array(task.place)) < task.radius_mm
+    assert goal.place_mm[0] < 10.0
 
 
 def test_an_opening_is_gone_to_where_it_is_narrowest() -> None:
