@@ -68,7 +68,7 @@ class ToolHold:
         pivot_mm: ``(3,)`` where the shaft is held. hazards: what no push may reach.
         """
         self._hold = CapsuleHold(distance, pivot_mm)
-        self._hazards = hazards
+        self._distance, self._hazards = distance, hazards
         self.state: InstrumentState = EMPTY_HAND
         self.pushed_mm = 0.0
 
@@ -118,7 +118,10 @@ class ToolHold:
         for name in hazards.names:
             if hazards.distance_mm(name, few).min() < TOLD_MM:
                 least = np.minimum(least, hazards.distance_mm(name, places))
-        pushed = np.clip(least - balls[:, 1] - SPARES_MM, 0.0, self.pushed_mm)
+        # from the wall on: so deep it lies already, and so far it may go on
+        deep = np.maximum(self._distance.sample(places) + balls[:, 1], 0.0)
+        left = least - balls[:, 1] - SPARES_MM
+        pushed = np.clip(deep + left - TOUCH_MM, 0.0, self.pushed_mm)
         wider = balls.copy()
         wider[:, 1] += self.pushed_mm - pushed
         return wider

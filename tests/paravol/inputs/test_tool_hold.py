@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paravol.inputs.tool_hold import TOUCH_MM, ToolHold, tool_of_shaft
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
+from paravol.inputs.tool_hold import (
+    SPARES_MM,
+    TOUCH_MM,
+    YIELDS_MM,
+    ToolHold,
+    tool_of_shaft,
+)
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, Session, tip_frame
 from scenarios.bundle import SampleRecord
@@ -70,6 +77,33 @@ def test_no_tool_is_pushed_through_a_plate_sideways(
         tool = tool_of_shaft(name, shaft)
         assert tool[0, 3] > 1.0 - TOUCH_MM - LOOSE_MM
         assert gap_mm(name, tool) >= -TOUCH_MM - LOOSE_MM
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_push_yields_but_stops_before_what_must_not_be_hurt(name: str) -> None:
+    """A hazard .8 mm behind the plate's face, and none at all."""
+    behind = np.abs(AXIS) - 0.2
+    steps = np.broadcast_to(behind / UNIT_MM, (121, 121, 121)).astype(np.int16)
+    hazard = Volume(steps, np.full(3, H), np.full(3, AXIS[0]), background=2500.0)
+    start, aim = (
+        shaft_of_tool(
+            name, tip_frame(np.array([x, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+        )
+        for x in (14.0, -5.0)
+    )
+    gaps = []
+    for hazards in (HazardVolumes({"septum": hazard}), None):
+        hold = ToolHold(PLATE, np.array([14.0, -60.0, 0.0]), hazards)
+        hold.state = InstrumentState(name, jaw=1.0)
+        shaft = start
+        for _ in range(200):
+            hold.push(0.0, 0.0, 0.01, is_held=True)
+            shaft = hold(shaft, aim)
+        gaps.append(gap_mm(name, tool_of_shaft(name, shaft)))
+    spared, free = gaps
+    # 0.8 mm to the hazard, of which the last 0.4 are kept
+    assert spared == pytest.approx(-(0.8 - SPARES_MM), abs=2 * LOOSE_MM)
+    assert free == pytest.approx(-YIELDS_MM - TOUCH_MM, abs=2 * LOOSE_MM)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(-0.3, 0.3), st.floats(0.4, 2.0))
