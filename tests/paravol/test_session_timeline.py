@@ -20,20 +20,14 @@ from app.cli.replay_options import ReplayOptions
 from disk import UserError
 from disk.object_file import save_objects
 from paravol import keyframes, session_pictures
-from paravol.inputs.flight_input import in_the_patient
 from paravol.keyframes import APART_S, Keyframes, load_keyframes, save_keyframes
 from paravol.patient import PatientScene
-from paravol.session_setup import (
-    build_session,
-    build_view,
-    describe_session,
-    operate_on,
-)
 from paravol.session_timeline import GRACE_S, SessionTimeline
 from scenarios import Sample, Session, load_scenario, tip_frame
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
 from tests.paravol.operated_head import head_round_an_orbit
+from tests.paravol.replays.flown_session import parts_of
 
 EVERY_S = 0.1
 COUNT = 160
@@ -98,19 +92,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
     scenario, _ = load_scenario("first_flight")
     patient = head_round_an_orbit(scenario)
     centre = patient.scene.volume.center_mm
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=SIZE, has_instrument=True
-    )
-    operated, operation = operate_on(patient)
-    session = build_session(scenario, operated, np.eye(4), (SIZE, SIZE), operation)
-    view = build_view(
-        scenario,
-        operated,
-        tier=info.tier,
-        seed=info.seed,
-        has_instrument=True,
-        threads=1,
-    )
+    info, session, operation, view = parts_of(scenario, patient, SIZE)
     samples, states = [], []
     with SessionRecorder(folder, info) as recorder:
         for number in range(COUNT):

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +17,17 @@ from paravol.session_setup import (
     describe_session,
     operate_on,
 )
-from scenarios import Sample, Scenario, load_scenario, tip_frame
+from paravol.view import EndoscopeView
+from scenarios import Sample, Scenario, Session, load_scenario, tip_frame
 from scenarios.bundle import (
     EventRecord,
     FrameRecord,
     SampleRecord,
+    SessionInfo,
     SessionRecorder,
 )
 from scenarios.instrument_state import InstrumentState
+from scenarios.operation import Operation
 
 EVERY_S = 0.04
 LASTS_S = 2.0
@@ -50,19 +54,17 @@ def along_the_path(scenario_file: Path, begin_s: float = 8.0) -> Poses:
     return poses
 
 
-def record_flight(
-    folder: Path,
-    scenario: Scenario,
-    patient: PatientScene,
-    poses: Poses,
-    *,
-    speed: float = 1.0,
-    size: int = 64,
-) -> Path:
-    """Record a flight, with every fifth sample's frame, and return its folder.
+class Parts(NamedTuple):
+    """Hold what records a flight: what it says of itself, and what steps and draws."""
 
-    The tool is changed in the middle and cuts from then on. speed: as a factor.
-    """
+    info: SessionInfo
+    session: Session
+    operation: Operation
+    view: EndoscopeView
+
+
+def parts_of(scenario: Scenario, patient: PatientScene, size: int) -> Parts:
+    """Prepare an operation in a patient that is recorded; size: of its pictures, px."""
     info = describe_session(
         scenario, patient, in_the_patient(), size=size, has_instrument=True
     )
@@ -76,6 +78,23 @@ def record_flight(
         has_instrument=True,
         threads=1,
     )
+    return Parts(info, session, operation, view)
+
+
+def record_flight(
+    folder: Path,
+    scenario: Scenario,
+    patient: PatientScene,
+    poses: Poses,
+    *,
+    speed: float = 1.0,
+    size: int = 64,
+) -> Path:
+    """Record a flight, with every fifth sample's frame, and return its folder.
+
+    The tool is changed in the middle and cuts from then on. speed: as a factor.
+    """
+    info, session, operation, view = parts_of(scenario, patient, size)
     count = round(LASTS_S / speed / EVERY_S)
     with SessionRecorder(folder, info) as recorder:
         for n in range(count + 1):

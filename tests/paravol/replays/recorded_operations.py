@@ -7,17 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
-from paravol.session_setup import (
-    build_session,
-    build_view,
-    describe_session,
-    operate_on,
-)
 from scenarios import Sample, load_scenario, tip_frame
 from scenarios.bundle import EditRecord, FrameRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import NO_TOOL, InstrumentState
+from tests.paravol.replays.flown_session import parts_of
 
 EVERY_S = 0.05
 COUNT = 120
@@ -79,19 +73,7 @@ def record_operation(folder: Path, patient: PatientScene, sample_at: SampleAt) -
     scenario, _ = load_scenario("first_flight")
     centre = patient.scene.volume.center_mm
     edge = SIZES[0]
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=edge, has_instrument=True
-    )
-    operated, operation = operate_on(patient)
-    session = build_session(scenario, operated, np.eye(4), (edge, edge), operation)
-    view = build_view(
-        scenario,
-        operated,
-        tier=info.tier,
-        seed=info.seed,
-        has_instrument=True,
-        threads=1,
-    )
+    info, session, operation, view = parts_of(scenario, patient, edge)
     with SessionRecorder(folder, info) as recorder:
         for place in range(COUNT):
             sample = sample_at(place, centre)
