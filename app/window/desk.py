@@ -12,6 +12,7 @@ import msgspec
 from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import BackgroundWork, words_for
+from app.window.ending import PATIENCE_S, begin_ending, wait_for
 from app.window.flight.ended_page import EndedPage
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
@@ -54,9 +55,6 @@ if TYPE_CHECKING:
     from app.window.result.result_page import ResultPage
     from paravol.trainee.record import TraineeRecord
     from paravol.trainee.session_result import SessionResult
-
-STOP_PATIENCE_S = 5.0
-"""The flight looks ten times a second whether it is left."""
 
 HOME_TOUR, FLIGHT_TOUR = "home", "flight"
 DEBRIEF = "debrief.html"
@@ -639,22 +637,17 @@ class Desk(QObject):
         """End what is under way; a flight's recording gets its end."""
         for flown in self.flown:
             if flown.thread is not None:
-                flown.thread.stop(STOP_PATIENCE_S)
+                flown.thread.stop(PATIENCE_S)
                 flown.take_end(flown.thread)
                 self.error = flown.thread.error
-        for ending in self._endings:
-            ending.join(STOP_PATIENCE_S)
+        wait_for(self._endings)
 
     def _leave_flights(self) -> None:
         """Let go of earlier flights beside the window: what they still draw ends."""
         for flown in self.flown:
             if flown.thread is not None:
-                ending = threading.Thread(
-                    target=_end, args=(flown.thread,), name="flight end", daemon=True
-                )
+                self._endings.append(begin_ending(flown.thread, flown.thread.stop))
                 flown.thread = None
-                ending.start()
-                self._endings.append(ending)
 
     def _note_tour(self, name: str) -> None:
         if name not in self._choices.tours:
@@ -682,14 +675,6 @@ class Desk(QObject):
         for ended in (begun.done, begun.failed):
             ended.connect(lambda _: self._works.discard(begun))
         return begun.start()
-
-
-def _end(thread: FlightThread) -> None:
-    """Stop a flight; its object ends in the window's thread, as it began there."""
-    while not thread.stop(STOP_PATIENCE_S):
-        # it is still compiling, or the machine is busy: it speaks once more at its end
-        pass
-    thread.deleteLater()
 
 
 def _typed(setup: TrainingSetup) -> FoundDevice:

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from threading import Thread
 
 import msgspec
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -16,6 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QMessageBox, QStackedWidget
 
+from app.window.ending import wait_for
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.page import Page, TextPage
@@ -50,6 +52,7 @@ class MainWindow(QMainWindow):
         self._pages.addWidget(self._page)
         self._may_close = False
         self._told: QMessageBox | None = None
+        self._endings: list[Thread] = []
         self._scale = 0.0
         self._preferences = WindowPreferences()
         self._screenshot = screenshot
@@ -78,14 +81,15 @@ class MainWindow(QMainWindow):
         return self._scale
 
     def show_page(self, page: Page) -> None:
-        """Show a page; the one before is released."""
+        """Show a page; the one before is released, and ends beside the window."""
         before, self._page = self._page, page
         page.full_screen_wanted.connect(self.full_screen.switch)
         page.set_scale(self._scale)
         self._pages.addWidget(page)
         self._pages.setCurrentWidget(page)
         self._pages.removeWidget(before)
-        before.release()
+        living = [ending for ending in self._endings if ending.is_alive()]
+        self._endings = [*living, *before.release()]
         before.deleteLater()
         self.setWindowTitle(page.title)
         page.setFocus()
@@ -184,8 +188,8 @@ class MainWindow(QMainWindow):
         self.close()
 
     def release(self) -> None:
-        """Release the page that is shown."""
-        self._page.release()
+        """Release the page that is shown; wait a while for what ends of all pages."""
+        wait_for([*self._endings, *self._page.release()])
 
     def _save(self, path: Path) -> None:
         self._page.catch_up()

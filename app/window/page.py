@@ -1,5 +1,7 @@
 """A page of the main window: one of them is shown at a time."""
 
+from threading import Thread
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
@@ -45,11 +47,13 @@ class Page(QWidget):
     def catch_up(self) -> None:
         """Draw what waits: a picture of the window is about to be taken."""
 
-    def release(self) -> None:
-        """End what the page has going on, and free graphics memory.
+    def release(self) -> list[Thread]:
+        """End what the page has going on, and free graphics memory; returns at once.
 
-        Called once, when the page is never shown again.
+        Called once, when the page is never shown again. Returns what ends beside the
+        window: only the program's end waits for it.
         """
+        return []
 
 
 class TextPage(Page):

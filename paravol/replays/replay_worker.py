@@ -311,7 +311,8 @@ class ReplayWorker:
             while True:
                 self._obey(self._next())
         except _Stopped:
-            return
+            # what was written meanwhile is not lost
+            self._write(self._wishes)
         except Exception as error:
             if not self._stopped.is_set():
                 lacks_case = isinstance(error, MissingCaseError)
@@ -389,10 +390,7 @@ class ReplayWorker:
         # what is shown is wanted, not what comes next
         for _ in range(wishes.keeps):
             self._keep()
-        for at_s, text in wishes.notes:
-            self._change_notes(at_s, text)
-        for number in wishes.removed:
-            self._change_notes(number)
+        self._write(wishes)
         moved = wishes.time_s is not None or wishes.move is not None or wishes.is_stale
         if moved:
             try:
@@ -485,6 +483,12 @@ class ReplayWorker:
             f"The moment at {time_s:.1f} s", "It is being drawn at high quality."
         )
 
+    def _write(self, wishes: _Wishes) -> None:
+        for at_s, text in wishes.notes:
+            self._change_notes(at_s, text)
+        for number in wishes.removed:
+            self._change_notes(number)
+
     def _change_notes(self, at: float, text: str = "") -> None:
         """Write a note, or remove the one of a number where there is no text."""
         folder = self.order.folder
@@ -531,7 +535,8 @@ class ReplayWorker:
             return
         except Exception as error:
             # the replay is worth more than its figures
-            self._observer.on_unmeasured(str(error) or type(error).__name__)
+            if not self._stopped.is_set():
+                self._observer.on_unmeasured(str(error) or type(error).__name__)
 
     def _measuring(self, stage: str, share: float) -> None:
         self._is_still.wait()

@@ -2,11 +2,11 @@
 
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 
-from PySide6.QtCore import QCoreApplication, QObject, Signal
+from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import words_for
+from app.window.ending import begin_ending
 from app.window.texts import tr
 from devices import DeviceError
 from devices.microscribe import MicroScribe
@@ -59,27 +59,18 @@ class ArmThread(QObject):
         """End what is going on; returns at once."""
         self._closed.set()
 
-    def close(self) -> None:
-        """End what is going on, and wait for it."""
-        self._closed.set()
-        for _, thread in self._threads:
-            thread.join()
-
-    def leave(self) -> None:
-        """End what is going on without waiting; this object ends with it.
+    def leave(self) -> threading.Thread:
+        """End what is going on; see `begin_ending`.
 
         A port at which nothing answers is waited for for seconds.
         """
         self._closed.set()
-        # Python's garbage collection might end it in any thread
-        self.setParent(QCoreApplication.instance())
-        threading.Thread(target=self._leave, name="arm end", daemon=True).start()
+        return begin_ending(self, self._ended)
 
-    def _leave(self) -> None:
-        self.close()
-        # where the program ended meanwhile, it is gone already
-        with suppress(RuntimeError):
-            self.deleteLater()
+    def _ended(self, patience_s: float) -> bool:
+        for _, thread in self._threads:
+            thread.join(patience_s)
+        return not any(thread.is_alive() for _, thread in self._threads)
 
     def _begin(self, port: str | None, work: Callable[[threading.Event], None]) -> None:
         """Work in a thread, after those before it at its port: that has one user."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Thread
 
 import platformdirs
 from PySide6.QtCore import Qt, Signal, Slot
@@ -175,9 +176,9 @@ class ConnectionPage(Page):
             case _:
                 super().keyPressEvent(event)
 
-    def release(self) -> None:
-        """Let the arm go, without waiting for it."""
-        self.arm.leave()
+    def release(self) -> list[Thread]:
+        """Let the arm go."""
+        return [self.arm.leave()]
 
     @Slot()
     def _look(self) -> None:

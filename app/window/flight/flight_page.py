@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Mapping
 from functools import partial
+from threading import Thread
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -352,7 +353,7 @@ class FlightPage(Page):
             self._draw_overview()
         self._overview.finish()
 
-    def release(self) -> None:
+    def release(self) -> list[Thread]:
         """End the flight and free the overview's graphics memory.
 
         It is not waited for: whoever started its thread does so.
@@ -362,6 +363,7 @@ class FlightPage(Page):
         if self._screen is not None:
             self._screen.close()
         self._overview.release()
+        return []
 
     def _keep_moment(self) -> None:
         if self._flight.result is not None or self._frame is None:

@@ -52,7 +52,6 @@ OVERVIEW_SHARE = 0.15
 """Largest part of the time for drawing the overview, where OpenGL is software."""
 
 OVERVIEW_MS = 100
-STOP_PATIENCE_S = 5.0
 LONG_STEP_S = 1.0
 
 
@@ -711,17 +710,15 @@ class ReplayPage(Page):
         if self._side is not None:
             self._side.overview.finish()
 
-    def release(self) -> None:
+    def release(self) -> list[threading.Thread]:
         """End the replay; free the overview's graphics memory."""
         self._timer.stop()
         for thread in (self._opening, self._thread):
             if thread is not None:
                 self._endings.append(thread.leave())
-        until = time.monotonic() + STOP_PATIENCE_S
-        for ending in self._endings:
-            ending.join(max(until - time.monotonic(), 0.0))
         if self._side is not None:
             self._side.overview.release()
+        return self._endings
 
 
 def bundle_of(path: Path) -> Path:

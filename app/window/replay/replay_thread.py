@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.errors import sentence
 from app.vtk.head_model import COARSENESS, FINE, head_model
+from app.window.ending import begin_ending
 from paravol.patient import PatientScene
 from paravol.replays.replay_worker import (
     OpenedReplay,
@@ -65,12 +66,8 @@ class ReplayThread(QObject, ReplayObserver):
         self._near_s = -1.0
 
     def leave(self) -> threading.Thread:
-        """End what goes on, beside the window; return the thread that does so."""
-        ending = threading.Thread(
-            target=lambda: self.worker.stop(60.0), name="replay end", daemon=True
-        )
-        ending.start()
-        return ending
+        """End what goes on; see `begin_ending`."""
+        return begin_ending(self, self.worker.stop)
 
     def take(self) -> ShownReplay | None:
         """Take the newest picture; None when it was taken before."""

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Thread
 
 from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
@@ -105,11 +106,11 @@ class VolumePage(TextPage):
         self.picture.set_scale(scale)
         self.controls.set_scale(scale)
 
-    def release(self) -> None:
+    def release(self) -> list[Thread]:
         """End the thread."""
         self._settling.stop()
         self._looking.stop()
-        self.drawing.close()
+        return [self.drawing.leave()]
 
     def open_look(self, file: Path) -> None:
         """Take over a look of a file; what is wrong with it is said."""

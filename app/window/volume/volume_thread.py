@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.vtk.volume_surface import SurfaceDrawer
 from app.window.background_work import words_for
+from app.window.ending import begin_ending
 from app.window.texts import later
 from disk import UserError
 from paravol.volume import Drawn, Method, Scan, VolumeLook, VolumeView, Wish
@@ -28,9 +29,6 @@ class Order:
     surface: str = ""
     is_moving: bool = False
 
-
-LEFT_AFTER_S = 0.4
-"""Who leaves does not wait longer: what is just being compiled ends by itself."""
 
 ROUGH = later("A rough surface is being made")
 VOLUME = later("The volume is being made; the first time, its kernels are compiled")
@@ -79,13 +77,16 @@ class VolumeThread(QObject):
             self._wanted = order
             self._changed.notify()
 
-    def close(self) -> None:
-        """End; a picture by rays is given up."""
+    def leave(self) -> threading.Thread:
+        """End; a picture by rays is given up. See `begin_ending`."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()
-        if self._thread.ident is not None:
-            self._thread.join(LEFT_AFTER_S)
+        return begin_ending(self, self._ended)
+
+    def _ended(self, patience_s: float) -> bool:
+        self._thread.join(patience_s)
+        return not self._thread.is_alive()
 
     def _run(self) -> None:
         surfaces = SurfaceDrawer()

@@ -1,6 +1,7 @@
 """A desk with places of its own for all that it keeps, and a way to wait for it."""
 
 import gc
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -35,6 +36,24 @@ def until(what: str, holds: Callable[[], object], limit_s: float = 200.0) -> Non
     while not holds():
         assert time.monotonic() - began < limit_s, what
         wait()
+
+
+def waits_of_the_window(begun: Callable[[], object]) -> list[str]:
+    """Return a list that will name each thread that this thread waits for.
+
+    begun: called before each wait. For scripts: nothing takes it back.
+    """
+    waits: list[str] = []
+    here, join = threading.current_thread(), threading.Thread.join
+
+    def watched(self: threading.Thread, timeout: float | None = None) -> None:
+        if threading.current_thread() is here:
+            waits.append(self.name)
+            begun()
+        join(self, timeout)
+
+    threading.Thread.join = watched  # type: ignore[method-assign]
+    return waits
 
 
 def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Desk:

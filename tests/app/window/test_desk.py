@@ -566,27 +566,3 @@ def test_a_debrief_tells_how_far_it_is_and_where_it_lies_without_a_browser(
     talkative.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tools}:{os.environ['PATH']}")
     run_script(DEBRIEFED, tmp_path)
-
-
-OUTLASTED = """
-from app.window.desk import _end
-
-class Slow:
-    '''A flight that compiles for longer than anybody waits at a time.'''
-
-    left = 3
-
-    def stop(self, patience_s):
-        self.left -= 1
-        return self.left == 0
-
-    def deleteLater(self):
-        assert self.left == 0
-        print("gone")
-
-_end(Slow())
-"""
-
-
-def test_a_flight_that_takes_long_to_end_is_there_until_it_has() -> None:
-    assert run_script(OUTLASTED) == "gone\n"

@@ -12,6 +12,7 @@ from scenarios import load_scenario
 from tests.app.window.desk_run import opened_desk, until
 from tests.app.window.opened_window import run_script
 from tests.paravol.replays.flown_session import along_the_path, record_flight
+from tests.paravol.trainee import hoops_flight
 
 REPLAY = """
 import sys, time
@@ -137,6 +138,85 @@ window.shut()
 window.release()
 assert not any(ending.is_alive() for ending in page._endings)
 """
+
+LEFT = """
+import sys, threading
+from pathlib import Path
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from paravol.environment import prepare_environment
+
+prepare_environment()
+application = QApplication([])
+from app.window.home.home_page import HomePage
+from app.window.replay.replay_page import ReplayPage
+from paravol.session_pictures import SessionPictures
+from paravol.trainee import ChoiceFile, Choices
+from scenarios.bundle import read_notes
+from tests.app.window.desk_run import opened_desk, until, waits_of_the_window
+
+folder, flown = map(Path, sys.argv[1:])
+ChoiceFile(folder / "trainee.json").save(Choices(tours=("home", "flight")))
+desk = opened_desk(folder)
+window, Left = desk._window, Qt.MouseButton.LeftButton
+is_held, may_go_on = threading.Event(), threading.Event()
+moment = SessionPictures.moment
+def held(pictures, *words):
+    is_held.set()
+    assert may_go_on.wait(60.0)
+    return moment(pictures, *words)
+SessionPictures.moment = held
+waits = waits_of_the_window(may_go_on.set)
+gone = []
+
+def replay(note):
+    # from home, by mouse and keys; a note is written while the first picture is drawn
+    is_held.clear(), may_go_on.clear()
+    QTest.mouseClick(window.page.bar.recordings, Left)
+    page = window.page
+    assert isinstance(page, ReplayPage)
+    until("a flight", lambda: page.welcome.recent.currentItem() is not None)
+    QTest.keyClick(page.welcome.recent, Qt.Key.Key_Return)
+    until("a session", lambda: page._opened is not None)
+    # a lambda is called in the thread that the object ends in
+    page._thread.destroyed.connect(lambda: gone.append(threading.current_thread()))
+    until("a picture under way", is_held.is_set)
+    QTest.keyClick(page, Qt.Key.Key_N)
+    QTest.keyClicks(page._side.book.line, note)
+    QTest.keyClick(page._side.book.line, Qt.Key.Key_Return)
+    return page
+
+window.show()
+desk.open_home()
+page = replay("seen by nobody yet")
+QTest.mouseClick(page.transport.leave, Left)
+assert isinstance(window.page, HomePage)
+assert (waits, may_go_on.is_set()) == ([], False)
+may_go_on.set()
+until("an end", lambda: gone)
+assert gone == [threading.main_thread()]
+replay("the last one")
+window.shut()
+desk.close()
+assert (waits, may_go_on.is_set()) == ([], False)
+window.release()
+# the program's end waits
+assert waits
+assert not [t for t in threading.enumerate() if t.name in ("replay", "measuring")]
+print([note.text for note in read_notes(flown)])
+"""
+
+
+@pytest.mark.display
+def test_who_leaves_a_replay_waits_for_nothing_and_loses_nothing(
+    screen: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    (tmp_path / "sessions").mkdir()
+    flown = hoops_flight.record(tmp_path / "sessions" / "a.paravol")
+    told = run_script(LEFT, tmp_path, flown)
+    assert told == "['seen by nobody yet', 'the last one']\n"
 
 
 @pytest.mark.display

@@ -106,6 +106,7 @@ FIRST = (
 import threading
 from app.window.page import Page
 from paravol.volume import VolumeView
+from tests.app.window.desk_run import waits_of_the_window
 
 application = QApplication([])
 is_wanted = threading.Event()
@@ -144,8 +145,9 @@ wait("a stage", lambda: "volume is being made" in page.stage.text())
 assert page.share.isVisible()
 window.grab().save(str(folder / "first.png"))
 # who leaves meanwhile need not wait for it
+waits = waits_of_the_window(lambda: None)
 QTest.keyClick(page.picture, Qt.Key.Key_Escape)
-assert not isinstance(window.page, VolumePage)
+assert not isinstance(window.page, VolumePage) and not waits
 page = opened()
 is_wanted.set()
 wait("the volume", lambda: drawn[-1].splats)
