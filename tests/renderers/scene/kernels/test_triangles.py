@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -145,6 +145,7 @@ def test_rows_may_be_dealt_out_in_any_way(seed: int) -> None:
 )
 @settings(max_examples=25)
 @given(seed=SEEDS)
+@example(seed=418431)  # 0.17 mm beside the rod, whose front is too near to be drawn
 def test_backs_of_solids_are_hidden_from_outside(
     projection: Projection, seed: int
 ) -> None:
@@ -161,17 +162,33 @@ def test_backs_of_solids_are_hidden_from_outside(
     pose[:3, 3] = rng.uniform(-12, 12, 3)
     pose[1, 3] += 12
     assume(not holds(solid, -pose[:3, 3] @ pose[:3, :3]))
-    drawn = []
-    for facets in (all_sides, with_backs):
+
+    def drawn(facets: Facets, pose: NDArray[np.float64]) -> GBuffer:
         buffer = GBuffer.empty(61, 70)
         list_facets_in_view(facets, 1, camera, pose).draw(buffer, run_at_once)
-        drawn.append(buffer)
-    fronts, both = drawn
-    assert np.array_equal(fronts.material, both.material)
+        return buffer
+
+    fronts, both = drawn(all_sides, pose), drawn(with_backs, pose)
+    # What nothing hides, since it is too near to be drawn: a tool so much larger has
+    # the same bits but for the exponents, and is all beyond NEAREST_MM.
+    large = np.float32(1024.0)
+    grown = replace(
+        all_sides,
+        corners=all_sides.corners * large,
+        pieces=all_sides.pieces * large,
+        spheres=all_sides.spheres * large,
+    )
+    away = pose.copy()
+    away[:3, 3] *= large
+    nearest_mm = drawn(grown, away).depth_mm / large
+    far = nearest_mm > NEAREST_MM
+    assert np.array_equal(fronts.depth_mm[far], nearest_mm[far])
+    assert np.array_equal(fronts.material[far], both.material[far])
     # at a silhouette a front and a back meet at one depth, which is rounded
-    differ = fronts.depth_mm != both.depth_mm
+    differ = far & (fronts.depth_mm != both.depth_mm)
     assert differ.sum() <= 2
-    assert np.array_equal(fronts.normal[~differ], both.normal[~differ])
+    same = far & ~differ
+    assert np.array_equal(fronts.normal[same], both.normal[same])
 
 
 def test_only_what_bounds_a_solid_is_closed() -> None:
