@@ -2,15 +2,19 @@
 
 Five joints meet five constraints: three of the tip, two of the axis. Levenberg's
 damped Gauss-Newton on the geometric Jacobian; the column of a joint is the velocity
-of tip and axis when it turns about the z axis of its frame.
+of tip and axis when it turns about the z axis of its frame. A step that leads away is
+not taken but tried again with more damping: else one random pose in twelve is circled
+for ever.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import JOINTS, ArmGeometry
+from devices.microscribe.kinematics.postures import likely_postures
 from disk import UserError
 
 # Weighs a unit of axis error like 100 mm of tip error: about the stylus' length, so
@@ -22,15 +26,13 @@ LARGEST_STEP = 0.3
 
 # Small against the squared lever arms (>= 100 mm^2/rad^2) of regular poses, where it
 # costs nothing, large enough to hold joint 3 still where stylus and forearm are in
-# line and joint 3 turns nothing.
+# line and joint 3 turns nothing. Less is tried only where the way is slow.
 DAMPING = 1e-2
+LEAST_DAMPING = 1e-9
+DAMPING_STEP = 10.0
 
 TOLERANCE_MM = 1e-7
-LARGEST_COUNT = 60
-
-# From the home pose about one random target in fifteen ends in a local minimum
-# (measured); eight scattered starts found all of three hundred.
-SCATTERED_STARTS = 8
+LARGEST_COUNT = 100
 
 
 class UnreachableError(UserError):
@@ -54,15 +56,25 @@ class InverseKinematics:
         ``tip_mm`` (3,) and unit ``pointing`` (3,) from hand to tip are in the
         device's frame. Met to 1e-7 mm; raise UnreachableError otherwise.
         """
-        angles = np.array(start, dtype=np.float64)
+        angles, damping = np.array(start, dtype=np.float64), DAMPING
+        error, jacobian = self._linearise(tip_mm, pointing, angles)
+        missed = np.linalg.norm(error)
         for _ in range(LARGEST_COUNT):
-            error, jacobian = self._linearise(tip_mm, pointing, angles)
-            if np.linalg.norm(error) < TOLERANCE_MM:
+            if missed < TOLERANCE_MM:
                 return angles
-            normal = jacobian.T @ jacobian + DAMPING * np.eye(JOINTS - 1)
+            normal = jacobian.T @ jacobian + damping * np.eye(JOINTS - 1)
             step = np.linalg.solve(normal, jacobian.T @ error)
             largest = float(np.abs(step).max())
-            angles[:5] += step * min(1.0, LARGEST_STEP / max(largest, LARGEST_STEP))
+            tried = angles.copy()
+            tried[:5] += step * min(1.0, LARGEST_STEP / max(largest, LARGEST_STEP))
+            there = self._linearise(tip_mm, pointing, tried)
+            left = np.linalg.norm(there[0])
+            if left >= missed:
+                damping *= DAMPING_STEP
+                continue
+            least = LEAST_DAMPING if left > missed / 2.0 else DAMPING
+            damping = max(damping / DAMPING_STEP, least)
+            angles, (error, jacobian), missed = tried, there, left
         raise UnreachableError(
             f"The arm cannot reach {np.round(tip_mm, 1).tolist()} mm pointing along "
             f"{np.round(pointing, 3).tolist()}."
@@ -74,16 +86,25 @@ class InverseKinematics:
         pointing: NDArray[np.float64],
         start: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """Return angles as ``solve`` does, trying scattered starts after ``start``."""
-        scatter = np.random.default_rng(0)
-        begin = np.array(start, dtype=np.float64)
-        for _ in range(SCATTERED_STARTS):
-            try:
-                return self.solve(tip_mm, pointing, begin)
-            except UnreachableError:
-                begin = begin.copy()
-                begin[:5] = start[:5] + scatter.uniform(-np.pi, np.pi, JOINTS - 1)
-        return self.solve(tip_mm, pointing, begin)
+        """Return angles as ``solve`` does, from any posture if not from ``start``.
+
+        Of 60,000 random poses all were found, 93 % from the home pose, the hardest from
+        the 17th posture.
+        """
+        try:
+            return self.solve(tip_mm, pointing, start)
+        except UnreachableError as error:
+            unreachable = error
+        postures = likely_postures(self.geometry, tip_mm, pointing)
+        postures[:, JOINTS - 1] = start[JOINTS - 1]
+        missed = [
+            np.linalg.norm(self._linearise(tip_mm, pointing, posture)[0])
+            for posture in postures
+        ]
+        for index in np.argsort(missed, kind="stable"):
+            with suppress(UnreachableError):
+                return self.solve(tip_mm, pointing, postures[index])
+        raise unreachable
 
     def _linearise(
         self,
