@@ -1,6 +1,7 @@
 """The live loop: poses in, frames out, everything recorded."""
 
 import gc
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -205,7 +206,7 @@ def fly(
             operated.follow(session, sample.time_s)
             before, begun = begun, time.perf_counter()
             seen = sized.view(sample)
-            shown = operated.shown(session, seen, keeps(sample.time_s))
+            shown = operated.shown(session, seen, sample, keeps(sample.time_s))
             shown = replace(shown, clock_s=session.clock_s)
             if session.tasks is not None:
                 shown = replace(shown, tasks=session.tasks.states)
@@ -270,6 +271,9 @@ class _Sized:
 HASHED_EVERY_S = 5.0
 """How often the operated patient's hash is recorded, while it changes."""
 
+TRIED_EVERY_S = 0.15
+"""How often it is looked what the tool would take."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
@@ -299,6 +303,8 @@ class _Operated:
         self._on_injury = on_injury
         self._cuts = self._bites = self._breaks = 0
         self._taken_mm3: dict[str, float] = {}
+        self._bite_mm3: dict[str, float] = {}
+        self._tried_s = -math.inf
         self._hashed = 0
         self._hashed_s = -HASHED_EVERY_S
 
@@ -346,7 +352,9 @@ class _Operated:
                 PatientRecord(time_s, patient.generation, patient.hash())
             )
 
-    def shown(self, session: Session, view: View, wants_tissue: bool) -> _Shown:
+    def shown(
+        self, session: Session, view: View, sample: Sample, wants_tissue: bool
+    ) -> _Shown:
         """Return what the next frame shows; nothing may be cut before it is begun."""
         operation = session.operation
         if operation is None:
@@ -355,7 +363,10 @@ class _Operated:
         if wants_tissue:
             tissue = OperatedHead.of(operation.patient, operation.pushing)
         signs = felt_signs(operation, view.hazard, self._bites)
-        signs = replace(signs, taken_mm3=self._taken_mm3)
+        if not self._tried_s <= sample.time_s < self._tried_s + TRIED_EVERY_S:
+            self._tried_s = sample.time_s
+            self._bite_mm3 = operation.would_take(sample)
+        signs = replace(signs, taken_mm3=self._taken_mm3, bite_mm3=self._bite_mm3)
         return _Shown(view, tissue, self._cuts, signs)
 
 

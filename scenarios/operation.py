@@ -303,6 +303,23 @@ class Operation:
         hurt = () if self.injuries is None else self.injuries.injuries
         return frozenset(injury.structure for injury in hurt)
 
+    def would_take(self, sample: Sample) -> dict[str, float]:
+        """Return what the tool would take where it is, mm3 by tissue.
+
+        That is what open jaws take when they close, and what an edge takes at once.
+        """
+        state, frame = sample.instrument, tool_frame(sample)
+        if state.name == NO_TOOL or not np.isfinite(frame).all():
+            return {}
+        tool = instrument_named(state.name)
+        if tool.action is Action.BITE:
+            if state.jaw > OPEN:
+                return {}
+        elif tool.action not in SWEEPING:
+            return {}
+        rows = self._at_rest(tool.working_volume(frame, state.jaw))
+        return self.patient.would_take(rows, tool.taker) if len(rows) else {}
+
     def wall_mm3(self) -> dict[str, float]:
         """Return the bone of walls that was taken, mm3, by name."""
         return self.patient.books.walls(self.patient.layers.kinds)
@@ -511,6 +528,19 @@ class Operation:
         depths = self.patient.surface.distance.sample(places)
         return bool(len(depths)) and float(depths.max()) + radius >= BURIED_MM
 
+    def _at_rest(self, rows: Rows) -> Rows:
+        """Bring a tool's solids to where what they take lies at rest; in place.
+
+        Tissue went along with the tool. A dent is not looked at: what yields to a tool
+        is what it takes.
+        """
+        for kind, points in ((CAPSULE, 2), (BLADE, 4)):
+            chosen = rows[:, 0] == kind
+            ends = rows[chosen, 1 : 1 + 3 * points].reshape(-1, 3)
+            rest = self.pushing.at_rest(ends, is_dented=False)
+            rows[chosen, 1 : 1 + 3 * points] = rest.reshape(-1, 3 * points)
+        return rows
+
     def _carve(
         self,
         tool: Instrument,
@@ -520,13 +550,7 @@ class Operation:
     ) -> None:
         if len(rows) == 0:
             return
-        # tissue that went along with a tool is cut where it lies at rest; a dent is
-        # not looked at, since what yields to a tool is what it takes
-        for kind, points in ((CAPSULE, 2), (BLADE, 4)):
-            chosen = rows[:, 0] == kind
-            ends = rows[chosen, 1 : 1 + 3 * points].reshape(-1, 3)
-            rest = self.pushing.at_rest(ends, is_dented=False)
-            rows[chosen, 1 : 1 + 3 * points] = rest.reshape(-1, 3 * points)
+        self._at_rest(rows)
         rows[:, ROUGH], rows[:, SEED] = tool.rough_mm, stroke
         edit = self.patient.carve(
             rows,

@@ -279,6 +279,33 @@ class OperatedPatient:
         self._follow(low, high)
         return edit
 
+    def would_take(self, solids: solid.Rows, taker: Taker) -> dict[str, float]:
+        """Return what `carve` would take, mm3 by tissue; nothing is cut."""
+        solids = solid.checked(solids)
+        box = self._box(solids, REACH_MM)
+        books = Books(self.books.voxel_mm3)
+        if np.any(box[3:] <= box[:3]):
+            return {}
+        here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
+        fill, flesh, bone = (each[here].copy() for each in self._fills)
+        wall, ground = (np.ascontiguousarray(each[here]) for each in self._walls)
+        grid = self._grid.copy()
+        grid[0] += box[:3] @ grid[1:4]
+        carve(
+            self._distance[here].copy(),
+            (fill, flesh, bone),
+            np.ascontiguousarray(self.pristine.distance.values[here]),
+            (wall, ground),
+            self._tables(taker),
+            solids,
+            grid,
+            REACH_MM,
+            np.concatenate([np.zeros(3, np.int64), box[3:] - box[:3]]),
+            (books.by_label, books.by_wall),
+            np.empty(6, np.int64),
+        )
+        return books.tissues()
+
     def warm_up(self) -> None:
         """Compile what clears loose pieces: few cuts leave any, the first bite may."""
         nothing, nowhere = np.zeros((0, 0, 0), np.uint8), np.zeros(6, np.int64)

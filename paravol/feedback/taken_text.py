@@ -1,12 +1,20 @@
-"""What a tool took since its pedal went down, in words."""
+"""What a tool took since its pedal went down, and what it would take, in words."""
 
 from collections.abc import Mapping
 
+from anatomy.tissue import Label
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, Action
 
 LEAST_MM3 = 0.5
-"""Less of a tissue is not named."""
+"""Less of a tissue is not named, but of what must not be hurt."""
+
+ORGANS = frozenset(
+    label.name.lower().replace("_", " ")
+    for label in Label
+    if label >= Label.GLOBE or label is Label.SEPTAL_CARTILAGE
+)
+"""What must not be hurt, as it is called where it is taken."""
 
 
 def takes_tissue(name: str) -> bool:
@@ -21,8 +29,18 @@ def takes_tissue(name: str) -> bool:
 def taken_text(before: Mapping[str, float], after: Mapping[str, float]) -> str:
     """Return what came away between two sums, mm3 by tissue: the most of it first."""
     taken = {name: mm3 - before.get(name, 0.0) for name, mm3 in after.items()}
-    named = [(mm3, name) for name, mm3 in taken.items() if mm3 >= LEAST_MM3]
-    if not named:
-        return "Nothing was taken"
-    words = [f"{name} {mm3:.0f} mm³" for mm3, name in sorted(named, reverse=True)]
-    return f"Taken: {', '.join(words)}"
+    words = bite_text(taken)
+    return f"Taken: {words}" if words else "Nothing was taken"
+
+
+def bite_text(mm3: Mapping[str, float]) -> str:
+    """Return volumes by tissue, the most first; "" for none that is named."""
+    named = [
+        (most, name)
+        for name, most in mm3.items()
+        if most >= LEAST_MM3 or (most > 0.0 and name in ORGANS)
+    ]
+    return ", ".join(
+        f"{name} {most:.0f} mm³" if most >= LEAST_MM3 else f"{name} < 1 mm³"
+        for most, name in sorted(named)[::-1]
+    )

@@ -44,7 +44,8 @@ class TouchSigns:
     does not. hazard: the nearest hazard and how near a tool is, mm, negative inside;
     None where there is none or nobody knows. breaks, bites: how many walls broke and
     how many bites were taken so far. broken: the wall that broke last, and broken_n
-    the force that broke it, N. taken_mm3: what was taken so far, by tissue.
+    the force that broke it, N. taken_mm3: what was taken so far, by tissue. bite_mm3:
+    what the tool would take where it is.
     """
 
     force_n: float | None = None
@@ -56,6 +57,7 @@ class TouchSigns:
     broken_n: float = 0.0
     bites: int = 0
     taken_mm3: Mapping[str, float] = field(default_factory=dict)
+    bite_mm3: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def share(self) -> float:

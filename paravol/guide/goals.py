@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
+from paravol.guide.bite_place import bite_place
 from renderers.scene import Volume
 from scenarios.coverage import CoverageWatch
 from scenarios.structures import Structures
@@ -35,9 +37,6 @@ for it are so far apart."""
 LOOKED_AT = 60
 """Places of tissue that are tried for sight, at most, the nearest first."""
 
-SKIN_MM = 1.2
-"""Tissue that is to be taken begins where it is so near to air."""
-
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -62,6 +61,8 @@ class GuidedHead:
     structures: Structures | None
     coverage: CoverageWatch | None
     nostril_mm: _Doubles
+    hazards: HazardVolumes | None = None
+    spared: tuple[str, ...] = ()
     parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
@@ -76,6 +77,18 @@ def open_task(
         if state.status is Status.OPEN:
             return task, state
     return None
+
+
+def spared_by(every: Sequence[Task]) -> tuple[str, ...]:
+    """Return the names of tissues of which tasks allow only so much to be taken."""
+    removes = [task for task in every if isinstance(task, tasks.Remove)]
+    named = {
+        name
+        for task in removes
+        for name, limit in task.tissues.items()
+        if limit.most_mm3 is not None and not limit.least_mm3
+    }
+    return tuple(sorted(named))
 
 
 def goal_of(
@@ -128,7 +141,7 @@ def _ring(
 def _left(
     task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
 ) -> Goal | None:
-    """Return the nearest tissue that is to be taken and still is there."""
+    """Return where of the tissue that is to be taken to bite next."""
     if head.structures is None:
         return None
     if task.parts:
@@ -142,18 +155,31 @@ def _left(
     k, j, i = np.nonzero(np.isin(labels.values, numbers))
     matrix = labels.world_from_voxel
     places = np.stack([i, j, k], axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
-    deep = head.distance.nearest(places)
-    places = places[(deep > 0.0) & (deep < SKIN_MM)]
     others = [p for n, p in head.landmarks.items() if n.startswith("nostril, ")]
     own = np.linalg.norm(places - head.nostril_mm, axis=1)
     for other in others:
         # of both sides' the one that the scope is in
         keep = own <= np.linalg.norm(places - other, axis=1) + 2.0
         places, own = places[keep], own[keep]
-    if not len(places):
-        return None
-    nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
-    return Goal(" and ".join(wanted), nearest)
+    best = _bite(head, places, tip_mm, eye_mm)
+    return None if best is None else Goal(" and ".join(wanted), best[0])
+
+
+def _bite(
+    head: GuidedHead, places: _Doubles, tip_mm: _Doubles, eye_mm: _Doubles
+) -> tuple[_Doubles, bool] | None:
+    """Return where of some places to bite next; see `bite_place`."""
+    assert head.structures is not None
+    return bite_place(
+        head.distance,
+        head.structures.labels,
+        places,
+        tip_mm,
+        eye_mm,
+        head.nostril_mm,
+        head.spared,
+        head.hazards,
+    )
 
 
 def _nearest_seen(
@@ -172,26 +198,25 @@ def _nearest_seen(
 def _left_of_parts(
     task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
 ) -> Goal | None:
-    """Return the nearest tissue of a task's parts that still is there."""
+    """Return where to bite of a task's parts: of what is seen, the nearest part."""
     known = Head(head.distance, head.structures)
-    goals = []
+    goals: list[tuple[bool, Goal]] = []
     for name, share in task.parts.items():
         if name not in head.parts:
             head.parts[name] = known.part(name)
         part = head.parts[name]
         if part is None or share.least_percent == 0.0:
             continue
-        places = known.places(part.voxels)
-        deep = head.distance.nearest(places)
-        places = places[(deep > 0.0) & (deep < SKIN_MM)]
-        if len(places):
-            nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
-            goals.append(Goal(name, nearest))
-    return min(
-        goals,
-        key=lambda goal: float(np.linalg.norm(goal.place_mm - tip_mm)),
-        default=None,
-    )
+        best = _bite(head, known.places(part.voxels), tip_mm, eye_mm)
+        if best is not None:
+            goals.append((not best[1], Goal(name, best[0])))
+    if not goals:
+        return None
+    return min(goals, key=lambda found: (found[0], _away_mm(found[1], tip_mm)))[1]
+
+
+def _away_mm(goal: Goal, place_mm: _Doubles) -> float:
+    return float(np.linalg.norm(goal.place_mm - place_mm))
 
 
 def _injected(

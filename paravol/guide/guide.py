@@ -21,6 +21,7 @@ from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
 from renderers.scene import Camera
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments.contact_shape import works_at_mm
 from scenarios.tasks import Task, TaskState
 from scenarios.tasks import task as tasks
 from scenarios.tasks.rules import is_in_sight
@@ -281,9 +282,11 @@ def _tip(task: Task, view: View) -> _Doubles:
     is_tools = held is tasks.Held.TOOL or isinstance(
         task, tasks.Inject | tasks.Remove | tasks.Open
     )
-    tool = view.world_from_instrument[:3, 3]
+    tool = view.world_from_instrument
     if is_tools and view.instrument != NO_TOOL and np.isfinite(tool).all():
-        return np.array(tool)
+        # what bites beside its tip comes there with its side
+        works: _Doubles = tool[:3, :3] @ works_at_mm(view.instrument) + tool[:3, 3]
+        return works
     return np.array(view.world_from_tip[:3, 3])
 
 

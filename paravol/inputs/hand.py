@@ -28,6 +28,7 @@ from paravol.inputs.nostril_lines import LeaningScope
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.tool_hold import TOUCH_MM, ToolHold
 from paravol.inputs.turns import SteeredTurns
+from paravol.inputs.wrist import Wrist
 from paravol.patient import PatientScene
 from renderers.scene import Volume
 from scenarios import Scenario
@@ -147,7 +148,10 @@ def pointed_tool(
     except UserError:
         return None
     hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards)
-    return PointedTool(fulcrum, hold, distance)
+    named = patient.structures
+    labels = None if named is None else named.labels
+    wrist = Wrist(distance, labels, patient.hazards)
+    return PointedTool(fulcrum, hold, distance, wrist)
 
 
 def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:

@@ -117,7 +117,7 @@ class OperatingHand:
                 f"The exercise does not allow the {tool}; it allows: "
                 f"{', '.join(self.tools)}."
             )
-        self._change(tool=tool, is_working=False)
+        self._change(tool=tool, is_working=False, roll_deg=0.0)
         turns = self.turns
         if turns is not None and not turns.is_tools:
             # it is put in anew
@@ -234,8 +234,9 @@ class OperatingHand:
                 self._jaw = Jaw(1.0)
         # it goes in and out with its jaws closed, and does nothing there
         shut = pointed.shut if is_pointed and pointed is not None else 0.0
+        rest = pointed.rest if is_pointed and pointed is not None else 0.0
         is_working = is_working and not shut
-        jaw = self._jaw.at(sample.time_s, is_working, shut)
+        jaw = self._jaw.at(sample.time_s, is_working, rest)
         state = InstrumentState(
             name,
             given.roll_deg + wish.roll_deg,
@@ -354,7 +355,7 @@ class OperatingHand:
                 self.felt_n(),
             )
         else:
-            self._shaft = tool.rest(state, sample.time_s)
+            self._shaft = tool.stay(state, sample.time_s)
         sample = replace(sample, instrument=replace(state, is_carried=True))
         frame = tool_of_shaft(state.name, self._shaft)
         return _at(sample, frame, roll_deg(frame))

@@ -17,9 +17,15 @@ from numpy.typing import NDArray
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.nostril_lines import NostrilLines
 from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, ToolHold
+from paravol.inputs.wrist import Wrist, has_jaws
 from renderers.scene import Camera, Volume
 from scenarios import InstrumentState, tip_frame
-from scenarios.instruments.contact_shape import contact_table, shaft_mm
+from scenarios.instruments.contact_shape import (
+    JAW_STEPS,
+    contact_table,
+    shaft_mm,
+    works_at_mm,
+)
 
 Doubles = NDArray[np.float64]
 
@@ -89,6 +95,9 @@ LEVER_MM = 20.0
 NEAR_MM = 2.5
 """A tip so near to its place has come there."""
 
+TURNS_IN_MM = 0.05
+"""A turn in a step that dents walls by more is not made."""
+
 NEARER_MM, PATIENCE_S = 0.5, 0.5
 """A tip that comes no nearer to its place by this for so long is stuck."""
 
@@ -108,13 +117,20 @@ class PointedTool:
     cannot come nearer to its place. reach_mm: where tissue begins along the ray.
     """
 
-    def __init__(self, fulcrum: Fulcrum, hold: ToolHold, distance: Volume) -> None:
+    def __init__(
+        self,
+        fulcrum: Fulcrum,
+        hold: ToolHold,
+        distance: Volume,
+        wrist: Wrist | None = None,
+    ) -> None:
         """Begin outside.
 
         fulcrum: of the nostril. distance: signed air distance of the head, mm, read as
-        it is at the time.
+        it is at the time. wrist: turns it; one that only knows the walls by default.
         """
         self.hold = hold
+        self._wrist = wrist or Wrist(distance)
         self._distance = distance
         self._pivot, self._axis = fulcrum.pivot_mm, fulcrum.axis
         self._lines = lines = NostrilLines(fulcrum, distance, ENTRY_MM, RINGS)
@@ -128,11 +144,13 @@ class PointedTool:
         """Begin outside."""
         self._entry, self._way = self._pivot, self._axis
         self.depth_mm = -OUTSIDE_MM
-        self._roll_deg = 0.0
+        self._roll_deg = self._side_deg = 0.0
+        self._grip_mm = np.zeros(3)
         self._best, self._aside = self._pivot, np.zeros(3)
         self._planned_s = -math.inf
         self.has_come = self.is_stuck = self._is_backing = False
         self._is_held = self._is_resting = False
+        self._narrow, self._is_biting = 0.0, False
         self._goal, self._least_mm, self._still_s = self._pivot, math.inf, 0.0
         self._tried_mm: Doubles | None = None
         self._failed: list[Doubles] = []
@@ -148,6 +166,14 @@ class PointedTool:
         if self._is_backing:
             return SHUT
         return 0.0 if self.has_come else 1.0
+
+    @property
+    def rest(self) -> float:
+        """Return how far its jaws are closed while nobody bites, 0 to 1.
+
+        In its place they open as far as walls let them.
+        """
+        return max(self.shut, self._narrow)
 
     def follow(
         self,
@@ -172,23 +198,42 @@ class PointedTool:
         self.hold.state = state
         self.hold.beside(scope, radius_mm)
         self.reach_mm = reach_mm(self._distance, eye, ray)
-        bite_mm = BITES_MM * state.jaw if state.is_working else 0.0
+        bites = state.is_working and has_jaws(state.name)
+        if bites and not self._is_biting:
+            self._is_biting = self._wrist.holds_tissue(state.name, self.frame)
+        if not bites:
+            self._is_biting = False
+        elif self._is_biting:
+            # what lies between the jaws is taken, and nothing else
+            self._last_s = time_s
+            return self.frame
+        bite_mm = BITES_MM * state.jaw if state.is_working and not bites else 0.0
         tip_mm = min(ahead_mm, self.reach_mm)
         if state.is_working and self.reach_mm - tip_mm < LUNGE_MM:
             # whoever works wants to be at the tissue that he points at
             tip_mm = self.reach_mm
         tip = eye + (tip_mm + bite_mm) * ray
+        roll_deg = self._side_deg + state.roll_deg
         goal = tip
         for _ in range(2):
             # a bent tool's shaft passes beside its tip
-            turn = tip_frame(goal, goal - self._best, state.roll_deg)[:3, :3]
-            goal = tip + turn @ shaft_mm(state.name)
-        if time_s >= self._planned_s + PLANNED_S or time_s < self._planned_s:
+            turn = tip_frame(goal, goal - self._best, roll_deg)[:3, :3]
+            goal = tip + turn @ (shaft_mm(state.name) - self._grip_mm)
+        is_planned = not self._planned_s <= time_s < self._planned_s + PLANNED_S
+        if is_planned:
             self._plan(
                 goal, scope, camera.frame[2], radius_mm, thickness_mm(state.name)
             )
             self._planned_s = time_s
+            if not state.is_working and self.reach_mm - tip_mm < LUNGE_MM:
+                place = eye + self.reach_mm * ray
+                self._side_deg = self._wrist.turn_deg(
+                    state.name, self.frame, place, self._side_deg
+                )
+                self._grip_mm = works_at_mm(state.name)
         goal = goal + self._aside
+        if not state.is_working and (is_planned or state.jaw > self._narrow):
+            self._narrow = min(self.hold.narrow(self.frame), SHUT)
         left_s = STEP_S
         if self._last_s is not None:
             left_s = min(max(time_s - self._last_s, 0.0), LONGEST_S)
@@ -198,16 +243,17 @@ class PointedTool:
             left_s -= step_s
             if felt_n > MOST_N and not state.is_working and self._trail:
                 # a hand that feels so much eases off, the way that it came
+                self._narrow = SHUT
                 self._go_back(TIP_MM_S * step_s, to_the_end=False)
                 self._watch(goal, step_s)
                 continue
             self.hold.push(
                 bite_mm, felt_n, step_s, is_held=self._is_held and not self._is_resting
             )
-            self._go(goal, state.roll_deg, step_s)
+            self._go(goal, roll_deg, step_s)
         return self.frame
 
-    def rest(self, state: InstrumentState, time_s: float) -> Doubles:
+    def stay(self, state: InstrumentState, time_s: float) -> Doubles:
         """Stay; return the shaft's frame, 4x4."""
         self.hold.state = state
         self._last_s = time_s
@@ -275,10 +321,17 @@ class PointedTool:
         step_mm = max(step_mm, -TIP_MM_S * step_s)
         left_deg = math.remainder(roll_deg - self._roll_deg, 360.0)
         most_deg = TURN_DEG_S * step_s
+        rolled_deg = self._roll_deg
         self._roll_deg += min(max(left_deg, -most_deg), most_deg)
         wanted = self._rod(entry, turned, self.depth_mm + step_mm)
         self.hold.move_to(entry)
-        self.frame = held = self.hold(before, wanted)
+        held = self.hold(before, wanted)
+        if held is not wanted and self.hold.gains_mm(before, held) > TURNS_IN_MM:
+            # what sticks out of a shaft that is wedged turns into no wall
+            self._roll_deg = rolled_deg
+            wanted = self._rod(entry, turned, self.depth_mm + step_mm)
+            held = self.hold(before, wanted)
+        self.frame = held
         if held is wanted:
             self._entry, self._way = entry, turned
             self.depth_mm += step_mm
@@ -295,8 +348,12 @@ class PointedTool:
     def _go_back(self, way_mm: float, *, to_the_end: bool = True) -> None:
         """Go out the way that it came in: bent tools hook behind nothing.
 
-        to_the_end: it goes on to the outside, and in again then.
+        to_the_end: it goes on to the outside, and in again then. It waits for open
+        jaws, which would take along what they meet.
         """
+        state = self.hold.state
+        if state.jaw < SHUT - 1.0 / JAW_STEPS and has_jaws(state.name):
+            return
         while way_mm > 0.0 and self._trail:
             entry, way, depth_mm, frame = self._trail.pop()
             way_mm -= float(np.linalg.norm(frame[:3, 3] - self.frame[:3, 3]))

@@ -44,7 +44,10 @@ YIELDS_MM = 1.5
 """So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
 shaft gets into a meatus."""
 
-SPARES_MM, TOLD_MM = 0.4, 6.0
+OPENS_MM = 2.5
+"""So far jaws that open press soft walls aside."""
+
+SPARES_MM, TOLD_MM = 0.4, 12.0
 """So far from what must not be hurt a tool stops that is pushed on; hazards that are
 farther away than the second are not asked."""
 
@@ -74,9 +77,9 @@ class ToolHold:
 
     def __call__(self, start: Doubles, wanted: Doubles) -> Doubles:
         """Return the shaft's frame, 4x4, that it gets to on its way to a wanted one."""
-        balls = self._balls()
-        if self._hazards is not None and self.pushed_mm > 0.0 and len(balls):
-            balls = self._sparing(self._hazards, start, balls)
+        balls = self._inside(self._balls(), start)
+        if len(balls):
+            balls = self._sparing(start, balls)
         return self._hold.go(start, wanted, balls, self._give_mm)
 
     def move_to(self, pivot_mm: Doubles) -> None:
@@ -106,29 +109,88 @@ class ToolHold:
             pushed = self.pushed_mm + YIELDING_MM_S * elapsed_s
             self.pushed_mm = min(pushed, most)
 
-    def _sparing(
-        self, hazards: HazardVolumes, start: Doubles, balls: Doubles
-    ) -> Doubles:
-        """Return balls that are wider by what a push must not gain on hazards."""
-        places = start[:3, 3] + balls[:, :1] * start[:3, 2]
-        places += balls[:, 2:] @ start[:3, :3].T
-        # a few of them say which hazards are near
-        few = places[:: max(len(places) // 6, 1)]
-        least = np.full(len(balls), np.inf)
-        for name in hazards.names:
-            if hazards.distance_mm(name, few).min() < TOLD_MM:
-                least = np.minimum(least, hazards.distance_mm(name, places))
-        # from the wall on: so deep it lies already, and so far it may go on
-        deep = np.maximum(self._distance.sample(places) + balls[:, 1], 0.0)
-        left = least - balls[:, 1] - SPARES_MM
-        pushed = np.clip(deep + left - TOUCH_MM, 0.0, self.pushed_mm)
-        wider = balls.copy()
-        wider[:, 1] += self.pushed_mm - pushed
-        return wider
+    def gains_mm(self, start: Doubles, end: Doubles) -> float:
+        """Return how much deeper the tool lies in walls at one pose than at another.
+
+        Only what is deeper than what gives way counts.
+        """
+        balls = self._inside(self._balls(), start)
+        if not len(balls):
+            return 0.0
+        before, after = (
+            float((self._distance.sample(self._places(f, balls)) + balls[:, 1]).max())
+            for f in (start, end)
+        )
+        return after - max(before, self._give_mm)
+
+    def narrow(self, frame: Doubles) -> float:
+        """Return how far walls keep the tool's jaws closed, 0 where they may open.
+
+        frame: of the shaft, 4x4. Jaws dent what they open against, and stop before
+        hazards; what they meet when closed does not count.
+        """
+        jaws = _jaw_balls(self.state.name)
+        if not jaws.shape[1]:
+            return 0.0
+        flat = jaws.reshape(-1, 5)
+        places = self._places(frame, flat)
+        shape = jaws.shape[:2]
+        deep = (self._distance.sample(places) + flat[:, 1]).reshape(shape).max(axis=1)
+        least = self._hazards_mm(places[:: max(shape[1] // 2, 1)], places) - flat[:, 1]
+        least = least.reshape(shape).min(axis=1)
+        fits = deep <= max(deep[0], OPENS_MM)
+        fits &= least >= min(least[0], SPARES_MM)
+        return 0.0 if fits.all() else 1.0 - float(fits.argmin() - 1) / JAW_STEPS
+
+    def _places(self, frame: Doubles, balls: Doubles) -> Doubles:
+        """Return where balls are, ``(n, 3)``, with the shaft's frame there."""
+        along = frame[:3, 3] + balls[:, :1] * frame[:3, 2]
+        places: Doubles = along + balls[:, 2:] @ frame[:3, :3].T
+        return places
+
+    def _hazards_mm(self, few: Doubles, places: Doubles) -> Doubles:
+        """Return how far the nearest hazard is from places; few: say which are near."""
+        least = np.full(len(places), np.inf)
+        if self._hazards is None:
+            return least
+        for name in self._hazards.names:
+            if self._hazards.distance_mm(name, few).min() < TOLD_MM:
+                near = self._hazards.distance_mm(name, places)
+                least = np.minimum(least, near)
+        return least
+
+    def _sparing(self, start: Doubles, balls: Doubles) -> Doubles:
+        """Return balls of which each may go as deep as it may.
+
+        One that lies deeper already goes no deeper, and lets no other go as deep. A
+        push gains nothing on hazards.
+        """
+        places = self._places(start, balls)
+        deep = self._distance.sample(places) + balls[:, 1]
+        sized = balls.copy()
+        sized[:, 1] -= np.maximum(deep - self._give_mm, 0.0)
+        if self.pushed_mm > 0.0:
+            few = places[:: max(len(places) // 6, 1)]
+            left = self._hazards_mm(few, places) - balls[:, 1] - SPARES_MM
+            # from the wall on: so deep it lies already, and so far it may go on
+            may = np.maximum(deep, 0.0) + left - TOUCH_MM
+            sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
+        return sized
 
     @property
     def _give_mm(self) -> float:
         return TOUCH_MM + self.pushed_mm
+
+    def _inside(self, balls: Doubles, frame: Doubles) -> Doubles:
+        """Return the balls that are past the nostril, and its first in any case.
+
+        What is before the nostril no passage holds: were it counted, what lies deep in
+        the face there would let the rest as deep into walls.
+        """
+        inside_mm = float((self._hold.pivot_mm - frame[:3, 3]) @ frame[:3, 2])
+        kept = balls[:, 0] <= inside_mm
+        kept[:1] = True
+        return np.ascontiguousarray(balls[kept])
 
     def _balls(self) -> Doubles:
         """Return the balls of what the hand holds, in the shaft's frame."""
@@ -145,6 +207,15 @@ def _tool_balls(name: str, jaw_steps: int) -> Doubles:
     table[:, :3] -= shaft_mm(name)
     table[:, 3:6] -= shaft_mm(name)
     return balls_along(table)
+
+
+@lru_cache(maxsize=64)
+def _jaw_balls(name: str) -> Doubles:
+    """Return the balls of what moves of a tool, ``(steps, n, 5)``, closed first."""
+    each = [_tool_balls(name, step) for step in range(JAW_STEPS, -1, -1)]
+    rows = min(len(balls) for balls in each)
+    made = np.stack([balls[:rows] for balls in each])
+    return made[:, (made != made[0]).any(axis=(0, 2))]
 
 
 def tool_of_shaft(name: str, shaft: Doubles) -> Doubles:

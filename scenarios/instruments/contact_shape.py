@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.catalogue import instrument_named, parts_of
 from scenarios.instruments.parts import Doubles
 
@@ -17,6 +18,10 @@ of it, and no nostril would let it through."""
 SHAFT_AT_MM = 50.0
 """There every tool of the catalogue is straight, and in or near the nostril."""
 
+
+HALF_OPEN, ASIDE_MM = 0.25, 1.0
+"""Jaws that are closed so far work in the middle between them; what works farther off
+the shaft works beside it."""
 
 JAW_STEPS = 16
 """Jaws are looked at so finely: a step moves the end of the longest by 0.5 mm."""
@@ -72,5 +77,21 @@ def shaft_mm(name: str) -> Doubles:
     share = (SHAFT_AT_MM - start[2]) / (end[2] - start[2])
     place: Doubles = start + share * (end - start)
     place[2] = 0.0
+    place.flags.writeable = False
+    return place
+
+
+@lru_cache(maxsize=64)
+def works_at_mm(name: str) -> Doubles:
+    """Return where a tool works beside its shaft, ``(3,)`` in its own frame.
+
+    Zeros for one that works at its tip, and for no tool. Read-only.
+    """
+    place = np.zeros(3)
+    if name != NO_TOOL:
+        rows = instrument_named(name).working_volume(np.eye(4), HALF_OPEN)
+        ends = rows[:, 1:7].reshape(-1, 3)
+        if len(ends) and ends[:, 1].mean() > ASIDE_MM:
+            place[1:] = ends[:, 1:].mean(axis=0)
     place.flags.writeable = False
     return place

@@ -36,13 +36,14 @@ from app.window.style import OVER
 from app.window.texts import later, tr
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
-from paravol.feedback.taken_text import taken_text, takes_tissue
+from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
 from paravol.flight import FlightEnd
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
 from paravol.slice_views import SliceViews
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments.contact_shape import works_at_mm
 
 if TYPE_CHECKING:
     from app.vtk.head_model import HeadModel
@@ -513,8 +514,13 @@ class FlightPage(Page):
         self._tell_taken(frame)
         self._warn()
         view = frame.view
-        tip = None if view.instrument == NO_TOOL else view.world_from_instrument[:3, 3]
-        self.picture.mark_tip(place_in_picture(view.camera, tip))
+        works, would_take = None, ""
+        if view.instrument != NO_TOOL:
+            tool = view.world_from_instrument
+            works = tool[:3, :3] @ works_at_mm(view.instrument) + tool[:3, 3]
+        if self._thread.guide.is_on and not frame.tool.is_working:
+            would_take = tr(bite_text(frame.signs.bite_mm3))
+        self.picture.mark_tip(place_in_picture(view.camera, works), would_take)
         self.picture.mark_heading(shaft_heading(view.camera, view.world_from_tip))
         _, right, up, forward = view.camera.frame
         self.picture.mark_sides(side_letters(right, up), looks_towards(forward))

@@ -26,7 +26,7 @@ from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.flight_observers import FlightObservers
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
-from paravol.guide.goals import GuidedHead
+from paravol.guide.goals import GuidedHead, spared_by
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
@@ -261,6 +261,8 @@ class FlightThread(QObject, FlightObserver):
                 patient.structures,
                 None if session is None else session.coverage,
                 self._pivot_mm(patient),
+                patient.hazards,
+                spared_by(flight.order.scenario.tasks),
             )
         )
         self.guide_by(self.guide.is_on)

@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.window.panels.guide_marks import paint_guide, paint_names
+from app.window.panels.guide_marks import paint_guide, paint_names, paint_words
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
 from app.window.panels.side_marks import paint_heading, paint_letters, paint_place
@@ -62,6 +62,7 @@ class PictureView(QWidget):
         self._names: tuple[NameMark, ...] = ()
         self._guide: GuideMark | None = None
         self._tip: tuple[float, float] | None = None
+        self._tip_words = ""
         self._result: FlightEnd | None = None
         self._scale = 1.0
         self.set_scale(1.0)
@@ -113,12 +114,12 @@ class PictureView(QWidget):
         """Return the mark of the way that is painted; None without one."""
         return self._guide
 
-    def mark_tip(self, place: tuple[float, float] | None) -> None:
-        """Mark the tool's tip, in shares of the picture; None for no tool.
+    def mark_tip(self, place: tuple[float, float] | None, words: str = "") -> None:
+        """Mark where the tool works, in shares of the picture; None for no tool.
 
-        One out of view is marked by an arrow at the rim.
+        A place out of view is marked by an arrow at the rim. words: beside it.
         """
-        self._tip = place
+        self._tip, self._tip_words = place, words
 
     def point_at(
         self, pointer: HazardPointer | None, words: str, colour: QColor
@@ -177,6 +178,8 @@ class PictureView(QWidget):
                 paint_guide(painter, square, self._guide, scale)
             if self._tip is not None:
                 paint_place(painter, square, self._tip, scale, OVER.ready)
+                if self._tip_words:
+                    paint_words(painter, square, self._tip, self._tip_words, scale)
         if self._pointer is not None:
             self._paint_pointer(painter, square, self._pointer, scale)
         if self._alarm:

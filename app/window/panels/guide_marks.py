@@ -14,6 +14,9 @@ from paravol.guide import GuideMark, NameMark
 GUIDE = "#56b4e9"
 """Of Okabe and Ito's palette; what a shape says no colour says alone."""
 
+RIM = 0.42
+"""Words stand so far from the picture's middle at most, in shares of its width."""
+
 _DARK = QColor(0, 0, 0, 160)
 """Below every line: tissue is as bright as any colour."""
 
@@ -53,6 +56,23 @@ def paint_names(
         painter.setPen(QPen(QColor(OVER.ink), 3.0 * scale))
         painter.drawPoint(place)
         _write(painter, box, tr(name.name), scale)
+    painter.restore()
+
+
+def paint_words(
+    painter: QPainter,
+    square: QRectF,
+    at: tuple[float, float],
+    words: str,
+    scale: float,
+) -> None:
+    """Write words beside a place, which is in shares of the picture's square."""
+    x, y = at[0] - 0.5, at[1] - 0.5
+    # what is out of view is told within the picture's rim
+    inwards = min(RIM / max(math.hypot(x, y), 1e-9), 1.0)
+    painter.save()
+    place = _place(square, 0.5 + inwards * x, 0.5 + inwards * y)
+    _say(painter, square, place, words, scale, 14.0)
     painter.restore()
 
 

@@ -4,6 +4,7 @@ Only what is on the screen: texts of labels that are visible, and what the pictu
 told to paint. Nothing of the flight itself.
 """
 
+import math
 import re
 import time
 from collections import deque
@@ -16,6 +17,7 @@ from app.window.main_window import MainWindow
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
 from app.window.panels.task_panel import TaskPanel
+from app.window.panels.touch_bars import TouchBars
 
 REACTION_S = 0.25
 LOOKED_MS = 25
@@ -45,7 +47,8 @@ class Sight:
     pictures: so many the scope's picture has had. task: the words of the task to be
     done now; done: what stands above it. bar: its progress, 0 to 1. heading: where the
     shaft goes, in shares; None for the middle. up: where the patient's top is, a unit
-    vector, x right, y down. said: over the picture. alarm: at its rim.
+    vector, x right, y down. said: over the picture. alarm: at its rim. bite: what it
+    says beside the tool that this would take, mm3 by tissue. hazard_mm: the nearest.
     """
 
     at_s: float
@@ -61,6 +64,8 @@ class Sight:
     alarm: str = ""
     touching: str = ""
     tool: str = ""
+    bite: dict[str, float] = field(default_factory=dict)
+    hazard_mm: float = math.inf
     gauges: dict[str, str] = field(default_factory=dict)
 
 
@@ -106,6 +111,7 @@ class Eyes(QObject):
         tasks = page.findChild(TaskPanel)
         gauges = page.findChild(Gauges)
         tool = page.findChild(QLabel, "tool")
+        bars = page.findChild(TouchBars)
         letters = [letter for letter in picture._letters if "S" in letter.letters]
         self._seen.append(
             Sight(
@@ -120,6 +126,8 @@ class Eyes(QObject):
                 picture._alarm,
                 picture._touched,
                 "" if tool is None else tool.text(),
+                _bite(picture._tip_words),
+                _hazard_mm(bars),
                 {} if gauges is None else _figures(gauges),
             )
         )
@@ -140,6 +148,19 @@ def _task(panel: TaskPanel | None) -> tuple[str, str, float]:
         counts[0].text() if counts else "",
         bars[0].value() / 100.0 if bars else 0.0,
     )
+
+
+def _bite(words: str) -> dict[str, float]:
+    """Read "uncinate 12 mm³, mucosa 4 mm³"."""
+    read = re.findall(r"([^,]+?) (?:< )?(\d+) mm³", words)
+    return {name.strip(): float(mm3) for name, mm3 in read}
+
+
+def _hazard_mm(bars: TouchBars | None) -> float:
+    """Read "Hazard 3.5 mm to nasolacrimal duct"; infinite where there is none."""
+    words = "" if bars is None else bars.accessibleName()
+    read = re.search(r"Hazard.*?(-?[\d.]+) mm", words)
+    return math.inf if read is None else float(read[1])
 
 
 def _mark(picture: PictureView) -> Mark | None:

@@ -81,6 +81,7 @@ class Trainee:
                     else ""
                 )
                 + f" {sight.alarm or sight.touching}"
+                + (f" {sight.bite} {sight.hazard_mm}" if sight.tool else "")
             )
             if self._wash(sight):
                 continue

@@ -5,7 +5,6 @@ right button and Ctrl with the wheel keep the scope.
 """
 
 import math
-import re
 from collections.abc import Callable
 from typing import Protocol
 
@@ -17,8 +16,8 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("microdebrider",)),
-    ("uncinate", ("straight forceps", "backbiter", "microdebrider")),
-    ("ostium", ("through-cutting punch", "backbiter", "straight forceps")),
+    ("uncinate", ("backbiter", "straight forceps")),
+    ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
     ("superior turbinate", ("through-cutting punch", "straight forceps")),
@@ -33,11 +32,27 @@ BESIDE = 0.36
 """Farther off the picture's middle nothing is operated."""
 
 AT_MM, NEAR_MM = 3.0, 6.5
-"""A tool whose tip is so near to the mark works; the second where tissue is between."""
+"""A needle whose point is so near to the mark is pressed; the second where tissue is
+between."""
 
-BITE_S, INJECT_S, SHAVE_S = 0.6, 1.9, 1.2
-VAIN = 5
-"""Strokes that took nothing, before another tool is tried."""
+BITE_S, INJECT_S, SHAVE_S = 0.5, 1.9, 1.2
+LEAST_MM3 = 1.0
+"""A bite that is worth it."""
+
+SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
+"""Words of what he does not bite."""
+
+HAZARD_MM = 0.9
+"""Nearer to a hazard he does not bite."""
+
+TURNS = 0, 2, -2, 4, -4, 0, 6, -6
+"""Turns of the wrist that he tries, in presses of a key."""
+
+ASIDE, FARTHEST_ASIDE = 0.012, 0.1
+"""How far beside the mark he points, 1 sigma, more after each try; and at most."""
+
+VAIN = 10
+"""Places that held nothing to bite, before another tool is tried."""
 
 Key, Button = Qt.Key, Qt.MouseButton
 
@@ -66,15 +81,13 @@ class Surgeon:
         self._person, self._steers, self._shoot = person, steers, shoot
         self._task = ""
         self._choice = 0
-        self._vain = self._waits = 0
-        self._aside = (0.0, 0.0)
+        self._vain = self._waits = self._turned = 0
         self._shots = 0
-        self._least_mm = math.inf
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
         if sight.task != self._task:
-            self._task, self._choice, self._vain = sight.task, 0, 0
+            self._task, self._choice = sight.task, 0
             self._renew()
         mark = sight.mark
         tool = _in_hand(sight)
@@ -98,14 +111,17 @@ class Surgeon:
             else:
                 self._take(sight)
             return
+        person = self._person
         if not mark.is_in or off > 0.47:
             self._follow(mark)
             return
-        self._point_at(mark)
-        self._work_at(sight, mark)
+        if not self._is_ready(sight):
+            self._point_at(mark)
+            person.wait(0.35)
+        self._work_at(person.look())
 
     def _renew(self) -> None:
-        self._waits, self._aside, self._least_mm = 0, (0.0, 0.0), math.inf
+        self._waits = self._turned = self._vain = 0
 
     def _wanted(self, sight: Sight) -> str:
         low = sight.task.lower()
@@ -141,8 +157,9 @@ class Surgeon:
     def _point_at(self, mark: Mark) -> None:
         """Bring the pointer onto the mark, as a hand can."""
         person = self._person
-        x = mark.x + self._aside[0] + person.rng.gauss(0.0, 0.004)
-        y = mark.y + self._aside[1] + person.rng.gauss(0.0, 0.004)
+        aside = min(0.004 + ASIDE * self._vain, FARTHEST_ASIDE)
+        x = mark.x + person.rng.gauss(0.0, aside)
+        y = mark.y + person.rng.gauss(0.0, aside)
         person.hand.glide(person.picture, x, y)
 
     def _follow(self, mark: Mark) -> None:
@@ -155,23 +172,20 @@ class Surgeon:
             stroke * (mark.x - 0.5), stroke * (mark.y - 0.5), Button.RightButton
         )
 
-    def _work_at(self, sight: Sight, mark: Mark) -> None:
-        """Wait until the tip is there, then work; see what was taken."""
+    def _work_at(self, now: Sight) -> None:
+        """Bite where it says that it is worth it; else turn, or try beside it."""
         person = self._person
-        person.wait(0.5)
-        now = person.look()
-        there = now.mark
-        if there is None or now.task != self._task:
+        if now.mark is None or now.task != self._task:
             return
-        is_near = there.mm <= AT_MM or (self._waits >= 2 and there.mm <= NEAR_MM)
-        if not is_near and not self._presses(now):
-            self._waits += 1
-            if there.mm < self._least_mm - 0.7:
-                self._least_mm, self._waits = there.mm, 0
-            person.hand.wheel(2)
-            if self._waits > 6:
-                person.say(f"the tool does not get there: {there.mm:.0f} mm {now.said}")
+        if not self._is_ready(now):
+            self._vain += 1
+            if self._vain > VAIN:
+                person.say(f"nothing to bite here: {now.mark.mm:.0f} mm {now.said}")
                 self._elsewhere()
+                return
+            if now.mark.mm > NEAR_MM and "(tool)" not in now.touching:
+                person.hand.wheel(2)
+            self._turn_to(TURNS[self._vain % len(TURNS)])
             return
         before = now.bar
         low = self._task.lower()
@@ -183,45 +197,60 @@ class Surgeon:
         person.hand.release(Button.LeftButton)
         person.wait(0.3)
         after = person.look()
-        person.say(f"    worked: {after.said} bar {before:.2f} {after.bar:.2f}")
+        person.say(
+            f"    worked: {now.bite} {after.said} bar {before:.2f} {after.bar:.2f}"
+        )
         if self._shots < 6:
             self._shoot(f"work-{self._shots}")
             self._shots += 1
-        spared = re.search(r"(middle|inferior) turbinate (\d+)", after.said)
-        if spared is not None:
-            # away from what is to be spared
-            self._aside = (
-                person.rng.uniform(-0.04, 0.04),
-                person.rng.uniform(-0.04, 0.04),
-            )
-        if after.bar > before + 0.004:
+        if "Taken" in after.said or after.bar > before + 0.004:
             self._vain = 0
-            return
-        self._vain += 1
-        person.hand.wheel(1)
-        if self._vain >= VAIN:
-            self._elsewhere()
+        else:
+            self._vain += 1
 
-    def _presses(self, sight: Sight) -> bool:
-        return (
-            "(tool)" in sight.touching
-            and sight.mark is not None
-            and (sight.mark.mm < 2.0 * AT_MM)
-        )
+    def _is_ready(self, sight: Sight) -> bool:
+        """Return whether what the tool would take is wanted, and nothing else is."""
+        assert sight.mark is not None
+        if "inject" in self._task.lower():
+            near_mm = NEAR_MM if self._vain >= 2 else AT_MM
+            return sight.mark.mm <= near_mm
+        if sight.hazard_mm < HAZARD_MM:
+            return False
+        words = f"{sight.mark.words} {self._task}".lower()
+        named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
+        spared = [n for n in sight.bite if n not in named and _is_spared(n)]
+        if spared:
+            return False
+        wanted = named if "uncinate" in words or "polyp" in words else sight.bite
+        return sum(wanted.values()) >= LEAST_MM3
+
+    def _turn_to(self, steps: int) -> None:
+        """Turn the wrist from where it is by keys."""
+        person = self._person
+        left = steps - self._turned
+        for _ in range(abs(left)):
+            person.hand.tap(Key.Key_Home if left > 0 else Key.Key_End)
+            person.wait(0.03)
+        self._turned = steps
 
     def _elsewhere(self) -> None:
-        """Try another tool, from another place of the scope."""
+        """Try another tool, then from another place of the scope."""
         person = self._person
-        self._vain = 0
         self._choice += 1
         self.put_away()
         self._renew()
-        person.go(-person.rng.randint(1, 3))
+        if self._choice % 2:
+            return
+        person.go(-2)
         person.stroke(
-            person.rng.uniform(-50.0, 50.0),
-            person.rng.uniform(-50.0, 50.0),
+            person.rng.uniform(-30.0, 30.0),
+            person.rng.uniform(-30.0, 30.0),
             Button.LeftButton,
         )
+
+
+def _is_spared(tissue: str) -> bool:
+    return any(word in tissue for word in SPARED)
 
 
 def _in_hand(sight: Sight) -> str:

@@ -125,8 +125,10 @@ def beside_mm(sample: Sample, name: str) -> float:
     return float(off.min()) - SCOPE.diameter_mm / 2 - thickness_mm(name)
 
 
-def test_it_stops_at_tissue_and_bites_deeper() -> None:
-    hand = hand_before(-10.0)
+@pytest.mark.parametrize("name", ["straight forceps", "curette"])
+def test_it_stops_at_tissue_where_an_edge_goes_deeper(name: str) -> None:
+    """Jaws take what they hold: they close where they are."""
+    hand = hand_before(-10.0, name)
     hand.point(0.0, -0.5)
     end_s = settled(hand)
     idle = tip(hand, end_s + 0.01)
@@ -134,7 +136,10 @@ def test_it_stops_at_tissue_and_bites_deeper() -> None:
     end_s = settled(hand, end_s + 0.01, 1.0)
     worked = tip(hand, end_s + 0.01)
     assert -10.0 - TOUCH_MM - YIELDS_MM - 0.1 < idle[2] < -8.0
-    assert 0.5 < idle[2] - worked[2] < BITES_MM + 0.5
+    if INSTRUMENTS[name].has_jaws:
+        assert (idle == worked).all()
+    else:
+        assert 0.5 < idle[2] - worked[2] < BITES_MM + 0.5
 
 
 def test_what_tissue_held_back_does_not_gather() -> None:
