@@ -110,6 +110,27 @@ def test_the_order_of_cuts_makes_no_difference(order: list[int]) -> None:
     assert straight.books.counts == mixed.books.counts
 
 
+@given(inside, inside, st.floats(0.3, 2.5), st.sampled_from([STRONG, WEAK]))
+@settings(max_examples=20, deadline=None)
+def test_what_a_cut_would_take_is_what_it_takes(
+    start: Place, end: Place, radius: float, taker: Taker
+) -> None:
+    """To the count, but for pieces that hang on nothing then; and nothing changes."""
+    surface = floor_at(10.0)
+    patient = OperatedPatient(surface, walled(surface))
+    patient.carve(solids.capsule(MIDDLE, shifted(2.0, 1.0, 0.0), 1.5), STRONG)
+    before = patient.hash()
+    rows = solids.capsule(np.array(start), np.array(end), radius)
+    told = patient.would_take(rows, taker)
+    assert patient.hash() == before
+    edit = patient.carve(rows, taker)
+    taken = {} if edit is None else dict(edit.taken_mm3)
+    if edit is not None and edit.pieces_mm3:
+        assert all(mm3 <= taken[name] for name, mm3 in told.items())
+    else:
+        assert {n: v for n, v in told.items() if v} == pytest.approx(taken)
+
+
 def test_a_bite_in_the_air_counts_nothing() -> None:
     patient = soft_patient()
     first = patient.hash()
