@@ -487,6 +487,9 @@ class Operation:
             self._widest = 1.0
             self._strokes += 1
             self._carve(tool, rows, sample, self._strokes)
+        elif sample.instrument.is_carried and not sample.instrument.is_working:
+            # walls keep the jaws of a pointed tool closed, and open them again
+            self._widest = jaw
         elif jaw < CLOSED:
             self._widest = min(self._widest, jaw)
 
