@@ -213,7 +213,8 @@ class PointedTool:
             # whoever works wants to be at the tissue that he points at
             tip_mm = self.reach_mm
         tip = eye + (tip_mm + bite_mm) * ray
-        roll_deg = self._side_deg + state.roll_deg
+        # on its way in it is turned as it fits through the nostril
+        roll_deg = state.roll_deg + (self._side_deg if self.has_come else 0.0)
         goal = tip
         for _ in range(2):
             # a bent tool's shaft passes beside its tip

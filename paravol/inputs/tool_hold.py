@@ -44,8 +44,12 @@ YIELDS_MM = 1.5
 """So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
 shaft gets into a meatus."""
 
-OPENS_MM = 2.5
-"""So far jaws that open press soft walls aside."""
+END_MM = 15.0
+"""So much of a tool's end is held wherever it is: jaws and bends lie there."""
+
+OPENS_MM, KEEPS_MM = 2.5, 1.0
+"""So far jaws that open press soft walls aside, and so far from what must not be hurt
+they stop: the hand that holds them goes on."""
 
 SPARES_MM, TOLD_MM = 0.4, 12.0
 """So far from what must not be hurt a tool stops that is pushed on; hazards that are
@@ -110,18 +114,19 @@ class ToolHold:
             self.pushed_mm = min(pushed, most)
 
     def gains_mm(self, start: Doubles, end: Doubles) -> float:
-        """Return how much deeper the tool lies in walls at one pose than at another.
+        """Return how much deeper a part of the tool lies in walls at a second pose.
 
         Only what is deeper than what gives way counts.
         """
         balls = self._inside(self._balls(), start)
         if not len(balls):
             return 0.0
+        balls = self._sparing(start, balls)
         before, after = (
-            float((self._distance.sample(self._places(f, balls)) + balls[:, 1]).max())
-            for f in (start, end)
+            self._distance.sample(self._places(frame, balls)) + balls[:, 1]
+            for frame in (start, end)
         )
-        return after - max(before, self._give_mm)
+        return float((after - np.maximum(before, self._give_mm)).max())
 
     def narrow(self, frame: Doubles) -> float:
         """Return how far walls keep the tool's jaws closed, 0 where they may open.
@@ -139,7 +144,7 @@ class ToolHold:
         least = self._hazards_mm(places[:: max(shape[1] // 2, 1)], places) - flat[:, 1]
         least = least.reshape(shape).min(axis=1)
         fits = deep <= max(deep[0], OPENS_MM)
-        fits &= least >= min(least[0], SPARES_MM)
+        fits &= least >= min(least[0], KEEPS_MM)
         return 0.0 if fits.all() else 1.0 - float(fits.argmin() - 1) / JAW_STEPS
 
     def _places(self, frame: Doubles, balls: Doubles) -> Doubles:
@@ -182,15 +187,13 @@ class ToolHold:
         return TOUCH_MM + self.pushed_mm
 
     def _inside(self, balls: Doubles, frame: Doubles) -> Doubles:
-        """Return the balls that are past the nostril, and its first in any case.
+        """Return the balls that are past the nostril, and its end in any case.
 
         What is before the nostril no passage holds: were it counted, what lies deep in
         the face there would let the rest as deep into walls.
         """
         inside_mm = float((self._hold.pivot_mm - frame[:3, 3]) @ frame[:3, 2])
-        kept = balls[:, 0] <= inside_mm
-        kept[:1] = True
-        return np.ascontiguousarray(balls[kept])
+        return np.ascontiguousarray(balls[balls[:, 0] <= max(inside_mm, END_MM)])
 
     def _balls(self) -> Doubles:
         """Return the balls of what the hand holds, in the shaft's frame."""
