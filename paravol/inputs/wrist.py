@@ -30,7 +30,7 @@ TURNS = 16
 NEAR_MM = 12.0
 """A hazard farther from the tip is in reach of no jaw."""
 
-HALF_OPEN, APART_MM = 0.25, 1.0
+HALF_OPEN, APART_MM = 0.25, 0.8
 """How far jaws are closed that are compared, and how far apart places between them
 are."""
 
@@ -91,7 +91,7 @@ class Wrist:
     def holds_tissue(self, name: str, frame: Doubles) -> bool:
         """Return whether tissue lies between a tool's jaws; frame: of its shaft."""
         tool = tool_of_shaft(name, frame)
-        places = _between_jaws(name) @ tool[:3, :3].T + tool[:3, 3]
+        places = _between_jaws(name, 0.0) @ tool[:3, :3].T + tool[:3, 3]
         return bool((self._distance.nearest(places) > 0.0).any())
 
     def _label(self, place: Doubles, into: Doubles) -> int:
@@ -109,7 +109,7 @@ class Wrist:
         """Return the turn with which jaws hold most of a label and least else."""
         assert self._labels is not None
         turns = now_deg + np.arange(TURNS) * 360.0 / TURNS
-        held = _between_jaws(name)
+        held = _between_jaws(name, HALF_OPEN)
         frames = [tool_of_shaft(name, tip_frame(tip, way, turn)) for turn in turns]
         places = np.stack([held @ f[:3, :3].T + f[:3, 3] for f in frames])
         is_tissue = self._distance.nearest(places) > 0.0
@@ -140,9 +140,12 @@ def has_jaws(name: str) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _between_jaws(name: str) -> Doubles:
-    """Return places that jaws take what is there, ``(n, 3)`` in the tool's frame."""
-    rows = instrument_named(name).working_volume(np.eye(4), HALF_OPEN)
+def _between_jaws(name: str, jaw: float) -> Doubles:
+    """Return places of what jaws take, ``(n, 3)`` in the tool's frame.
+
+    jaw: how far they are closed, 0 to 1.
+    """
+    rows = instrument_named(name).working_volume(np.eye(4), jaw)
     starts, ends, radii = rows[:, 1:4], rows[:, 4:7], rows[:, 7]
     low = np.minimum(starts, ends).min(axis=0) - radii.max()
     high = np.maximum(starts, ends).max(axis=0) + radii.max()

@@ -5,6 +5,8 @@ right button and Ctrl with the wheel keep the scope.
 """
 
 import math
+import time
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -15,7 +17,7 @@ from tests.app.ladder.person import LostError, Person
 
 TOOLS = (
     ("inject", ("injection needle",)),
-    ("polyp", ("microdebrider",)),
+    ("polyp", ("straight forceps", "microdebrider")),
     ("uncinate", ("backbiter", "backbiter", "straight forceps")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
@@ -45,14 +47,17 @@ SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve",
 HAZARD_MM = 0.9
 """Nearer to a hazard he does not bite."""
 
-TURNS = 0, 2, -2, 4, -4, 0, 6, -6
+TURNS = 0, 2, -2, 4
 """Turns of the wrist that he tries, in presses of a key."""
 
-ASIDE, FARTHEST_ASIDE = 0.012, 0.1
-"""How far beside the mark he points, 1 sigma, more after each try; and at most."""
+STEPS, NEAREST, WIDER, FARTHEST, GOLDEN = 16, 0.01, 0.009, 0.13, 2.4
+"""Places about the mark to which he leads the tool, in shares of the picture."""
 
-VAIN = 7
-"""Places that held nothing to bite, before another tool is tried."""
+LAG_S, FAR_MM = 0.15, 8.0
+"""The tool is so long behind the pointer; from farther away it is moved ahead."""
+
+VAIN = 3
+"""Rounds in which nothing was found, before another tool is tried."""
 
 Key, Button = Qt.Key, Qt.MouseButton
 
@@ -111,19 +116,12 @@ class Surgeon:
             else:
                 self._take(sight)
             return
-        person = self._person
         if not mark.is_in or off > 0.47:
             self._follow(mark)
-            return
-        if not self._is_ready(sight):
-            self._point_at(mark)
-            person.wait(0.35)
-            sight = person.look()
-        if self._is_ready(sight):
-            # what comes and goes under a hand that moves is not trusted
-            person.wait(0.25)
-            sight = person.look()
-        self._work_at(sight)
+        elif "inject" in self._task.lower():
+            self._prick(mark)
+        else:
+            self._bite(sight, mark)
 
     def _renew(self) -> None:
         self._waits = self._turned = self._vain = 0
@@ -159,14 +157,6 @@ class Surgeon:
             self._person.hand.tap(Key.Key_T)
             self._person.wait(0.15)
 
-    def _point_at(self, mark: Mark) -> None:
-        """Bring the pointer onto the mark, as a hand can."""
-        person = self._person
-        aside = min(0.004 + ASIDE * self._vain, FARTHEST_ASIDE)
-        x = mark.x + person.rng.gauss(0.0, aside)
-        y = mark.y + person.rng.gauss(0.0, aside)
-        person.hand.glide(person.picture, x, y)
-
     def _follow(self, mark: Mark) -> None:
         """Let the scope follow, with the right button, until the mark is seen."""
         person = self._person
@@ -177,26 +167,67 @@ class Surgeon:
             stroke * (mark.x - 0.5), stroke * (mark.y - 0.5), Button.RightButton
         )
 
-    def _work_at(self, now: Sight) -> None:
-        """Bite where it says that it is worth it; else turn, or try beside it."""
+    def _prick(self, mark: Mark) -> None:
+        """Bring the needle to the mark, and inject."""
         person = self._person
+        person.hand.glide(person.picture, mark.x, mark.y)
+        person.wait(0.35)
+        now = person.look()
         if now.mark is None or now.task != self._task:
             return
-        if not self._is_ready(now):
-            self._vain += 1
-            if self._vain > VAIN:
-                person.say(f"nothing to bite here: {now.mark.mm:.0f} mm {now.said}")
-                self._elsewhere()
-                return
-            if now.mark.mm > NEAR_MM and "(tool)" not in now.touching:
-                person.hand.wheel(2)
-            self._turn_to(TURNS[self._vain % len(TURNS)])
+        if now.mark.mm <= (NEAR_MM if self._vain >= 2 else AT_MM):
+            self._work(now, INJECT_S)
             return
+        person.hand.wheel(2)
+        self._vain += 1
+        if self._vain > VAIN:
+            person.say(f"the needle does not get there: {now.mark.mm:.0f} mm")
+            self._elsewhere()
+
+    def _bite(self, sight: Sight, mark: Mark) -> None:
+        """Lead the tool about the mark until it says that a bite is worth it."""
+        person = self._person
+        led: deque[tuple[float, float, float]] = deque(maxlen=6)
+        for step in range(STEPS):
+            if self._is_ready(sight):
+                self._bite_where(sight, led)
+                return
+            away = min(NEAREST + step * WIDER, FARTHEST)
+            x = mark.x + away * math.cos(GOLDEN * step)
+            y = mark.y + away * math.sin(GOLDEN * step)
+            person.hand.glide(person.picture, x, y)
+            person.wait(0.12)
+            led.append((time.monotonic(), x, y))
+            sight = person.eyes.sight
+            if sight.mark is None or sight.task != self._task:
+                return
+            if sight.mark.mm > FAR_MM and step == STEPS // 2:
+                person.hand.wheel(2)
+        person.say(f"    nothing here: {sight.mark.mm if sight.mark else 0:.0f} mm")
+        self._vain += 1
+        if self._vain >= VAIN:
+            self._elsewhere()
+        else:
+            self._turn_to(TURNS[self._vain % len(TURNS)])
+
+    def _bite_where(self, sight: Sight, led: deque[tuple[float, float, float]]) -> None:
+        """Go back to where it said so, see whether it still does, and bite."""
+        person = self._person
+        if led:
+            _, x, y = min(led, key=lambda at: abs(at[0] + LAG_S - sight.at_s))
+            person.hand.glide(person.picture, x, y)
+        person.wait(0.3)
+        for _ in range(2):
+            # what comes and goes under a hand that moves is not trusted
+            sight = person.look()
+            if sight.mark is None or not self._is_ready(sight):
+                return
+        self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
+
+    def _work(self, now: Sight, time_s: float) -> None:
+        """Press for a while; see what came of it."""
+        person = self._person
         before = now.bar
-        low = self._task.lower()
-        time_s = INJECT_S if "inject" in low else BITE_S
-        if "suction on" in now.tool:
-            time_s = SHAVE_S
         person.hand.press(Button.LeftButton)
         person.wait(time_s)
         person.hand.release(Button.LeftButton)
@@ -215,10 +246,8 @@ class Surgeon:
 
     def _is_ready(self, sight: Sight) -> bool:
         """Return whether what the tool would take is wanted, and nothing else is."""
-        assert sight.mark is not None
-        if "inject" in self._task.lower():
-            near_mm = NEAR_MM if self._vain >= 2 else AT_MM
-            return sight.mark.mm <= near_mm
+        if sight.mark is None or not sight.bite:
+            return False
         if sight.hazard_mm < HAZARD_MM:
             return False
         words = f"{sight.mark.words} {self._task}".lower()
@@ -227,7 +256,7 @@ class Surgeon:
         if spared:
             return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        enough = LEAST_MM3 if self._vain >= VAIN // 2 else 2.0 * LEAST_MM3
+        enough = LEAST_MM3 if self._vain else 2.0 * LEAST_MM3
         return sum(wanted.values()) >= enough
 
     def _turn_to(self, steps: int) -> None:
