@@ -36,7 +36,7 @@ PUSH_N, YIELDING_MM_S, EASING_MM_S = 1.5, 5.0, 20.0
 """A hand pushes with so much against what holds the tool, at most: so fast tissue gives
 way under less, and so fast the hand eases off where it is free, or under more."""
 
-BESIDE_MM = 5.0
+BESIDE_MM = 8.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the vestibule, which yields to both, and one hand gives way to the other."""
 

@@ -16,7 +16,7 @@ from renderers.scene import Volume
 MISSING = (-3.697e28, 1e6, -math.inf, math.nan, 2.01 * REACH_MM)
 """What comes for a tool that is not there, as x, mm."""
 
-PERIOD_S = 0.05
+PERIOD_S = 0.0625
 
 
 def pose(number: int, x_mm: float) -> Pose:

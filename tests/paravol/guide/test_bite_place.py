@@ -1,0 +1,99 @@
+"""Where to bite next: much of what is wanted, little of the rest, no hazard near."""
+
+import numpy as np
+import pytest
+
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
+from anatomy.tissue import Label
+from paravol.guide.bite_place import KEPT_MM, bite_place
+from renderers.scene import Volume
+
+H = 0.5
+SIZE = 60
+NOSTRIL = np.array([15.0, 0.0, 15.0])
+EYE = np.array([15.0, 4.0, 15.0])
+
+
+def volume(values: np.ndarray, background: float = 0.0) -> Volume:
+    return Volume(values, np.full(3, H), np.zeros(3), background=background)
+
+
+def wall() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A wall across y with two blocks of uncinate in it; its air, labels, places."""
+    y = np.arange(SIZE) * H
+    distance = np.broadcast_to((y - 20.0)[:, None], (SIZE, SIZE, SIZE)).copy()
+    labels = np.full(distance.shape, Label.MUCOSA, np.uint8)
+    blocks = [(slice(24, 36), slice(40, 46), slice(at, at + 6)) for at in (10, 40)]
+    for block in blocks:
+        labels[block] = Label.UNCINATE
+    k, j, i = np.nonzero(labels == Label.UNCINATE)
+    return distance.astype(np.float32), labels, np.stack([i, j, k], axis=1) * H
+
+
+def where(
+    distance: np.ndarray,
+    labels: np.ndarray,
+    places: np.ndarray,
+    tip: tuple[float, float, float] = (15.0, 18.0, 15.0),
+    **rest: object,
+) -> np.ndarray:
+    found = bite_place(
+        volume(distance, -9.0),
+        volume(labels),
+        places,
+        np.array(tip),
+        EYE,
+        NOSTRIL,
+        **rest,  # type: ignore[arg-type]
+    )
+    assert found is not None
+    return found[0]
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_bite_spares_what_lies_beside(side: int) -> None:
+    distance, labels, places = wall()
+    for low in (2, 16) if side == 0 else (32, 46):
+        labels[24:36, 40:46, low : low + 8] = Label.MIDDLE_TURBINATE
+    spared = where(distance, labels, places, spared=("middle turbinate",))
+    assert (spared[0] > 15.0) == (side == 0)
+
+
+def test_hazards_are_kept_off_as_long_as_there_is_another_place() -> None:
+    distance, labels, places = wall()
+    x = np.broadcast_to(np.arange(SIZE) * H, distance.shape)
+    gap = np.rint((x - 9.0) / UNIT_MM).astype(np.int16)
+    hazards = HazardVolumes({"orbit": volume(gap, 30000.0)})
+    for tip_x in (6.0, 24.0):
+        tip = (tip_x, 18.0, 15.0)
+        place = where(distance, labels, places, tip, hazards=hazards)
+        assert place[0] - 9.0 > KEPT_MM
+    left = places[places[:, 0] < 9.0]
+    assert where(distance, labels, left, hazards=hazards)[0] < 9.0
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_what_no_straight_tool_comes_to_is_bitten_later(side: int) -> None:
+    distance, labels, places = wall()
+    half = slice(0, 30) if side == 0 else slice(30, SIZE)
+    distance[:, 26:30, half] = 3.0
+    place = where(distance, labels, places)
+    assert (place[0] > 15.0) == (side == 0)
+
+
+def test_it_lies_at_air_and_in_what_is_left() -> None:
+    distance, labels, places = wall()
+    distance[:, 40:42] = -1.0
+    place = where(distance, labels, places)
+    assert place[1] >= 21.0
+    assert (
+        bite_place(
+            volume(np.full_like(distance, -1.0), -9.0),
+            volume(labels),
+            places,
+            EYE,
+            EYE,
+            NOSTRIL,
+        )
+        is None
+    )
