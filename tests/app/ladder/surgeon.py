@@ -56,7 +56,7 @@ STEPS, NEAREST, WIDER, FARTHEST, GOLDEN = 16, 0.01, 0.009, 0.13, 2.4
 LAG_S, FAR_MM = 0.15, 8.0
 """The tool is so long behind the pointer; from farther away it is moved ahead."""
 
-VAIN = 3
+VAIN = 2
 """Rounds in which nothing was found, before another tool is tried."""
 
 Key, Button = Qt.Key, Qt.MouseButton
@@ -87,7 +87,7 @@ class Surgeon:
         self._task = ""
         self._choice = 0
         self._vain = self._waits = self._turned = 0
-        self._shots = 0
+        self._shots = self._moves = 0
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
@@ -256,7 +256,7 @@ class Surgeon:
         if spared:
             return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        enough = LEAST_MM3 if self._vain else 2.0 * LEAST_MM3
+        enough = LEAST_MM3 if self._vain or self._moves else 2.0 * LEAST_MM3
         return sum(wanted.values()) >= enough
 
     def _turn_to(self, steps: int) -> None:
@@ -269,18 +269,22 @@ class Surgeon:
         self._turned = steps
 
     def _elsewhere(self) -> None:
-        """Try another tool, then from another place of the scope."""
+        """Tilt the scope a little; now and then begin anew, with another tool."""
         person = self._person
+        self._moves += 1
+        rng = person.rng
+        if self._moves % 3:
+            person.hand.point(person.picture, 0.5, 0.5)
+            aside = rng.uniform(-60.0, 60.0), rng.uniform(-60.0, 60.0)
+            person.hand.drag(*aside, Button.RightButton)
+            self._vain = 0
+            return
         self._choice += 1
         self.put_away()
         self._renew()
-        if self._choice % 2:
-            return
         person.go(-2)
         person.stroke(
-            person.rng.uniform(-30.0, 30.0),
-            person.rng.uniform(-30.0, 30.0),
-            Button.LeftButton,
+            rng.uniform(-30.0, 30.0), rng.uniform(-30.0, 30.0), Button.LeftButton
         )
 
 
