@@ -49,6 +49,7 @@ class Sight:
     shaft goes, in shares; None for the middle. up: where the patient's top is, a unit
     vector, x right, y down. said: over the picture. alarm: at its rim. bite: what it
     says beside the tool that this would take, mm3 by tissue. hazard_mm: the nearest.
+    names: of what is seen, and where.
     """
 
     at_s: float
@@ -66,6 +67,7 @@ class Sight:
     tool: str = ""
     bite: dict[str, float] = field(default_factory=dict)
     hazard_mm: float = math.inf
+    names: tuple[tuple[str, float, float], ...] = ()
     gauges: dict[str, str] = field(default_factory=dict)
 
 
@@ -128,6 +130,7 @@ class Eyes(QObject):
                 "" if tool is None else tool.text(),
                 _bite(picture._tip_words),
                 _hazard_mm(bars),
+                tuple((name.name, name.x, name.y) for name in picture._names),
                 {} if gauges is None else _figures(gauges),
             )
         )

@@ -33,6 +33,7 @@ from paravol.training_setup import DeviceSetup, TrainingSetup  # noqa: E402
 from scenarios import Scenario, load_scenario  # noqa: E402
 from scenarios.scenario import CURRICULUM  # noqa: E402
 from tests.app.ladder.person import LostError, Person  # noqa: E402
+from tests.app.ladder.placing import Placing, place_tools  # noqa: E402
 from tests.app.ladder.skills import Trainee, look_round  # noqa: E402
 
 SIZE = 1280, 720
@@ -49,7 +50,8 @@ class Verdict:
     """Say how an exercise went.
 
     began: its first picture was seen. why: it ended before it was done; "" otherwise.
-    seconds: of the exercise's own clock. read: the words of the result page.
+    seconds: of the exercise's own clock. read: the words of the result page. placings:
+    of tools, where these were asked for.
     """
 
     exercise: str
@@ -63,6 +65,7 @@ class Verdict:
     injuries: list[str] = field(default_factory=list)
     why: str = ""
     read: list[str] = field(default_factory=list)
+    placings: list[Placing] = field(default_factory=list)
 
 
 def unlock(store: Path) -> None:
@@ -138,10 +141,18 @@ class Sitting:
         self.window.page.catch_up()
         self.window.grab().save(str(self.folder / f"{name}.png"))
 
-    def do(self, scenario: Scenario, limit_s: float, *, only_start: bool) -> Verdict:
+    def do(
+        self,
+        scenario: Scenario,
+        limit_s: float,
+        *,
+        only_start: bool,
+        places_tools: bool = False,
+    ) -> Verdict:
         """Start an exercise from the home page, do it, and read its result.
 
-        A case has the name of its folder on the home page.
+        A case has the name of its folder on the home page. places_tools: what is done
+        with tools is not done, but each is brought to named places.
         """
         name, title, person = scenario.name, scenario.title, self.person
         verdict = Verdict(name, tries=1)
@@ -157,7 +168,10 @@ class Sitting:
             person.until_s = time.monotonic() + limit_s
             try:
                 if scenario.tasks:
-                    Trainee(person, lambda at: self.shoot(f"{name}-{at}")).do_all()
+                    trainee = Trainee(person, lambda at: self.shoot(f"{name}-{at}"))
+                    trainee.do_all(but_with_tools=places_tools)
+                    if places_tools:
+                        verdict.placings = place_tools(person, scenario.tools)
                 else:
                     look_round(person)
                 verdict.done = True
@@ -239,6 +253,7 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=300.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only-start", action="store_true")
+    parser.add_argument("--places-tools", action="store_true")
     parser.add_argument("--coarse", action="store_true")
     parser.add_argument("--tries", type=int, default=1)
     parser.add_argument("--aloud", action="store_true")
@@ -261,7 +276,12 @@ def main() -> int:
         else:
             scenario = load_scenario(name)[0]
         for tries in range(1, told.tries + 1):
-            verdict = sitting.do(scenario, told.limit, only_start=told.only_start)
+            verdict = sitting.do(
+                scenario,
+                told.limit,
+                only_start=told.only_start,
+                places_tools=told.places_tools,
+            )
             verdict.tries = tries
             if verdict.passed or told.only_start:
                 break

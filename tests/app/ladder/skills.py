@@ -50,8 +50,11 @@ class Trainee:
         self._eased = 0
         self._same = self._freed = self._aimed = self._rolled = self._along = 0
 
-    def do_all(self) -> None:
-        """Do one task after the other until all are done; LostError if he gives up."""
+    def do_all(self, but_with_tools: bool = False) -> None:
+        """Do one task after the other until all are done; LostError if he gives up.
+
+        but_with_tools: only until one is to be done with a tool.
+        """
         while True:
             sight = self.person.look()
             if sight.page != "FlightPage":
@@ -86,6 +89,8 @@ class Trainee:
             if self._wash(sight):
                 continue
             if is_for_tool(sight.task):
+                if but_with_tools:
+                    return
                 self.surgeon.operate(sight)
                 continue
             self.surgeon.put_away()

@@ -116,7 +116,11 @@ class Surgeon:
             else:
                 self._take(sight)
             return
-        if not mark.is_in or off > 0.47:
+        if not mark.is_goal and mark.mm > FARTHEST_MM:
+            # it is hidden, and far from the tool: the scope goes first
+            self.put_away()
+            self._renew()
+        elif not mark.is_in or off > 0.47:
             self._follow(mark)
         elif "inject" in self._task.lower():
             self._prick(mark)

@@ -49,3 +49,13 @@ def test_a_person_flies_through_cases_and_recorded_flights(
     told = sat(tmp_path, *words, limit_s=1500.0)
     for name, verdict in told.items():
         assert verdict["done"], (name, verdict)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(2000)
+def test_a_person_brings_each_tool_to_five_places(tmp_path: Path) -> None:
+    """In ten seconds each, and hurts nobody."""
+    told = sat(tmp_path, "uncinectomy", "--places-tools", limit_s=1900.0)["uncinectomy"]
+    assert told["placings"]
+    assert all(each["seconds"] is not None for each in told["placings"]), told
+    assert not any("injury:" in line for line in told["injuries"]), told
