@@ -166,6 +166,9 @@ class Operating(Still):
     def take_edits(self) -> list[Any]:
         return []
 
+    def would_take(self, sample: Sample) -> dict[str, float]:
+        return {"mucosa": sample.time_s}
+
     def take_injuries(self) -> list[Injury]:
         taken, self.injuries = self.injuries, []
         return taken
@@ -312,6 +315,7 @@ def test_a_frame_tells_what_its_sample_felt() -> None:
         time_s = event.sample.time_s
         assert event.signs.hazard == ("orbit", time_s)
         assert event.signs.force_n == 0.0
+        assert event.signs.bite_mm3 == {"mucosa": time_s}
         assert event.signs.breaks == (time_s >= 4.0)
         assert event.signs.broken == (WALL if time_s >= 4.0 else "")
     frames.clear()
