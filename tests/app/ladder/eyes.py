@@ -49,7 +49,7 @@ class Sight:
     shaft goes, in shares; None for the middle. up: where the patient's top is, a unit
     vector, x right, y down. said: over the picture. alarm: at its rim. bite: what it
     says beside the tool that this would take, mm3 by tissue. hazard_mm: the nearest.
-    names: of what is seen, and where.
+    names: of what is seen, and where. tip: the ring of the tool.
     """
 
     at_s: float
@@ -68,6 +68,7 @@ class Sight:
     bite: dict[str, float] = field(default_factory=dict)
     hazard_mm: float = math.inf
     names: tuple[tuple[str, float, float], ...] = ()
+    tip: tuple[float, float] | None = None
     gauges: dict[str, str] = field(default_factory=dict)
 
 
@@ -131,6 +132,7 @@ class Eyes(QObject):
                 _bite(picture._tip_words),
                 _hazard_mm(bars),
                 tuple((name.name, name.x, name.y) for name in picture._names),
+                picture._tip,
                 {} if gauges is None else _figures(gauges),
             )
         )

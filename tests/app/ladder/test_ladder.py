@@ -53,7 +53,7 @@ def test_a_person_flies_through_cases_and_recorded_flights(
 
 @pytest.mark.slow
 @pytest.mark.timeout(2000)
-def test_a_person_brings_each_tool_to_five_places(tmp_path: Path) -> None:
+def test_a_person_brings_each_tool_to_named_places(tmp_path: Path) -> None:
     """In ten seconds each, and hurts nobody."""
     told = sat(tmp_path, "uncinectomy", "--places-tools", limit_s=1900.0)["uncinectomy"]
     assert told["placings"]
