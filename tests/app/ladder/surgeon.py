@@ -56,6 +56,9 @@ STEPS, NEAREST, WIDER, FARTHEST, GOLDEN = 16, 0.01, 0.009, 0.13, 2.4
 LAG_S, FAR_MM = 0.15, 8.0
 """The tool is so long behind the pointer; from farther away it is moved ahead."""
 
+PRICKS = 5
+"""Tries with a needle, before the scope goes elsewhere."""
+
 VAIN = 2
 """Rounds in which nothing was found, before another tool is tried."""
 
@@ -181,10 +184,11 @@ class Surgeon:
             return
         if now.mark.mm <= (NEAR_MM if self._vain >= 2 else AT_MM):
             self._work(now, INJECT_S)
-            return
-        person.hand.wheel(2)
-        self._vain += 1
-        if self._vain > VAIN:
+        else:
+            self._vain += 1
+        if self._vain:
+            person.hand.wheel(2)
+        if self._vain > PRICKS:
             person.say(f"the needle does not get there: {now.mark.mm:.0f} mm")
             self._elsewhere()
 
