@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.nostril_lines import NostrilLines
-from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, ToolHold
+from paravol.inputs.tool_hold import BESIDE_MM, BITES_MM, PUSH_N, ToolHold
 from paravol.inputs.wrist import Wrist, has_jaws
 from renderers.scene import Camera, Volume
 from scenarios import InstrumentState, tip_frame
@@ -235,6 +235,9 @@ class PointedTool:
         goal = goal + self._aside
         if not state.is_working and (is_planned or state.jaw > self._narrow):
             self._narrow = min(self.hold.narrow(self.frame), SHUT)
+        if felt_n > PUSH_N and not state.is_working:
+            # nor do they open on against what presses back
+            self._narrow = max(self._narrow, min(state.jaw, SHUT))
         left_s = STEP_S
         if self._last_s is not None:
             left_s = min(max(time_s - self._last_s, 0.0), LONGEST_S)
