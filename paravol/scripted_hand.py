@@ -44,7 +44,7 @@ from scenarios.tasks.task import (
     Task,
 )
 from surgery.kernels.carve import FULL
-from surgery.solids import BLADE, CAPSULE
+from surgery.solids import BLADE, CAPSULE, in_capsules
 
 Doubles = NDArray[np.float64]
 
@@ -340,7 +340,7 @@ class ScriptedHand:
                 depths = self.distance.sample(line)
                 is_bitten = np.linalg.norm(middle, axis=1) < BITTEN_MM
                 is_outside = middle[:, 2] > np.linalg.norm(ways, axis=1)[:, None]
-                depths[is_outside | (is_bitten & _inside(rows, middle))] = -np.inf
+                depths[is_outside | (is_bitten & in_capsules(rows, middle))] = -np.inf
                 deepest = depths.argmax(axis=1)
                 pressed_mm = depths.max(axis=1) + thickness_mm(name)
                 for n in np.flatnonzero(pressed_mm < PRESSED_MM):
@@ -551,17 +551,6 @@ def _turns(ways: Doubles, rolls_deg: Doubles) -> Doubles:
     x = np.cos(roll) * right - np.sin(roll) * up
     y = np.cos(roll) * up + np.sin(roll) * right
     return np.stack([x, y, back], axis=2)
-
-
-def _inside(rows: Doubles, points: Doubles) -> NDArray[np.bool_]:
-    """Return which points lie in capsules."""
-    starts, ways = rows[:, 1:4], rows[:, 4:7] - rows[:, 1:4]
-    off = points[:, None] - starts
-    squares = np.maximum((ways * ways).sum(axis=1), 1e-12)
-    share = np.clip((off * ways).sum(axis=2) / squares, 0.0, 1.0)
-    gaps = np.linalg.norm(off - share[..., None] * ways, axis=2) - rows[:, 7]
-    inside: NDArray[np.bool_] = gaps.min(axis=1) < 0.0
-    return inside
 
 
 def _unit(way: Doubles) -> Doubles:

@@ -109,3 +109,14 @@ def bounds(rows: Rows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def _roughened(row: Rows, rough_mm: float, seed: int) -> Rows:
     row[0, ROUGH], row[0, SEED] = rough_mm, seed
     return row
+
+
+def in_capsules(rows: Rows, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which of points ``(n, 3)`` lie in any of some capsules."""
+    starts, ways = rows[:, 1:4], rows[:, 4:7] - rows[:, 1:4]
+    off = points[:, None] - starts
+    squares = np.maximum((ways * ways).sum(axis=1), 1e-12)
+    share = np.clip((off * ways).sum(axis=2) / squares, 0.0, 1.0)
+    gaps = np.linalg.norm(off - share[..., None] * ways, axis=2) - rows[:, 7]
+    inside: NDArray[np.bool_] = gaps.min(axis=1) < 0.0
+    return inside

@@ -17,6 +17,7 @@ from renderers.scene import Volume
 from scenarios import tip_frame
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.catalogue import instrument_named
+from surgery.solids import in_capsules
 
 Doubles = NDArray[np.float64]
 
@@ -153,10 +154,5 @@ def _between_jaws(name: str, jaw: float) -> Doubles:
         np.arange(a, b + APART_MM, APART_MM) for a, b in zip(low, high, strict=True)
     ]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    ways = ends - starts
-    off = places[:, None] - starts
-    squares = np.maximum((ways * ways).sum(axis=1), 1e-12)
-    share = np.clip((off * ways).sum(axis=2) / squares, 0.0, 1.0)
-    gaps = np.linalg.norm(off - share[..., None] * ways, axis=2) - radii
-    inside: Doubles = places[gaps.min(axis=1) < 0.0]
+    inside: Doubles = places[in_capsules(rows, places)]
     return inside
