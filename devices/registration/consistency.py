@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from devices.registration.target_error import PointErrors, moves
 
@@ -35,7 +35,7 @@ class Consistency:
         """Return the probability of so large a residual when the model holds."""
         if self.freedom < 1:
             return 1.0
-        return float(chi2.sf(self.statistic, self.freedom))
+        return float(chdtrc(self.freedom, self.statistic))
 
     @property
     def ratio(self) -> float:

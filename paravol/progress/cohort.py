@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from scipy.stats import percentileofscore
-
 from paravol.progress.session_entry import PERCENT, SessionEntry
 
 GROWING = (
@@ -72,6 +70,9 @@ def standings(
         percentile = None
         if key in middles and len(others) > 1:
             own = sign * middles[key]
+            # here, as statistics take a second to load
+            from scipy.stats import percentileofscore
+
             percentile = float(percentileofscore(others, own, kind="mean"))
         judged = [e.has_passed for e in group if e.has_passed is not None]
         rows.append(

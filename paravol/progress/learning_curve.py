@@ -13,8 +13,6 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.stats import binomtest
 
 LEAST_ATTEMPTS = 4
 """Three constants go through any three attempts."""
@@ -119,6 +117,9 @@ def moving_pass_rate(passed: Sequence[bool], window: int = WINDOW) -> list[PassR
 
     The interval is Wilson's. Fewer attempts than a window give nothing.
     """
+    # here, as statistics take a second to load
+    from scipy.stats import binomtest
+
     rates = []
     for end in range(window, len(passed) + 1):
         count = sum(passed[end - window : end])
@@ -132,6 +133,8 @@ def _best(
     attempts: NDArray[np.float64], measured: NDArray[np.float64]
 ) -> tuple[Shape, float, float, float]:
     """Return shape, rate, plateau and gain of the least squares."""
+    from scipy.optimize import minimize_scalar
+
     found = []
     for shape in Shape:
 
