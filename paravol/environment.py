@@ -1,4 +1,4 @@
-"""The process's environment variables that must be set before numba is imported.
+"""The environment variables that must be set before numpy and numba are imported.
 
 numba decides by the time stamp of a single source file whether its compiled copy on
 disk is current. It does not see a change in a function or constant that the file
@@ -21,13 +21,14 @@ _IMPORT = re.compile(
 def prepare_environment() -> Path:
     """Point numba at a cache for exactly these kernels; give that folder.
 
-    Call it before anything imports numba. A NUMBA_CACHE_DIR that the user has set is
-    respected. Where the user's cache cannot be written, a temporary folder serves
-    this process and its children, and is removed at exit.
+    Call it before anything imports numpy or numba. A NUMBA_CACHE_DIR that the user has
+    set is respected. Where the user's cache cannot be written, a temporary folder
+    serves this process and its children, and is removed at exit.
     """
     # Threads come from our own pool, over kernels that release the interpreter's
-    # lock; numba's thread pool would only compete with it.
-    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+    # lock; those of numba and of numpy's matrices would only compete with it.
+    for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     if not chosen:
         # Imported here: `paravol --help` needs neither.
