@@ -16,7 +16,7 @@ from tests.app.ladder.sitting_process import EVERY, IMPORTED, LADDER, MADE, sat
 
 pytestmark = pytest.mark.display
 
-QUICK = ("steady-hold", "centring", "horizon")
+QUICK = ("steady-hold", "path-following", "horizon")
 TRIES = 3
 
 
