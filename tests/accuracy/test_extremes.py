@@ -10,12 +10,16 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.tissue import AIR_LABELS, Label
 from benchmarks.phantom_figures.sinus_volumes import leaks
+from tests.slow_cases import slow
 
 HEADS = (
     PhantomParameters(),
     PhantomParameters(keros_mm=1.0, septal_deviation_mm=-6.0, head_scale=0.9),
     PhantomParameters(keros_mm=12.0, septal_deviation_mm=6.0, head_scale=1.08),
     PhantomParameters(frontal_scale=0.0, unevenness=1.5, mucosa_mm=0.2),
+)
+ANY_HEAD = pytest.mark.parametrize(
+    "parameters", [HEADS[2], *slow(*HEADS[:2], HEADS[3])]
 )
 OSTIOMEATAL: Box = ((-18.0, -3.0), (17.0, 33.0), (19.0, 33.0))
 """Walls, a turbinate and the maxillary ostium: 0.4 million voxels of 0.2 mm."""
@@ -37,7 +41,7 @@ def check(phantom: Phantom) -> None:
         assert np.abs(np.diff(d, axis=axis)).max() < 1.1 * h
 
 
-@pytest.mark.parametrize("parameters", HEADS)
+@ANY_HEAD
 def test_the_finest_voxels_make_sense(parameters: PhantomParameters) -> None:
     phantom = build_phantom(parameters, FINEST_MM, field_mm=OSTIOMEATAL)
     check(phantom)
@@ -50,19 +54,13 @@ def test_the_finest_voxels_make_sense(parameters: PhantomParameters) -> None:
     assert np.mean((model < 0)[clear] == (stored < 0)[clear]) > 0.999
 
 
-@pytest.mark.parametrize("parameters", HEADS)
+@ANY_HEAD
 def test_the_coarsest_voxels_make_sense(parameters: PhantomParameters) -> None:
     # No ostium is as wide as a voxel, so drainage has no meaning here.
     check(build_phantom(parameters, COARSEST_MM))
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        HEADS[2],
-        *(pytest.param(p, marks=pytest.mark.slow) for p in (*HEADS[:2], HEADS[3])),
-    ],
-)
+@ANY_HEAD
 def test_heads_at_the_ends_of_their_ranges_do_not_leak(
     parameters: PhantomParameters,
 ) -> None:

@@ -24,6 +24,7 @@ from benchmarks.phantom_figures.sinus_volumes import (
     spine_distances_mm,
     volume_ml,
 )
+from tests.slow_cases import slow
 
 
 @pytest.fixture(scope="module")
@@ -113,10 +114,7 @@ def stressed() -> Iterator[PhantomParameters]:
 
 @pytest.mark.parametrize(
     "parameters",
-    [
-        *stressed(),
-        *(pytest.param(p, marks=pytest.mark.slow) for p in variants_alone()),
-    ],
+    [next(stressed()), *slow(*list(stressed())[1:], *variants_alone())],
 )
 def test_extreme_heads_are_whole(parameters: PhantomParameters) -> None:
     phantom = build_phantom(parameters, 1.2)

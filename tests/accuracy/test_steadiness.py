@@ -18,6 +18,7 @@ from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera, GBuffer
 from renderers.shading import CameraPass, CameraSettings, ScopeShader, Tier
 from scenarios import Endoscope, tip_frame
+from tests.slow_cases import slow
 from tests.steadiness import carried, change, glints, orbited, shifted
 
 SIZE = 384
@@ -98,14 +99,7 @@ def largest_change(
 
 @pytest.mark.parametrize("way", [forwards, sideways])
 @pytest.mark.parametrize(
-    "name",
-    [
-        "middle meatus",
-        *(
-            pytest.param(name, marks=pytest.mark.slow)
-            for name in ("vestibule", "turbinate", "recess", "choana")
-        ),
-    ],
+    "name", ["middle meatus", *slow("vestibule", "turbinate", "recess", "choana")]
 )
 def test_a_frame_is_the_one_before_carried_along(
     film: Film, name: str, way: Callable[[Camera, int], Camera]

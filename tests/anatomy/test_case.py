@@ -11,6 +11,7 @@ from anatomy.phantom.synthetic_mr import magnetic_resonance
 from anatomy.redistance import DEEPEST_MM
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label
+from tests.slow_cases import slow
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +110,7 @@ def test_segments_carry_their_names(head: Phantom, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["ct.nrrd", "labels.seg.nrrd", "landmarks.mrk.json", "case.json"]
+    "name", [*("ct.nrrd", "case.json"), *slow("labels.seg.nrrd", "landmarks.mrk.json")]
 )
 def test_a_missing_or_foreign_file_is_named(
     head: Phantom, tmp_path: Path, name: str

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.slow_cases import slow
+
 MODEL = Path(__file__).with_name("cells.pml")
 LIMIT_S = 200.0
 
@@ -21,8 +23,7 @@ pytestmark = pytest.mark.skipif(
 SYSTEMS = [
     (1, 968),
     (2, 1_550),
-    pytest.param(3, 32_659, marks=pytest.mark.slow),
-    pytest.param(4, 12_761, marks=pytest.mark.slow),
+    *slow((3, 32_659), (4, 12_761)),
 ]
 
 
@@ -87,10 +88,7 @@ def test_owners_do_change(tmp_path: Path) -> None:
     ("rule", "system"),
     [
         ("NO_DEFERRAL", 1),
-        pytest.param("NO_ORDER", 1, marks=pytest.mark.slow),
-        pytest.param("NO_ANSWER", 2, marks=pytest.mark.slow),
-        pytest.param("NO_ROOM", 1, marks=pytest.mark.slow),
-        pytest.param("LEAVING", 1, marks=pytest.mark.slow),
+        *slow(("NO_ORDER", 1), ("NO_ANSWER", 2), ("NO_ROOM", 1), ("LEAVING", 1)),
     ],
 )
 def test_without_any_of_the_rules_something_breaks(

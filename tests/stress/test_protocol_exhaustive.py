@@ -12,6 +12,7 @@ import pytest
 from renderers.art.cells.cache import CellCache, CellState
 from renderers.art.ranks.directory import ON_DISK
 from renderers.art.ranks.messages import MessageKind
+from tests.slow_cases import slow
 from tests.stress.exploration import Exploration, Rays, System
 
 
@@ -73,8 +74,7 @@ def crowded() -> System:
         edited,
         from_file,
         edited_file,
-        pytest.param(tight, marks=pytest.mark.slow),
-        pytest.param(crowded, marks=pytest.mark.slow),
+        *slow(tight, crowded),
     ],
 )
 def test_every_schedule_finishes_and_breaks_nothing(make: Callable[[], System]) -> None:

@@ -73,7 +73,7 @@ def test_a_cyst_is_a_dome_on_the_floor() -> None:
     assert SPACING_MM * (k.min() - floor) < 2.0
 
 
-@pytest.mark.parametrize("thick", [1.2, 4.0])
+@pytest.mark.parametrize("thick", [4.0, pytest.param(1.2, marks=pytest.mark.slow)])
 def test_a_swollen_lining_leaves_that_much_less_room(thick: float) -> None:
     """The model's zero set moves inwards by the swelling where walls are flat."""
     well, ill = (

@@ -28,6 +28,7 @@ from anatomy.phantom.vessels import (
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label, Side
 from benchmarks.phantom_figures.sinus_volumes import leaks, sinus_volumes_ml
+from tests.slow_cases import slow
 
 STRAIGHT = PhantomParameters(septal_deviation_mm=0.0)
 BOX = ((-26.0, 26.0), (44.0, 90.0), (16.0, 54.0))
@@ -117,7 +118,7 @@ def test_kinds_end_where_they_are_named_after(scale: float) -> None:
     assert -86.0 < found["postsellar"] < -79.5
 
 
-@pytest.mark.parametrize("kind", ["conchal", "presellar", "postsellar"])
+@pytest.mark.parametrize("kind", ["postsellar", *slow("conchal", "presellar")])
 def test_a_kind_changes_its_side_alone_and_drains(kind: str) -> None:
     head = with_variants(STRAIGHT, [f"{kind}-sphenoid:left"])
     plain, made = build_phantom(STRAIGHT, 1.0), build_phantom(head, 1.0)

@@ -43,7 +43,10 @@ def twin() -> Phantom:
     return build_phantom(PhantomParameters(seed=3), SPACING_MM)
 
 
-@pytest.mark.parametrize("request_", REQUESTS)
+@pytest.mark.parametrize(
+    "request_",
+    [REQUESTS[3], *(pytest.param(r, marks=pytest.mark.slow) for r in REQUESTS[:3])],
+)
 def test_the_recounted_score_is_the_one_asked_for(
     twin: Phantom, request_: tuple[Opacity, Opacity]
 ) -> None:

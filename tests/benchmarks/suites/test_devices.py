@@ -10,6 +10,7 @@ from benchmarks.suites.devices import (
     measure_reader,
 )
 from devices.microscribe.driver.sampler import MotionReports
+from tests.slow_cases import slow
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
@@ -24,11 +25,7 @@ def test_the_soak_belongs_to_the_full_run_only() -> None:
 
 @pytest.mark.parametrize(
     ("reports", "frame_s"),
-    [
-        pytest.param(AT_ONCE, None, marks=pytest.mark.slow),
-        pytest.param(CONFIRMED, None, marks=pytest.mark.slow),
-        (CONFIRMED, FRAME_S),
-    ],
+    [*slow((AT_ONCE, None), (CONFIRMED, None)), (CONFIRMED, FRAME_S)],
 )
 def test_every_packet_becomes_a_pose(
     reports: MotionReports, frame_s: float | None

@@ -9,6 +9,7 @@ from devices.registration.consistency import (
     landmark_consistency,
 )
 from devices.registration.target_error import PointErrors, moves
+from tests.slow_cases import slow
 
 POINTS = np.array(
     [[0.0, -80, 40], [60.0, -30, -5], [-60.0, -30, -5], [0.0, -70, -40], [5, -85, 10]]
@@ -33,9 +34,7 @@ def drawn(rng: np.random.Generator, found: PointErrors) -> np.ndarray:
     return (off.ravel() - fitted).reshape(-1, 3)
 
 
-@pytest.mark.parametrize(
-    "count", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 5))]
-)
+@pytest.mark.parametrize("count", [3, *slow(4, 5)])
 def test_sound_sets_are_doubted_as_often_as_is_said(count: int) -> None:
     rng = np.random.default_rng(count)
     found, draws = errors(count), 4000

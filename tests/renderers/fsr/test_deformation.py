@@ -134,7 +134,13 @@ def test_growth_is_the_widest_footprints() -> None:
     assert largest_growth(normals[:0], np.empty((0, 3, 3))) == 1.0
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize(
+    "name",
+    [
+        n if n in ("rotation", "cut") else pytest.param(n, marks=pytest.mark.slow)
+        for n in KINDS
+    ],
+)
 def test_depth_agrees_with_rays_into_the_deformed_field(
     hollow: Volume, team: ThreadTeam, name: str
 ) -> None:

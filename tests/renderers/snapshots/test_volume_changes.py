@@ -261,7 +261,7 @@ def request_of(
 
 
 @pytest.mark.parametrize("classic", [False, True])
-@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("ranks", [3, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_workers_picture_is_the_direct_tracers(
     client: SnapshotClient,
     scene: Scene,

@@ -33,6 +33,7 @@ from renderers.scene.deflection import (
     deflected_scene,
 )
 from tests.accuracy.balls import distances, hounsfield
+from tests.slow_cases import slow
 
 FINE = Quality(1 / 8, 0.0)
 
@@ -64,7 +65,7 @@ SLOW_PREVIEW = pytest.param("preview", marks=pytest.mark.slow)
 SLOW_POST = pytest.param("classic, post", marks=pytest.mark.slow)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["cut", "chain", *slow(*NAMES[:4])])
 @pytest.mark.parametrize("lit", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_they_see_what_the_reference_sees(scene: Scene, name: str, lit: bool) -> None:
     """In a turned, anisotropic volume, lights and all; steps fine enough for both."""

@@ -14,6 +14,7 @@ from renderers.art.quality import ClassificationName
 from renderers.art.ranks.rays import tile_order
 from renderers.art.regions import Gather
 from renderers.scene import Camera, PhongMaterial, Scene
+from tests.slow_cases import slow
 
 
 def test_a_block_has_no_more_rays_than_its_memory() -> None:
@@ -61,8 +62,7 @@ def test_a_row_is_delivered_and_counted(pixels: int, seed: int) -> None:
         ("scope", "post"),
         ("lit", "post"),
         ("lit", "integrated"),
-        pytest.param("unlit", "post", marks=pytest.mark.slow),
-        pytest.param("unlit", "integrated", marks=pytest.mark.slow),
+        *slow(("unlit", "post"), ("unlit", "integrated")),
     ],
 )
 def test_strips_show_what_packets_show(

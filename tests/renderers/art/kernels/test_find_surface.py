@@ -4,6 +4,7 @@ import pytest
 
 from renderers.art import ActiveRayTracer, Quality
 from renderers.scene import Camera, Scene
+from tests.slow_cases import slow
 
 
 def surface(
@@ -18,9 +19,7 @@ def surface(
     return b"".join(part.tobytes() for part in parts), tracer.report.counters
 
 
-@pytest.mark.parametrize(
-    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
-)
+@pytest.mark.parametrize("width", [4, *slow(8, 16, 64)])
 @pytest.mark.parametrize("skip_empty", [True, False])
 def test_any_width_gives_the_same_bits(
     scene: Scene, inside: Camera, outside: Camera, skip_empty: bool, width: int

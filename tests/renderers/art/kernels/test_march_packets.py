@@ -20,6 +20,7 @@ from renderers.art.ranks.rays import RayPacket
 from renderers.art.regions import Region
 from renderers.reference import sobel_gradient
 from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction, Volume
+from tests.slow_cases import slow
 
 WHOLE = Region(0, 0, 8, 7)
 F = np.float32
@@ -143,9 +144,7 @@ def picture(
     return image.rgba.tobytes() + image.depth_mm.tobytes(), tracer.report.counters
 
 
-@pytest.mark.parametrize(
-    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
-)
+@pytest.mark.parametrize("width", [4, *slow(8, 16, 64)])
 @pytest.mark.parametrize("quality", QUALITIES)
 def test_any_width_gives_the_same_bits(
     scene: Scene, outside: Camera, quality: Quality, width: int
@@ -282,9 +281,7 @@ def subject(scene: Scene, request: pytest.FixtureRequest) -> Scene:
     return scene
 
 
-@pytest.mark.parametrize(
-    "width", [4, *(pytest.param(w, marks=pytest.mark.slow) for w in (8, 16, 64))]
-)
+@pytest.mark.parametrize("width", [4, *slow(8, 16, 64)])
 @pytest.mark.parametrize(
     "quality",
     [

@@ -18,6 +18,7 @@ from renderers.art.regions import Gather, deal_regions
 from renderers.art.tracer import classic_image
 from renderers.scene import Camera, Scene
 from tests.loop_back import LoopBack
+from tests.slow_cases import slow
 
 QUALITY = Quality(0.5, 1 / 1024)
 RANKS = 3
@@ -81,13 +82,15 @@ def without_a_piece(scene: Scene, corner: tuple[int, int, int], size: int) -> Sc
 @pytest.mark.parametrize(
     ("dataflow", "cells", "from_file"),
     [
-        (Dataflow.MIGRATING, None, False),
-        (Dataflow.MIGRATING, 40, False),
-        (Dataflow.MIGRATING, None, True),
         (Dataflow.MIGRATING, 9, True),
         (Dataflow.STATIC, 9, False),
-        (Dataflow.STATIC, 9, True),
-        (Dataflow.REPLICATED, 9, False),
+        *slow(
+            (Dataflow.MIGRATING, None, False),
+            (Dataflow.MIGRATING, 40, False),
+            (Dataflow.MIGRATING, None, True),
+            (Dataflow.STATIC, 9, True),
+            (Dataflow.REPLICATED, 9, False),
+        ),
     ],
 )
 def test_after_an_edit_no_stale_cell_is_sampled(
@@ -153,13 +156,15 @@ def test_a_cell_is_read_from_the_file_once_and_then_passed_on(
 @pytest.mark.parametrize(
     ("dataflow", "cells", "from_file"),
     [
-        (Dataflow.MIGRATING, None, False),
         (Dataflow.MIGRATING, 40, False),
-        (Dataflow.MIGRATING, None, True),
-        (Dataflow.STATIC, None, False),
-        (Dataflow.STATIC, 9, False),
         (Dataflow.STATIC, 9, True),
-        (Dataflow.REPLICATED, None, False),
+        *slow(
+            (Dataflow.MIGRATING, None, False),
+            (Dataflow.MIGRATING, None, True),
+            (Dataflow.STATIC, None, False),
+            (Dataflow.STATIC, 9, False),
+            (Dataflow.REPLICATED, None, False),
+        ),
     ],
 )
 def test_what_becomes_visible_is_drawn(

@@ -15,6 +15,7 @@ from renderers.art.ranks.scene_look import LookSettings, SceneLook
 from renderers.art.step_estimation import StepEstimate
 from renderers.scene import Camera, Change, ChangeKind, Scene
 from tests.operated import Operated
+from tests.slow_cases import slow
 
 BITES = st.lists(
     st.tuples(
@@ -25,6 +26,7 @@ BITES = st.lists(
     min_size=1,
     max_size=4,
 )
+
 """Places, radii, and whether all is undone instead."""
 
 Bites = list[tuple[tuple[int, int, int], float, bool]]
@@ -88,7 +90,7 @@ def drawn(
 
 @pytest.mark.parametrize(
     ("quality", "cells"),
-    [("snapshot", None), ("preview", None), ("snapshot", 7), ("final", None)],
+    [("snapshot", 7), *slow(("snapshot", None), ("preview", None), ("final", None))],
 )
 @settings(max_examples=6)
 @given(bites=BITES)

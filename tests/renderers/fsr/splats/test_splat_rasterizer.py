@@ -16,6 +16,7 @@ from renderers.scene import (
 )
 from renderers.scene.thread_team import ThreadTeam
 from tests.renderers.fsr.plain_splats import orthographic_picture
+from tests.slow_cases import slow
 
 Splats = tuple[FuzzySet, Scene]
 
@@ -248,7 +249,7 @@ def test_pictures_of_too_many_pixels_are_refused(
         drawer.draw(above(slab(), size=9000), team)
 
 
-@pytest.mark.parametrize("thin_mm", [0.5, 0.02, 1e-4])
+@pytest.mark.parametrize("thin_mm", [0.02, *slow(0.5, 1e-4)])
 @pytest.mark.parametrize("roll", [0.0, 0.3, 0.9, 1.5])
 def test_squares_left_out_are_those_that_needles_miss(
     team: ThreadTeam, thin_mm: float, roll: float

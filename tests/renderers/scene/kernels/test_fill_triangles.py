@@ -14,6 +14,7 @@ from renderers.scene.kernels.fill_triangles import fill_facets as packets
 from renderers.scene.mesh import run_at_once
 from renderers.scene.mesh_drawing import list_facets_in_view
 from tests.renderers.scene.plain_triangles import fill_facets as plain
+from tests.slow_cases import slow
 
 HIGH = 24
 """Rows of a picture that is drawn ray by ray as well."""
@@ -27,11 +28,7 @@ def ring() -> Facets:
 
 @pytest.mark.parametrize(
     "projection",
-    [
-        Projection.EQUIDISTANT,
-        pytest.param(Projection.PERSPECTIVE, marks=pytest.mark.slow),
-        pytest.param(Projection.ORTHOGRAPHIC, marks=pytest.mark.slow),
-    ],
+    [Projection.EQUIDISTANT, *slow(Projection.PERSPECTIVE, Projection.ORTHOGRAPHIC)],
 )
 @settings(deadline=None, max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), width=st.integers(3, 90))

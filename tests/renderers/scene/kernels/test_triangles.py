@@ -62,7 +62,13 @@ def embree_depth(
     return depth, cosine
 
 
-@pytest.mark.parametrize("projection", list(Projection))
+@pytest.mark.parametrize(
+    "projection",
+    [
+        p if p == Projection.EQUIDISTANT else pytest.param(p, marks=pytest.mark.slow)
+        for p in Projection
+    ],
+)
 @settings(max_examples=15)
 @given(seed=SEEDS)
 def test_a_ray_library_finds_the_same_depths(projection: Projection, seed: int) -> None:
