@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.cross import cross
 from disk import UserError
 from renderers.scene import Camera, Projection
 
@@ -116,7 +117,7 @@ def tip_frame(
     z = z / np.linalg.norm(z)
     right, _ = _upright(-z)
     frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, _cross(z, right), z
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, cross(z, right), z
     if roll_deg:
         turn = math.radians(roll_deg)
         cosine, sine = math.cos(turn), math.sin(turn)
@@ -131,13 +132,6 @@ def _upright(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return unit right and up of a picture along `axis`, nearest to upright."""
     reference = SUPERIOR if abs(axis @ SUPERIOR) < PARALLEL else ANTERIOR
-    right = _cross(axis, reference)
+    right = cross(axis, reference)
     right /= math.sqrt(right @ right)
-    return right, _cross(right, axis)
-
-
-def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the cross product ``(3,)``; numpy's own takes 26 times as long."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    return right, cross(right, axis)

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.cross import cross
 from disk import UserError
 from renderers.scene import Volume
 from surgery.kernels.hold_back import hold_back
@@ -235,6 +236,6 @@ def _squared(back: Doubles, right: Doubles, tip: Doubles) -> Doubles:
         length = float(np.linalg.norm(right))
     right /= length
     frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, np.cross(back, right), back
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, cross(back, right), back
     frame[:3, 3] = tip
     return frame

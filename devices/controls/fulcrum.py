@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.cross import cross
 from disk import UserError
 
 SUPERIOR = (0.0, 0.0, 1.0)
@@ -222,9 +223,9 @@ class FulcrumControl:
         self, depth_mm: float, tilt_deg: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         pointing = self._pointing(tilt_deg)
-        right = np.cross(pointing, self.fulcrum.up)
+        right = cross(pointing, self.fulcrum.up)
         right /= np.linalg.norm(right)
-        up = np.cross(right, pointing)
+        up = cross(right, pointing)
         turn = math.radians(self._roll_deg)
         cosine, sine = math.cos(turn), math.sin(turn)
         frame = np.eye(4)
@@ -344,7 +345,7 @@ class FulcrumControl:
         wanted = self._frame(self._depth_mm, self._tilt_deg)
         way_mm = float(np.linalg.norm(wanted[:3, 3] - before[:3, 3]))
         # a turn about the shaft is no way to the pivot: the hand asks for it
-        across = np.cross(wanted[:3, 2], before[:3, 2])
+        across = cross(wanted[:3, 2], before[:3, 2])
         along = float(wanted[:3, 2] @ before[:3, 2])
         turn_deg = math.degrees(math.atan2(float(np.linalg.norm(across)), along))
         share = 1.0
@@ -434,6 +435,6 @@ def _part_way(
     right = mixed[:3, 0] - (mixed[:3, 0] @ back) * back
     right /= np.linalg.norm(right)
     frame = np.eye(4)
-    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, np.cross(back, right), back
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, cross(back, right), back
     frame[:3, 3] = mixed[:3, 3]
     return frame
