@@ -3,6 +3,7 @@
 import threading
 from functools import partial
 
+import pytest
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 
@@ -30,8 +31,9 @@ def test_what_takes_long_to_end_is_there_until_it_has(
 
 
 def test_the_end_of_the_program_waits_but_not_for_ever(
-    application: QApplication,
+    application: QApplication, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("app.window.ending.PATIENCE_S", 0.3)
     begun, may_end = threading.Event(), threading.Event()
 
     def stop(patience_s: float) -> bool:

@@ -19,6 +19,7 @@ from app.vtk.overview_scene import LIGHT
 from devices.openigtlink import PoseStreamer
 from scenarios.bundle import FrameRecord, SampleRecord, read_session
 from tests.app.window.opened_window import LIMIT_S, ROOT, run_script
+from tests.slow_cases import slow
 
 pytestmark = pytest.mark.display
 
@@ -36,13 +37,14 @@ def parts(screenshot: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return endoscope, overview
 
 
+@pytest.mark.parametrize("hand", ["mouse", *slow("emulator")])
 def test_the_window_flies_records_and_closes_by_itself(
-    train: Train, coarse_scenario: Path, tmp_path: Path
+    train: Train, coarse_scenario: Path, tmp_path: Path, hand: str
 ) -> None:
     shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
     done, left = train(
         *("--scenario", str(coarse_scenario), "--seconds", "2"),
-        *("--input", "emulator", "--screenshot", str(shot), "--record", str(bundle)),
+        *("--input", hand, "--screenshot", str(shot), "--record", str(bundle)),
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert not left

@@ -16,6 +16,7 @@ from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.line import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+from tests.slow_cases import slow
 
 STREAM = MotionReports(period_ticks=9)
 either_way = pytest.mark.parametrize("reports", [None, STREAM], ids=["poll", "stream"])
@@ -128,12 +129,12 @@ def _read_on(arm: MicroScribe, patience_s: float) -> None:
         arm.read(patience_s)
 
 
-@either_way
+@pytest.mark.parametrize("reports", [STREAM, *slow(None)])
 @pytest.mark.parametrize(
     ("fault", "cause"),
     [
         ("f1@0.3", "does not answer; check its power"),
-        pytest.param("garbage@0.3", "no packets", marks=pytest.mark.slow),
+        *slow(("garbage@0.3", "no packets")),
     ],
 )
 def test_a_silence_names_the_port_and_its_cause(
