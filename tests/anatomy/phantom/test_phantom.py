@@ -88,7 +88,9 @@ def test_blood_and_skin_follow_the_anatomy(nose: Phantom) -> None:
     assert skin[k, j, i][y < -12].mean() > 200
 
 
+@pytest.mark.slow
 def test_sinuses_drain_through_their_ostia_and_nowhere_else() -> None:
+    """With a bent septum, too; the default head in `tests/accuracy` is fast."""
     phantom = build_phantom(PhantomParameters(septal_deviation_mm=3.0), 0.7)
     pieces, count = ndimage.label(phantom.distance.values < 0)
     assert count == 1, np.bincount(pieces.ravel())[1:]

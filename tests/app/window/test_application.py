@@ -11,6 +11,7 @@ from paravol.patient import load_case
 from scenarios.bundle import SampleRecord, read_session
 from tests.app.window.opened_window import LIMIT_S, ROOT
 from tests.comma_locale import abroad, germany
+from tests.slow_cases import slow
 
 __all__ = ["germany"]
 
@@ -24,7 +25,7 @@ print(locale.localeconv()["decimal_point"])
 
 
 @pytest.mark.parametrize(("whose", "point"), [("Qt's", ","), ("ours", ".")])
-@pytest.mark.parametrize("name", ["LANG", "LC_NUMERIC", "LC_ALL"])
+@pytest.mark.parametrize("name", ["LC_ALL", *slow("LANG", "LC_NUMERIC")])
 def test_libraries_keep_the_point_that_qt_takes_away(
     whose: str, point: str, name: str, germany: dict[str, str]
 ) -> None:

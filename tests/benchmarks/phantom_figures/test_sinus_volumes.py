@@ -62,7 +62,7 @@ def test_an_open_ostium_is_named(phantom: Phantom) -> None:
 
 def test_an_accessory_ostium_is_another_way_and_no_leak() -> None:
     names = ["accessory-ostium:left"]
-    head = build_phantom(with_variants(PhantomParameters(), names), 0.7)
+    head = build_phantom(with_variants(PhantomParameters(), names), 1.0)
     assert leaks(head) == []
     mark = head.landmarks.pop("accessory maxillary ostium, left")
     assert float(head.distance.sample(mark.position_mm[None])[0]) < 0
