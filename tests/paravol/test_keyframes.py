@@ -19,6 +19,7 @@ from tests.paravol.replays.recorded_operations import (
     SIZES,
     record_operation,
 )
+from tests.slow_cases import slow
 
 FRAMES = COUNT // 3
 
@@ -62,9 +63,12 @@ def test_a_run_from_the_start_is_exact(recorded: Recorded) -> None:
     assert report.score.operation.edits > 10
 
 
-def test_after_any_jumps_a_frame_has_the_bits_of_the_flight(recorded: Recorded) -> None:
+@pytest.mark.parametrize("jumps", [12, *slow(40)])
+def test_after_any_jumps_a_frame_has_the_bits_of_the_flight(
+    recorded: Recorded, jumps: int
+) -> None:
     random = np.random.default_rng(1)
-    for number in [0, FRAMES - 1, 0, *random.integers(0, FRAMES, 40).tolist()]:
+    for number in [0, FRAMES - 1, 0, *random.integers(0, FRAMES, jumps).tolist()]:
         frame = recorded.frames[number]
         moment = recorded.shown.moment(3 * number * EVERY_S + EVERY_S / 3)
         assert moment.recorded == frame

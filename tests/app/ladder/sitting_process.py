@@ -13,6 +13,9 @@ from tests.flights import virtual_screen
 ROOT = Path(__file__).parents[3]
 EVERY = tuple(sorted(bundled_scenarios()))
 LADDER = tuple(sorted(file.stem for file in CURRICULUM.glob("*.toml")))
+QUICK = ("steady-hold", "path-following", "horizon")
+"""What the person does in the fast run."""
+
 MADE, IMPORTED = "case:made", "case:imported"
 KEPT = "LADDER_FOLDER"
 """Of the environment: where the person's pictures and words are kept."""

@@ -12,11 +12,10 @@ pytest.importorskip(
     "PySide6.QtWidgets", reason="the extra 'desktop'", exc_type=ImportError
 )
 
-from tests.app.ladder.sitting_process import EVERY, IMPORTED, LADDER, MADE, sat
+from tests.app.ladder.sitting_process import EVERY, IMPORTED, LADDER, MADE, QUICK, sat
 
 pytestmark = pytest.mark.display
 
-QUICK = ("steady-hold", "path-following", "horizon")
 TRIES = 3
 
 
