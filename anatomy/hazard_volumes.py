@@ -37,6 +37,9 @@ class HazardVolumes:
 
     volumes: Mapping[str, Volume]
     source: str = "phantom"
+    _nearest: list[Volume] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
     _boxes: dict[str, NDArray[np.float64]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -54,6 +57,25 @@ class HazardVolumes:
     ) -> NDArray[np.float64]:
         """Interpolate the distance to one hazard at ``(..., 3)`` LPS points."""
         return self.volumes[name].sample(points_mm) * UNIT_MM
+
+    @property
+    def nearest(self) -> Volume:
+        """Return the distance to the nearest of all, in steps of `UNIT_MM`, int16.
+
+        On the grid of the first; what lies beside another's grid is far from that.
+        """
+        if not self._nearest:
+            first, *others = self.volumes.values()
+            least = first.values.copy()
+            for other in others:
+                values = other.values
+                if other.shape != first.shape or not np.array_equal(
+                    other.world_from_voxel, first.world_from_voxel
+                ):
+                    values = _on_grid(other, first)
+                np.minimum(least, values, out=least)
+            self._nearest.append(first.with_values(least, first.background))
+        return self._nearest[0]
 
     def along_mm(self, lines: Sequence[HazardLine]) -> list[dict[str, float]]:
         """Return each line's least distance of its points to each hazard, LPS mm."""
@@ -138,3 +160,15 @@ class HazardVolumes:
             digest.update(volume.world_from_voxel.tobytes())
             digest.update(xxh3_128_digest(volume.values.data))
         return digest.hexdigest()
+
+
+def _on_grid(volume: Volume, grid: Volume) -> NDArray[np.int16]:
+    """Return a volume's values at the voxels of another's grid."""
+    nz, ny, nx = grid.shape
+    made = np.empty(grid.shape, np.int16)
+    j, i = np.indices((ny, nx))
+    matrix = grid.world_from_voxel
+    for k in range(nz):
+        voxels = np.stack([i, j, np.full_like(i, k)], axis=-1)
+        made[k] = np.rint(volume.sample(voxels @ matrix[:3, :3].T + matrix[:3, 3]))
+    return made

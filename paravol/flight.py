@@ -320,7 +320,7 @@ class Flight:
             self.path = start_path(patient, scenario.start)
         # tissue at rest holds a tool: what is shown has given way to it already
         rest = operation.patient.surface.distance
-        self.hand.pointed = pointed_tool(patient, rest, self.path, scenario.start)
+        self.hand.pointed = pointed_tool(patient, rest, self.path, scenario)
         observer.on_patient(patient)
 
         # much of it lets go of the interpreter, as much of what is beside it
@@ -520,6 +520,7 @@ class Flight:
                 ),
                 pace=Pace(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,
+                at_bite=self.hand.at_bite,
             )
         except (DeviceError, TimeoutError) as error:
             note(str(error))

@@ -80,6 +80,10 @@ def _unheard(told: object) -> None:
     """Tell nobody."""
 
 
+def _as_it_is(sample: Sample) -> Sample:
+    return sample
+
+
 @dataclass(slots=True)
 class Timing:
     """Gather what a flight took, frame by frame.
@@ -158,18 +162,22 @@ def fly(
     listeners: Listeners = NOBODY,
     pace: Pace = ALL_OF_IT,
     keyframes: Keyframes | None = None,
+    at_bite: Callable[[Sample], Sample] = _as_it_is,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
     Every pose is recorded and scored; each frame shows the newest one. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. pace: what is given up to be in time.
-    keyframes: kept on the way, for those who look at the recording. Errors of the
-    device pass through; what was recorded before is on disk.
+    keyframes: kept on the way, for those who look at the recording. at_bite: returns a
+    sample with its tool where it would bite. Errors of the device pass through; what
+    was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
     sized = _Sized(session, view, pace.sizes)
-    operated = _Operated(view, recorder, listeners.on_injury, listeners.on_changes)
+    operated = _Operated(
+        view, recorder, listeners.on_injury, listeners.on_changes, at_bite
+    )
     arrived = _Punctual() if pace.may_skip else _arrived
     with (
         _frozen_garbage(),
@@ -296,8 +304,9 @@ class _Operated:
         recorder: SessionRecorder,
         on_injury: Callable[[str], None],
         on_changes: Callable[[Sequence[Change]], None],
+        at_bite: Callable[[Sample], Sample],
     ) -> None:
-        self._view = view
+        self._view, self._at_bite = view, at_bite
         self._on_changes = on_changes
         self._recorder = recorder
         self._on_injury = on_injury
@@ -365,7 +374,7 @@ class _Operated:
         signs = felt_signs(operation, view.hazard, self._bites)
         if not self._tried_s <= sample.time_s < self._tried_s + TRIED_EVERY_S:
             self._tried_s = sample.time_s
-            self._bite_mm3 = operation.would_take(sample)
+            self._bite_mm3 = operation.would_take(self._at_bite(sample))
         signs = replace(signs, taken_mm3=self._taken_mm3, bite_mm3=self._bite_mm3)
         return _Shown(view, tissue, self._cuts, signs)
 

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from anatomy.hazard_volumes import UNIT_MM
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.inputs.nostril_lines import NostrilLines
-from paravol.inputs.pointed_tool import ENTRY_MM as TOOL_MM
-from paravol.inputs.pointed_tool import RINGS, thickness_mm
+from paravol.inputs.pointed_tool import thickness_mm
 from paravol.inputs.tool_hold import BITES_MM, TOUCH_MM
+from paravol.inputs.tool_plan import ENTRY_MM as TOOL_MM
+from paravol.inputs.tool_plan import RINGS
 from paravol.patient import PatientScene
 from paravol.session_setup import build_session, operate_on, untouched
 from renderers.scene import Volume

@@ -79,8 +79,14 @@ class Feeling:
         self.tool = NO_TOUCH
         held = self._tool
         if held is not None:
-            sucking = state.is_sucking
-            self.tool = held.step(time_s, world_from_tool, state.jaw, sucking)
+            self.tool = held.step(
+                time_s,
+                world_from_tool,
+                state.jaw,
+                state.is_sucking,
+                slips=state.is_carried,
+                bites=state.is_carried and state.is_working and held.has_jaws,
+            )
         told = self.figures
         self.figures = FeltFigures(
             max(told.tool_n, self.tool.size_n),

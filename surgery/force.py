@@ -30,6 +30,10 @@ MOST_BALLS = 200
 APART = 0.8
 """Balls along a capsule are so many radii apart: one is a twelfth thinner between."""
 
+SLIPS_MM, YIELDS_MM = 2.5, 0.9
+"""A proxy farther from the hand than the first lost its way, if the hand's own tool is
+no deeper in walls than the second."""
+
 FELT_MM = 60.0
 """So much of a tool, from its tip, is felt: deeper no passage is."""
 
@@ -228,8 +232,14 @@ class ToolForce:
         world_from_tool: Doubles,
         jaw: float = 1.0,
         is_sucking: bool = False,
+        slips: bool = False,
+        bites: bool = False,
     ) -> Touch:
         """Take in one sample; samples come in order of time.
+
+        slips: nobody feels it, and walls hold it already: where all of it lies no
+        deeper than mucosa yields, tissue that still held its proxy slips past. bites:
+        its jaws go about what they take, and push nothing aside.
 
         world_from_tool: 4x4; one that is not finite is no pose: no force. Tissue is
         read as it is now.
@@ -239,6 +249,8 @@ class ToolForce:
             for pose_of, mine, closed in self._moving:
                 pose = pose_of(jaw)
                 self._balls[mine, :3] = closed @ pose[:3, :3].T + pose[:3, 3]
+        if bites:
+            self._state[tick.HAS] = 0.0
         before = self._last
         elapsed_s = 0.0 if before is None else time_s - before[0]
         self._way[1] = world_from_tool
@@ -275,8 +287,27 @@ class ToolForce:
             self._out,
         )
         self._last = time_s, self._way[1].copy()
+        if slips and is_pose and self._out[tick.DEPTH] > SLIPS_MM:
+            _, gap_mm = tick.place_balls(
+                self._patch.distance,
+                self._patch.voxel,
+                self._holes,
+                min(int(self._state[tick.BROKEN]), tick.MOST_HOLES),
+                self._balls,
+                self._way[1],
+                np.zeros(3),
+                0.0,
+                self._work,
+            )
+            if gap_mm > -YIELDS_MM:
+                self._state[tick.HAS] = 0.0
         self.touch = self._told(flags, broken, jaw if is_pose else None)
         return self.touch
+
+    @property
+    def has_jaws(self) -> bool:
+        """Return whether it bites."""
+        return self._gape is not None
 
     def inherit(self, other: "ToolForce") -> None:
         """Find the holes open that another tool has broken."""

@@ -1,6 +1,7 @@
 """Where a careful surgeon bites next, of all the tissue that is to be taken."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,23 @@ POINTS = 40
 BLOCKED_PER_MM = 0.08
 """A place is worth so much less for each mm of tissue on the straightest way there."""
 
+GRIPPED = 40
+"""Places at which a tool in hand is tried, at most."""
+
 LOOKED_AT = 80
 """Places that are tried for sight, at most, the best first."""
+
+
+class BitePlace(NamedTuple):
+    """Hold where to bite, ``(3,)`` LPS mm.
+
+    is_seen: the eye sees it. is_reached: the tool in hand can bite there, as far as
+    somebody knows.
+    """
+
+    place_mm: _Doubles
+    is_seen: bool
+    is_reached: bool = True
 
 
 def bite_place(
@@ -53,14 +69,17 @@ def bite_place(
     nostril_mm: _Doubles,
     spared: Iterable[str] = (),
     hazards: HazardVolumes | None = None,
-) -> tuple[_Doubles, bool] | None:
-    """Return the place for the next bite, ``(3,)`` LPS mm, and whether it is seen.
+    grip: Callable[[_Doubles], _Doubles] | None = None,
+) -> BitePlace | None:
+    """Return the place for the next bite; see `BitePlace`.
 
     distance: signed air distance as the head is cut, mm. labels: of the head. places:
     ``(n, 3)`` of tissue that is to be taken, as far as it is still there. Of those near
     to air the one is best that has much of it around and little of what is spared, no
     hazard near and nothing before it on a straight way from the nostril; what the eye
-    sees goes before the rest. None for no places.
+    sees goes before the rest. grip: tells what the tool in hand is worth at places
+    ``(n, 3)``; of those that are seen the one is best then at which it is worth most.
+    None for no places.
     """
     deep = distance.nearest(places)
     places = places[deep > 0.0]
@@ -79,12 +98,23 @@ def bite_place(
         return None
     order = order[np.argsort(-worth[order])]
     order = order[:: max(len(order) // LOOKED_AT, 1)]
+    if grip is not None:
+        # whatever is near: what the tool can hold is worth more
+        some = np.flatnonzero(skin)
+        some = some[:: max(len(some) // (4 * GRIPPED), 1)]
+        seen = [n for n in some if is_in_sight(distance, eye_mm, places[n])]
+        seen = seen[:: max(len(seen) // GRIPPED, 1)]
+        if seen:
+            worths = grip(places[seen])
+            best = int(np.argmax(worths))
+            if worths[best] > 0.0:
+                return BitePlace(places[seen[best]], True)
     blocked_mm = _blocked_mm(distance, places[order], nostril_mm)
     order = order[np.argsort(BLOCKED_PER_MM * blocked_mm - worth[order])]
     for number in order:
         if is_in_sight(distance, eye_mm, places[number]):
-            return places[number], True
-    return places[order[0]], False
+            return BitePlace(places[number], True, grip is None)
+    return BitePlace(places[order[0]], False, grip is None)
 
 
 def _blocked_mm(distance: Volume, places: _Doubles, nostril_mm: _Doubles) -> _Doubles:

@@ -1,6 +1,6 @@
 """Where the place of an open task is, by its kind and by how far it is done."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,9 +8,13 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
-from paravol.guide.bite_place import bite_place
+from paravol.guide.bite_place import GRIPPED, BitePlace, bite_place
+from paravol.inputs.asked_tissue import around_way
+from paravol.inputs.tool_plan import ToolPlan
 from renderers.scene import Volume
+from scenarios import View
 from scenarios.coverage import CoverageWatch
+from scenarios.instrument_state import NO_TOOL
 from scenarios.structures import Structures
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks import task as tasks
@@ -40,10 +44,14 @@ LOOKED_AT = 60
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Hold the place of a task: what it is called, and where, ``(3,)`` LPS mm."""
+    """Hold the place of a task: what it is called, and where, ``(3,)`` LPS mm.
+
+    is_reached: the tool in hand can work there, as far as somebody knows.
+    """
 
     what: str
     place_mm: _Doubles
+    is_reached: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +61,8 @@ class GuidedHead:
     distance: signed air distance as the head is cut, mm, negative in air. landmarks:
     ``(3,)`` LPS mm by name. structures: None where nothing is named. coverage: what was
     seen so far; None where nobody watches. nostril_mm: where the scope goes in. parts:
-    those that were asked for so far, by name.
+    those that were asked for so far, by name. plan: tells where tools get to; None
+    where nobody knows. scope_mm: radius of the scope.
     """
 
     distance: Volume
@@ -63,6 +72,8 @@ class GuidedHead:
     nostril_mm: _Doubles
     hazards: HazardVolumes | None = None
     spared: tuple[str, ...] = ()
+    plan: ToolPlan | None = None
+    scope_mm: float = 2.0
     parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
@@ -79,44 +90,34 @@ def open_task(
     return None
 
 
-def spared_by(every: Sequence[Task]) -> tuple[str, ...]:
-    """Return the names of tissues of which tasks allow only so much to be taken."""
-    removes = [task for task in every if isinstance(task, tasks.Remove)]
-    named = {
-        name
-        for task in removes
-        for name, limit in task.tissues.items()
-        if limit.most_mm3 is not None and not limit.least_mm3
-    }
-    return tuple(sorted(named))
-
-
 def goal_of(
     task: Task,
     state: TaskState,
     head: GuidedHead,
     tip_mm: _Doubles,
     eye_mm: _Doubles | None = None,
+    view: View | None = None,
 ) -> Goal | None:
     """Return where to go for a task; None where nobody knows.
 
     tip_mm: ``(3,)`` LPS of what goes there: of places that are as good, the nearest is
-    taken. eye_mm: ``(3,)`` of the lens; tissue that it sees goes before the rest.
+    taken. eye_mm: ``(3,)`` of the lens; tissue that it sees goes before the rest. view:
+    tells which tool is in hand: it is sent where it can work.
     """
     eye_mm = tip_mm if eye_mm is None else eye_mm
     match task:
         case tasks.Follow():
             return _ring(task, state, head, tip_mm)
         case tasks.Remove():
-            return _left(task, head, tip_mm, eye_mm)
+            return _left(task, head, tip_mm, eye_mm, view)
         case tasks.Open():
-            return _narrowest(task, head)
+            return _narrowest(task, head, tip_mm, eye_mm, view)
         case tasks.Survey():
             return _unseen(task, head, tip_mm)
         case tasks.KeepAway():
             return None
         case tasks.Inject():
-            place = _injected(task, head, tip_mm, eye_mm)
+            place = _injected(task, head, tip_mm, eye_mm, view)
             return Goal(_name(task.place, task.name), place)
         case _:
             return Goal(_name(task.place, task.name), _at(task.place, head))
@@ -139,13 +140,17 @@ def _ring(
 
 
 def _left(
-    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
+    task: tasks.Remove,
+    head: GuidedHead,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles,
+    view: View | None,
 ) -> Goal | None:
     """Return where of the tissue that is to be taken to bite next."""
     if head.structures is None:
         return None
     if task.parts:
-        return _left_of_parts(task, head, tip_mm, eye_mm)
+        return _left_of_parts(task, head, tip_mm, eye_mm, view)
     wanted = [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
     known = {label.name.lower().replace("_", " "): label.value for label in Label}
     numbers = [known[name] for name in wanted if name in known]
@@ -161,13 +166,30 @@ def _left(
         # of both sides' the one that the scope is in
         keep = own <= np.linalg.norm(places - other, axis=1) + 2.0
         places, own = places[keep], own[keep]
-    best = _bite(head, places, tip_mm, eye_mm)
-    return None if best is None else Goal(" and ".join(wanted), best[0])
+    best = _bite(head, places, tip_mm, eye_mm, view)
+    if best is None:
+        return None
+    return Goal(" and ".join(wanted), best.place_mm, best.is_reached)
+
+
+def _grip(
+    head: GuidedHead, eye_mm: _Doubles, view: View | None
+) -> Callable[[_Doubles], _Doubles] | None:
+    """Return what the tool in hand is worth at places; None without a tool."""
+    plan = head.plan
+    if plan is None or view is None or view.instrument == NO_TOOL:
+        return None
+    held, scope, up = view.instrument, view.world_from_tip, view.camera.frame[2]
+    return lambda some: plan.worth(held, some, scope, head.scope_mm, up, eye_mm)
 
 
 def _bite(
-    head: GuidedHead, places: _Doubles, tip_mm: _Doubles, eye_mm: _Doubles
-) -> tuple[_Doubles, bool] | None:
+    head: GuidedHead,
+    places: _Doubles,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles,
+    view: View | None,
+) -> BitePlace | None:
     """Return where of some places to bite next; see `bite_place`."""
     assert head.structures is not None
     return bite_place(
@@ -179,6 +201,7 @@ def _bite(
         head.nostril_mm,
         head.spared,
         head.hazards,
+        _grip(head, eye_mm, view),
     )
 
 
@@ -196,7 +219,11 @@ def _nearest_seen(
 
 
 def _left_of_parts(
-    task: tasks.Remove, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
+    task: tasks.Remove,
+    head: GuidedHead,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles,
+    view: View | None,
 ) -> Goal | None:
     """Return where to bite of a task's parts: of what is seen, the nearest part."""
     known = Head(head.distance, head.structures)
@@ -207,9 +234,10 @@ def _left_of_parts(
         part = head.parts[name]
         if part is None or share.least_percent == 0.0:
             continue
-        best = _bite(head, known.places(part.voxels), tip_mm, eye_mm)
+        best = _bite(head, known.places(part.voxels), tip_mm, eye_mm, view)
         if best is not None:
-            goals.append((not best[1], Goal(name, best[0])))
+            goal = Goal(name, best.place_mm, best.is_reached)
+            goals.append((not best.is_seen, goal))
     if not goals:
         return None
     return min(goals, key=lambda found: (found[0], _away_mm(found[1], tip_mm)))[1]
@@ -220,9 +248,16 @@ def _away_mm(goal: Goal, place_mm: _Doubles) -> float:
 
 
 def _injected(
-    task: tasks.Inject, head: GuidedHead, tip_mm: _Doubles, eye_mm: _Doubles
+    task: tasks.Inject,
+    head: GuidedHead,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles,
+    view: View | None,
 ) -> _Doubles:
-    """Return where a needle may go in: of what is near enough the nearest in sight."""
+    """Return where a needle may go in: of what is near enough what it gets to.
+
+    Else the nearest in sight.
+    """
     place, reach_mm = _at(task.place, head), ENOUGH * task.radius_mm
     steps = np.arange(-reach_mm, reach_mm + STEP_MM, STEP_MM)
     off = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
@@ -231,14 +266,33 @@ def _injected(
     places = places[(deep > 0.0) & (deep < ENOUGH * task.deepest_mm)]
     if not len(places):
         return place
+    grip = _grip(head, eye_mm, view)
+    if grip is not None:
+        some = places[:: max(len(places) // GRIPPED, 1)]
+        seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
+        worths = grip(np.array(seen).reshape(-1, 3))
+        if len(seen) and worths.max() > 0.0:
+            return seen[int(np.argmax(worths))]
     return _nearest_seen(head.distance, places, tip_mm, eye_mm)
 
 
-def _narrowest(task: tasks.Open, head: GuidedHead) -> Goal:
+def _narrowest(
+    task: tasks.Open,
+    head: GuidedHead,
+    tip_mm: _Doubles,
+    eye_mm: _Doubles,
+    view: View | None,
+) -> Goal:
+    """Return where to widen a neck: with a tool in hand what it can bite there."""
     start, end = _at(task.start, head), _at(task.end, head)
+    name = _name(task.end, task.name)
+    if head.structures is not None and view is not None and view.instrument != NO_TOOL:
+        best = _bite(head, around_way(task, start, end), tip_mm, eye_mm, view)
+        if best is not None:
+            return Goal(name, best.place_mm, best.is_reached)
     count = max(int(np.linalg.norm(end - start) / SIGHT_STEP_MM), 1) + 1
     way = np.linspace(start, end, count)
-    return Goal(_name(task.end, task.name), way[np.argmax(head.distance.sample(way))])
+    return Goal(name, way[np.argmax(head.distance.sample(way))])
 
 
 def _unseen(task: tasks.Survey, head: GuidedHead, tip_mm: _Doubles) -> Goal | None:

@@ -40,6 +40,9 @@ AHEAD_MM = 20.0
 AT_HAND_MM = 8.0
 """A place that a tool works at is shown from so near, even behind what it works at."""
 
+SCOPE_MOVED_MM = 2.0
+"""A scope that has gone so far leaves a tool other ways."""
+
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
 
@@ -53,7 +56,8 @@ class GuideMark:
     or of the next point on the way there; out of the round picture only their direction
     from the middle counts. is_goal: it is the goal itself, with nothing in between.
     progress: of the task, 0 to 1. back_mm: so far the scope must be drawn back first:
-    its shaft, straight from the nostril, does not turn there where it is.
+    its shaft, straight from the nostril, does not turn there where it is. is_reached:
+    see `Goal`.
     """
 
     what: str
@@ -64,6 +68,7 @@ class GuideMark:
     is_goal: bool
     progress: float = 0.0
     back_mm: float = 0.0
+    is_reached: bool = True
 
     @property
     def is_in_picture(self) -> bool:
@@ -71,7 +76,9 @@ class GuideMark:
         return math.hypot(self.x - 0.5, self.y - 0.5) <= 0.5
 
     def text(self) -> str:
-        """Return the distance in words, and whether one must draw back first."""
+        """Return the distance in words, and what one must do first."""
+        if not self.is_reached:
+            return f"{self.way_mm:.0f} mm · no way for the tool: move the scope"
         if self.back_mm > 0.0:
             return f"{self.way_mm:.0f} mm · draw back {self.back_mm:.0f} mm first"
         return f"{self.way_mm:.0f} mm"
@@ -87,6 +94,7 @@ class _Ask:
     tip_mm: _Doubles
     eye_mm: _Doubles
     cuts: int
+    view: View
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +170,7 @@ class Guide:
         # a ring that was passed makes another goal
         passed = round(state.progress * 1e6) if isinstance(task, tasks.Follow) else 0
         eye = np.array(view.camera.eye_mm)
-        ask = _Ask((task.name, passed), task, state, tip, eye, cuts)
+        ask = _Ask((task.name, passed), task, state, tip, eye, cuts, view)
         found = self._found
         self._ask(ask, found)
         if found is None or found.ask.key != ask.key or found.goal is None:
@@ -181,6 +189,7 @@ class Guide:
             step.is_goal,
             state.progress,
             step.back_mm,
+            goal.is_reached,
         )
 
     def _ask(self, ask: _Ask, found: _Found | None) -> None:
@@ -192,6 +201,14 @@ class Guide:
             moved_mm = float(np.linalg.norm(found.ask.tip_mm - ask.tip_mm))
             has_none = found.way is None or isinstance(ask.task, tasks.Remove)
             is_lost = found.has_sought and has_none and moved_mm > RETRIED_MM
+            before = found.ask.view
+            is_cutting = isinstance(ask.task, tasks.Remove | tasks.Open)
+            if is_cutting and ask.view.instrument != NO_TOOL:
+                # elsewhere the tool in hand, or another, gets to other places
+                away = before.world_from_tip[:3, 3] - ask.view.world_from_tip[:3, 3]
+                changes = before.instrument != ask.view.instrument
+                changes |= float(np.linalg.norm(away)) > SCOPE_MOVED_MM
+                is_lost = False
             if age_s < RENEWED_S or not (is_cut or changes or is_lost):
                 return
         with self._wakes:
@@ -215,11 +232,12 @@ class Guide:
                 continue
 
     def _find(self, ask: _Ask, head: GuidedHead) -> None:
-        goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm)
+        goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm, ask.view)
         before = self._found
         found = _Found(ask, time.monotonic(), goal)
         if before is not None and before.goal is not None and goal is not None:
             is_same = bool((before.goal.place_mm == goal.place_mm).all())
+            is_same &= before.goal.is_reached == goal.is_reached
             if is_same and before.ask.cuts == ask.cuts and before.way is not None:
                 self._found = replace(found, way=before.way, has_sought=True)
                 return

@@ -23,12 +23,13 @@ from devices.controls.handover import Handover
 from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from disk import UserError
+from paravol.inputs.asked_tissue import labels_with_asked
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.nostril_lines import LeaningScope
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.tool_hold import TOUCH_MM, ToolHold
+from paravol.inputs.tool_plan import ToolPlan
 from paravol.inputs.turns import SteeredTurns
-from paravol.inputs.wrist import Wrist
 from paravol.patient import PatientScene
 from renderers.scene import Volume
 from scenarios import Scenario
@@ -137,21 +138,20 @@ def pointed_tool(
     patient: PatientScene,
     distance: Volume,
     path: ProbePath | None,
-    start: Start = START,
+    scenario: Scenario,
 ) -> PointedTool | None:
     """Return a tool that goes where somebody points; None where no nostril is known.
 
     distance: signed air distance of the tissue that holds it, mm.
     """
     try:
-        fulcrum = nostril_fulcrum(patient, path, start)
+        fulcrum = nostril_fulcrum(patient, path, scenario.start)
     except UserError:
         return None
     hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards)
-    named = patient.structures
-    labels = None if named is None else named.labels
-    wrist = Wrist(distance, labels, patient.hazards)
-    return PointedTool(fulcrum, hold, distance, wrist)
+    labels = labels_with_asked(patient, scenario.tasks)
+    plan = ToolPlan(fulcrum, distance, labels, patient.hazards)
+    return PointedTool(fulcrum, hold, distance, plan)
 
 
 def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:

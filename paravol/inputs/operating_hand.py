@@ -22,8 +22,8 @@ from paravol.inputs.instrument_input import (
     InstrumentInput,
 )
 from paravol.inputs.jaw import Jaw
+from paravol.inputs.picture_ray import FARTHEST_MM
 from paravol.inputs.pointed_tool import (
-    FARTHEST_MM,
     LONGEST_S,
     NEAREST_MM,
     PointedTool,
@@ -231,12 +231,13 @@ class OperatingHand:
             self._name = name
             if is_pointed and pointed is not None:
                 pointed.put_in()
-                self._jaw = Jaw(1.0)
+                self._jaw = Jaw(pointed.shut)
         # it goes in and out with its jaws closed, and does nothing there
         shut = pointed.shut if is_pointed and pointed is not None else 0.0
         rest = pointed.rest if is_pointed and pointed is not None else 0.0
         is_working = is_working and not shut
-        jaw = self._jaw.at(sample.time_s, is_working, rest)
+        closes = not is_pointed or pointed is None or pointed.closes
+        jaw = self._jaw.at(sample.time_s, is_working and closes, rest)
         state = InstrumentState(
             name,
             given.roll_deg + wish.roll_deg,
@@ -261,6 +262,17 @@ class OperatingHand:
             self._shaft = None
             return _away(sample)
         return self._pointed(sample, pointed, wish)
+
+    def at_bite(self, sample: Sample) -> Sample:
+        """Return a sample with its pointed tool where it would bite, if anywhere."""
+        pointed = self.pointed
+        bite = None if pointed is None or not self.is_pointing else pointed.bite
+        name = sample.instrument.name
+        if bite is None or name == NO_TOOL:
+            return sample
+        frame = tool_of_shaft(name, bite[0])
+        state = replace(sample.instrument, jaw=bite[1])
+        return _at(replace(sample, instrument=state), frame, roll_deg(frame))
 
     def _take_turns(self, turns: DeviceTurns, pose: Pose) -> None:
         """Give the device over where somebody asked for it; never without a tool."""

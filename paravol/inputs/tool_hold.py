@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.hazard_volumes import HazardVolumes
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from renderers.scene import Volume
 from scenarios import InstrumentState, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
@@ -44,16 +44,11 @@ YIELDS_MM = 1.5
 """So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
 shaft gets into a meatus."""
 
-END_MM = 15.0
-"""So much of a tool's end is held wherever it is: jaws and bends lie there."""
+LIP_MM = 8.0
+"""So far before the nostril lip and tip of the nose are felt, too."""
 
-OPENS_MM, KEEPS_MM = 2.5, 1.0
-"""So far jaws that open press soft walls aside, and so far from what must not be hurt
-they stop: the hand that holds them goes on."""
-
-SPARES_MM, TOLD_MM = 0.4, 12.0
-"""So far from what must not be hurt a tool stops that is pushed on; hazards that are
-farther away than the second are not asked."""
+SPARES_MM = 0.4
+"""So far from what must not be hurt a tool stops that is pushed on."""
 
 
 class ToolHold:
@@ -128,41 +123,18 @@ class ToolHold:
         )
         return float((after - np.maximum(before, self._give_mm)).max())
 
-    def narrow(self, frame: Doubles) -> float:
-        """Return how far walls keep the tool's jaws closed, 0 where they may open.
-
-        frame: of the shaft, 4x4. Jaws dent what they open against, and stop before
-        hazards; what they meet when closed does not count.
-        """
-        jaws = _jaw_balls(self.state.name)
-        if not jaws.shape[1]:
-            return 0.0
-        flat = jaws.reshape(-1, 5)
-        places = self._places(frame, flat)
-        shape = jaws.shape[:2]
-        deep = (self._distance.sample(places) + flat[:, 1]).reshape(shape).max(axis=1)
-        least = self._hazards_mm(places[:: max(shape[1] // 2, 1)], places) - flat[:, 1]
-        least = least.reshape(shape).min(axis=1)
-        fits = deep <= max(deep[0], OPENS_MM)
-        fits &= least >= min(least[0], KEEPS_MM)
-        return 0.0 if fits.all() else 1.0 - float(fits.argmin() - 1) / JAW_STEPS
-
     def _places(self, frame: Doubles, balls: Doubles) -> Doubles:
         """Return where balls are, ``(n, 3)``, with the shaft's frame there."""
         along = frame[:3, 3] + balls[:, :1] * frame[:3, 2]
         places: Doubles = along + balls[:, 2:] @ frame[:3, :3].T
         return places
 
-    def _hazards_mm(self, few: Doubles, places: Doubles) -> Doubles:
-        """Return how far the nearest hazard is from places; few: say which are near."""
-        least = np.full(len(places), np.inf)
-        if self._hazards is None:
-            return least
-        for name in self._hazards.names:
-            if self._hazards.distance_mm(name, few).min() < TOLD_MM:
-                near = self._hazards.distance_mm(name, places)
-                least = np.minimum(least, near)
-        return least
+    def _hazards_mm(self, places: Doubles) -> Doubles:
+        """Return how far the nearest hazard is from places."""
+        if self._hazards is None or not self._hazards.names:
+            return np.full(len(places), np.inf)
+        found: Doubles = self._hazards.nearest.sample(places) * UNIT_MM
+        return found
 
     def _sparing(self, start: Doubles, balls: Doubles) -> Doubles:
         """Return balls of which each may go as deep as it may.
@@ -175,8 +147,7 @@ class ToolHold:
         sized = balls.copy()
         sized[:, 1] -= np.maximum(deep - self._give_mm, 0.0)
         if self.pushed_mm > 0.0:
-            few = places[:: max(len(places) // 6, 1)]
-            left = self._hazards_mm(few, places) - balls[:, 1] - SPARES_MM
+            left = self._hazards_mm(places) - balls[:, 1] - SPARES_MM
             # from the wall on: so deep it lies already, and so far it may go on
             may = np.maximum(deep, 0.0) + left - TOUCH_MM
             sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
@@ -187,24 +158,20 @@ class ToolHold:
         return TOUCH_MM + self.pushed_mm
 
     def _inside(self, balls: Doubles, frame: Doubles) -> Doubles:
-        """Return the balls that are past the nostril, and its end in any case.
-
-        What is before the nostril no passage holds: were it counted, what lies deep in
-        the face there would let the rest as deep into walls.
-        """
+        """Return the balls that are past the lip; farther out no passage holds."""
         inside_mm = float((self._hold.pivot_mm - frame[:3, 3]) @ frame[:3, 2])
-        return np.ascontiguousarray(balls[balls[:, 0] <= max(inside_mm, END_MM)])
+        return np.ascontiguousarray(balls[balls[:, 0] <= inside_mm + LIP_MM])
 
     def _balls(self) -> Doubles:
         """Return the balls of what the hand holds, in the shaft's frame."""
         state = self.state
         if state.name == NO_TOOL:
             return np.zeros((0, 5))
-        return _tool_balls(state.name, round(state.jaw * JAW_STEPS))
+        return tool_balls(state.name, round(state.jaw * JAW_STEPS))
 
 
 @lru_cache(maxsize=256)
-def _tool_balls(name: str, jaw_steps: int) -> Doubles:
+def tool_balls(name: str, jaw_steps: int) -> Doubles:
     """Return the balls of a tool's capsules in its shaft's frame."""
     table = contact_table(name, jaw_steps / JAW_STEPS).copy()
     table[:, :3] -= shaft_mm(name)
@@ -213,9 +180,9 @@ def _tool_balls(name: str, jaw_steps: int) -> Doubles:
 
 
 @lru_cache(maxsize=64)
-def _jaw_balls(name: str) -> Doubles:
+def jaw_balls(name: str) -> Doubles:
     """Return the balls of what moves of a tool, ``(steps, n, 5)``, closed first."""
-    each = [_tool_balls(name, step) for step in range(JAW_STEPS, -1, -1)]
+    each = [tool_balls(name, step) for step in range(JAW_STEPS, -1, -1)]
     rows = min(len(balls) for balls in each)
     made = np.stack([balls[:rows] for balls in each])
     return made[:, (made != made[0]).any(axis=(0, 2))]

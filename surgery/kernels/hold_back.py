@@ -87,7 +87,7 @@ def _off_grid(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _off_guard(guard: Doubles, place: Doubles, out: Doubles) -> float:
+def off_guard(guard: Doubles, place: Doubles, out: Doubles) -> float:
     """Return the way from another shaft's surface, mm; write the direction off it.
 
     guard: ``(7,)`` the shaft's ends and its radius; none is given a negative one.
@@ -138,7 +138,7 @@ def _gaps(
             least = min(least, gaps[n])
         else:
             gaps[n] = _off_grid(distance, voxel, h, place, balls[n, 1])
-        free = _off_guard(guard, place, aside) - balls[n, 1]
+        free = off_guard(guard, place, aside) - balls[n, 1]
         gaps[n] = min(gaps[n], free)
     return least
 
@@ -150,7 +150,7 @@ def _outward(
 ) -> bool:  # fmt: skip
     """Write the unit direction into the air; False where there is none."""
     total = 0.0
-    if _off_guard(guard, place, out) < air_mm(
+    if off_guard(guard, place, out) < air_mm(
         distance, voxel, place[0], place[1], place[2]
     ):
         return True

@@ -26,7 +26,8 @@ from paravol.flight import Flight, FlightObserver, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.flight_observers import FlightObservers
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
-from paravol.guide.goals import GuidedHead, spared_by
+from paravol.guide.goals import GuidedHead
+from paravol.inputs.asked_tissue import spared_by
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
@@ -263,6 +264,8 @@ class FlightThread(QObject, FlightObserver):
                 self._pivot_mm(patient),
                 patient.hazards,
                 spared_by(flight.order.scenario.tasks),
+                None if flight.hand.pointed is None else flight.hand.pointed.plan,
+                flight.order.scenario.scope.endoscope().diameter_mm / 2,
             )
         )
         self.guide_by(self.guide.is_on)

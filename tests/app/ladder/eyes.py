@@ -28,7 +28,8 @@ class Mark:
     """Hold the guide's mark: its words, its distance, its place over the picture.
 
     Out of the round picture there is only an arrow: its place is at the rim. back_mm:
-    it says that one must draw back so far first.
+    it says that one must draw back so far first. has_no_way: that the tool in hand does
+    not get there.
     """
 
     words: str
@@ -38,6 +39,7 @@ class Mark:
     is_goal: bool
     is_in: bool
     back_mm: float
+    has_no_way: bool
 
 
 @dataclass(frozen=True)
@@ -187,6 +189,7 @@ def _mark(picture: PictureView) -> Mark | None:
         guide.is_goal,
         guide.is_in_picture,
         float(back[1]) if back else 0.0,
+        "no way for the tool" in guide.text(),
     )
 
 

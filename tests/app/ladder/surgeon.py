@@ -6,7 +6,6 @@ right button and Ctrl with the wheel keep the scope.
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
@@ -18,7 +17,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("backbiter", "backbiter", "straight forceps")),
+    ("uncinate", ("straight forceps", "backbiter")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
@@ -37,24 +36,26 @@ AT_MM, NEAR_MM = 3.0, 6.5
 """A needle whose point is so near to the mark is pressed; the second where tissue is
 between."""
 
-BITE_S, INJECT_S, SHAVE_S = 0.5, 1.9, 1.2
-LEAST_MM3 = 1.0
-"""A bite that is worth it where larger ones are not found."""
+BITE_S, INJECT_S, SHAVE_S = 1.2, 1.9, 1.2
+LEAST_MM3, SPARES_MM3 = 1.0, 1.0
+"""A bite that is worth it where larger ones are not found; and what he risks of what is
+to be spared, as it is told."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
 
-HAZARD_MM = 0.9
-"""Nearer to a hazard he does not bite."""
+STEPS, WIDER, GOLDEN = 4, 0.02, 2.4
+"""Places about the mark at which he points, in shares of the picture."""
 
-TURNS = 0, 2, -2, 4
-"""Turns of the wrist that he tries, in presses of a key."""
+SETTLES_S, SEEN_S, MOVED = 2.2, 0.45, 0.04
+"""He waits so long for the tool to say what it would take; what it said before he
+points does not count. And a mark that has moved so far is another."""
 
-STEPS, NEAREST, WIDER, FARTHEST, GOLDEN = 16, 0.01, 0.009, 0.13, 2.4
-"""Places about the mark to which he leads the tool, in shares of the picture."""
+FOLLOWS = 4
+"""Strokes by which the scope is to see the mark, before it is laid anew."""
 
-LAG_S, FAR_MM = 0.15, 8.0
-"""The tool is so long behind the pointer; from farther away it is moved ahead."""
+SEEN_ANEW_S = 3.0
+"""So long after he moved, the guide has looked for another place."""
 
 PRICKS = 5
 """Tries with a needle, before the scope goes elsewhere."""
@@ -89,8 +90,10 @@ class Surgeon:
         self._person, self._steers, self._shoot = person, steers, shoot
         self._task = ""
         self._choice = 0
-        self._vain = self._waits = self._turned = 0
+        self._vain = self._waits = 0
         self._shots = self._moves = 0
+        self._moved_s = 0.0
+        self._follows = 0
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
@@ -123,15 +126,18 @@ class Surgeon:
             # it is hidden, and far from the tool: the scope goes first
             self.put_away()
             self._renew()
+        elif mark.has_no_way and time.monotonic() > self._moved_s + SEEN_ANEW_S:
+            self._elsewhere()
         elif not mark.is_in or off > 0.47:
             self._follow(mark)
         elif "inject" in self._task.lower():
             self._prick(mark)
         else:
+            self._follows = 0
             self._bite(sight, mark)
 
     def _renew(self) -> None:
-        self._waits = self._turned = self._vain = 0
+        self._waits = self._vain = 0
 
     def _wanted(self, sight: Sight) -> str:
         low = sight.task.lower()
@@ -151,6 +157,7 @@ class Surgeon:
         else:
             raise LostError(f"there is no {wanted}")
         person.say(f"takes the {wanted}")
+        self._moved_s = time.monotonic()
         if "suction off" in person.look().tool:
             person.hand.tap(Key.Key_N)
         self._renew()
@@ -168,6 +175,11 @@ class Surgeon:
         """Let the scope follow, with the right button, until the mark is seen."""
         person = self._person
         person.say("the scope follows")
+        self._follows += 1
+        if self._follows > FOLLOWS:
+            # it does not move any more
+            self._anew()
+            return
         person.hand.point(person.picture, 0.5, 0.5)
         stroke = 240.0
         person.hand.drag(
@@ -193,44 +205,33 @@ class Surgeon:
             self._elsewhere()
 
     def _bite(self, sight: Sight, mark: Mark) -> None:
-        """Lead the tool about the mark until it says that a bite is worth it."""
+        """Point at the mark, and about it, until the tool says what it would take."""
         person = self._person
-        led: deque[tuple[float, float, float]] = deque(maxlen=6)
         for step in range(STEPS):
-            if self._is_ready(sight):
-                self._bite_where(sight, led)
-                return
-            away = min(NEAREST + step * WIDER, FARTHEST)
+            away = WIDER * step
             x = mark.x + away * math.cos(GOLDEN * step)
             y = mark.y + away * math.sin(GOLDEN * step)
             person.hand.glide(person.picture, x, y)
-            person.wait(0.12)
-            led.append((time.monotonic(), x, y))
-            sight = person.eyes.sight
-            if sight.mark is None or sight.task != self._task:
-                return
-            if sight.mark.mm > FAR_MM and step == STEPS // 2:
+            if not step:
+                # an arm's length away: the wheel lets it go as far as tissue
                 person.hand.wheel(2)
+            began = time.monotonic()
+            while time.monotonic() - began < SETTLES_S:
+                person.wait(0.1)
+                sight = person.eyes.sight
+                if sight.mark is None or sight.task != self._task:
+                    return
+                if sight.at_s > began + SEEN_S and self._is_ready(sight):
+                    self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
+                    return
+            moved = math.hypot(sight.mark.x - mark.x, sight.mark.y - mark.y)
+            if moved > MOVED:
+                # it is marked elsewhere by now
+                return
         person.say(f"    nothing here: {sight.mark.mm if sight.mark else 0:.0f} mm")
         self._vain += 1
         if self._vain >= VAIN:
             self._elsewhere()
-        else:
-            self._turn_to(TURNS[self._vain % len(TURNS)])
-
-    def _bite_where(self, sight: Sight, led: deque[tuple[float, float, float]]) -> None:
-        """Go back to where it said so, see whether it still does, and bite."""
-        person = self._person
-        if led:
-            _, x, y = min(led, key=lambda at: abs(at[0] + LAG_S - sight.at_s))
-            person.hand.glide(person.picture, x, y)
-        person.wait(0.3)
-        for _ in range(2):
-            # what comes and goes under a hand that moves is not trusted
-            sight = person.look()
-            if sight.mark is None or not self._is_ready(sight):
-                return
-        self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
 
     def _work(self, now: Sight, time_s: float) -> None:
         """Press for a while; see what came of it."""
@@ -256,43 +257,40 @@ class Surgeon:
         """Return whether what the tool would take is wanted, and nothing else is."""
         if sight.mark is None or not sight.bite:
             return False
-        if sight.hazard_mm < HAZARD_MM:
-            return False
         words = f"{sight.mark.words} {self._task}".lower()
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
-        spared = [n for n in sight.bite if n not in named and _is_spared(n)]
-        if spared:
+        spared = [v for n, v in sight.bite.items() if n not in named and _is_spared(n)]
+        if sum(spared) > SPARES_MM3:
             return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
         enough = LEAST_MM3 if self._vain or self._moves else 2.0 * LEAST_MM3
         return sum(wanted.values()) >= enough
 
-    def _turn_to(self, steps: int) -> None:
-        """Turn the wrist from where it is by keys."""
-        person = self._person
-        left = steps - self._turned
-        for _ in range(abs(left)):
-            person.hand.tap(Key.Key_Home if left > 0 else Key.Key_End)
-            person.wait(0.03)
-        self._turned = steps
-
     def _elsewhere(self) -> None:
         """Tilt the scope a little; now and then begin anew, with another tool."""
         person = self._person
         self._moves += 1
+        self._moved_s = time.monotonic()
         rng = person.rng
         if self._moves % 3:
             person.hand.point(person.picture, 0.5, 0.5)
-            aside = rng.uniform(-60.0, 60.0), rng.uniform(-60.0, 60.0)
+            aside = rng.uniform(-90.0, 90.0), rng.uniform(-90.0, 90.0)
             person.hand.drag(*aside, Button.RightButton)
             self._vain = 0
             return
         self._choice += 1
+        self._anew()
+
+    def _anew(self) -> None:
+        """Draw back, and let the scope look at the place from elsewhere."""
+        person, rng = self._person, self._person.rng
+        person.say("anew")
         self.put_away()
         self._renew()
-        person.go(-2)
+        self._follows = 0
+        person.go(-4)
         person.stroke(
-            rng.uniform(-30.0, 30.0), rng.uniform(-30.0, 30.0), Button.LeftButton
+            rng.uniform(-60.0, 60.0), rng.uniform(-60.0, 60.0), Button.LeftButton
         )
 
 

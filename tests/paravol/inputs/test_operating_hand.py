@@ -5,8 +5,8 @@ import pytest
 
 from devices import Pose
 from disk import UserError
-from paravol.inputs.jaw import CLOSING_S
 from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.pointed_tool import SHUT
 from scenarios import Endoscope
 from scenarios.instrument_state import NO_TOOL
 from tests.paravol.inputs.pointing import Bare, hand_before, settled
@@ -28,23 +28,36 @@ def test_where_no_nostril_is_known_there_is_no_tool() -> None:
     assert sample.instrument.name == NO_TOOL
 
 
-def test_jaws_open_in_place_and_close_while_the_pedal_is_down() -> None:
-    hand = hand_before(-40.0)
-
-    def jaw(time_s: float) -> float:
-        return hand.complete(Pose(time_s, time_s, np.eye(4), 0)).instrument.jaw
-
-    assert jaw(0.0) == 1.0
+def test_jaws_stay_closed_but_for_a_bite() -> None:
+    """On the way in the pedal does nothing; then they go in, open, close."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
     hand.work(True)
     sample = hand.complete(Pose(0.2, 0.2, np.eye(4), 0))
     assert not sample.instrument.is_working
-    assert sample.instrument.jaw == 1.0
+    assert sample.instrument.jaw == SHUT
     hand.work(False)
     end_s = settled(hand)
-    assert jaw(end_s) == 0.0
+    idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    told = hand.at_bite(idle)
+    assert idle.instrument.jaw == SHUT
+    assert told.instrument.jaw < 0.5
     hand.work(True)
-    assert jaw(end_s + CLOSING_S / 2) == pytest.approx(0.5)
-    assert jaw(end_s + 1.0) == 1.0
+    jaws, tips = [], []
+    for number in range(2, 150):
+        time_s = end_s + 0.01 * number
+        sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        jaws.append(sample.instrument.jaw)
+        tips.append(sample.instrument_tip_mm)
+    opened = int(np.argmin(jaws))
+    assert jaws[opened] == pytest.approx(told.instrument.jaw, abs=0.1)
+    assert jaws[-1] == 1.0
+    # what is told before a bite is told of where it closes
+    for tip_mm in tips[opened:]:
+        assert tip_mm == pytest.approx(told.instrument_tip_mm, abs=1e-6)
     hand.work(False)
-    assert jaw(end_s + 1.1) < 1.0
-    assert jaw(end_s + 2.0) == 0.0
+    end_s = settled(hand, time_s)
+    after = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    assert after.instrument.jaw == SHUT
+    assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)

@@ -12,18 +12,14 @@ from devices.controls.fulcrum import Demand
 from paravol.feedback.shaft_heading import place_in_picture
 from paravol.inputs.hand import pointed_tool, scope_control
 from paravol.inputs.operating_hand import FIRST_AHEAD_MM, OperatingHand
-from paravol.inputs.pointed_tool import (
-    ASIDE_MM,
-    ENTRY_MM,
-    NEAREST_MM,
-    thickness_mm,
-)
+from paravol.inputs.pointed_tool import NEAREST_MM, thickness_mm
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
     BITES_MM,
     TOUCH_MM,
     YIELDS_MM,
 )
+from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM
 from paravol.patient import load_patient, no_progress
 from paravol.session_setup import build_session, operate_on
 from scenarios import Sample, load_scenario
@@ -183,7 +179,7 @@ def test_no_carrying_hurts_anybody(seed: int) -> None:
     control = scope_control(patient, None, scope.diameter_mm / 2, scenario.start)
     hand = OperatingHand(Bare(), scope)
     rest = operation.patient.surface.distance
-    hand.pointed = pointed_tool(patient, rest, None, scenario.start)
+    hand.pointed = pointed_tool(patient, rest, None, scenario)
     hand.felt_n = lambda: operation.touch.size_n
     rng = np.random.default_rng(seed)
     sites = "middle meatus", "uncinate process", "choana", "sphenoethmoidal recess"

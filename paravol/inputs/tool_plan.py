@@ -1,0 +1,521 @@
+"""Where a surgeon lays a tool that is to work at a place: through the nostril, past the
+walls and the scope, turned so that it holds what is wanted and little else.
+
+Lines through the nostril and turns about them are looked at together, with the shape
+that the tool has: a bent tool's shaft passes beside its tip, and jaws that are turned
+otherwise need another way in.
+"""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
+from anatomy.tissue import Label
+from devices.controls.fulcrum import Fulcrum
+from paravol.inputs.asked_tissue import ASKED, SPARED
+from paravol.inputs.nostril_lines import ROUND, NostrilLines
+from paravol.inputs.picture_ray import reach_mm
+from paravol.inputs.tool_hold import (
+    BESIDE_MM,
+    LIP_MM,
+    jaw_balls,
+    tool_balls,
+)
+from renderers.scene import Volume
+from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
+from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments.catalogue import instrument_named
+from scenarios.instruments.contact_shape import (
+    JAW_STEPS,
+    shaft_mm,
+    works_at_mm,
+)
+from surgery.kernels.tool_poses import (
+    depths,
+    held_tissue,
+)
+from surgery.solids import in_capsules
+
+Doubles = NDArray[np.float64]
+
+ENTRY_MM, RINGS = 5.0, 2
+"""How far a shaft may be off the nostril's middle, and the rings of places that are
+tried. The phantom's nostril is 9 mm high and 6 mm wide, and soft."""
+
+TURNS = 16
+"""Turns about a line that are compared."""
+
+BACKS_MM = np.array([40.0, 30.0, 22.0, 16.0, 11.0, 8.0, 6.0, 4.0, 2.0, 1.0, 0.0])
+"""Places on a line that are looked at, back from where it was meant to end."""
+
+BITES_MM = np.array([2.0, 1.0, 0.0, -1.5, -3.0, -4.5])
+"""The same for open jaws, which go on about what they bite."""
+
+OPENINGS = 16, 12, 9
+"""Steps by which jaws are opened for that."""
+
+JAWS_MM = 6.0
+"""So much of a tool's end may lie in tissue while it bites."""
+
+END_MM = 15.0
+"""Length of a tool's end: jaws and bends lie there."""
+
+SHUT_STEPS = 14
+"""Of `JAW_STEPS`: jaws that go somewhere are closed so far; farther they would bite."""
+
+DENTS_MM = 1.0
+"""So deep a shaft may press into mucosa and turbinates, which yield."""
+
+FREE_MM = 0.8
+"""No deeper it presses while it is turned."""
+
+ASIDE_MM = 4.0
+"""So far beside its place a tip may go, where the scope leaves no other way."""
+
+WAITS_MM = 6.0
+"""Jaws wait no farther than this before what they are to bite."""
+
+SKIN_MM, REACHED = 2.5, 8.0
+"""Tissue so deep below what an eye sees is that; and what a tool without jaws is worth
+in its place, less by 1 for each mm that it stops before it."""
+
+ABOUT_MM, BETTER = 1.5, 1.3
+"""So far about the place that is pointed at bites are looked for, too; one is taken
+that is so many times better."""
+
+NEAR_MM = 5.0
+"""A tool that stops farther from its place than this has not come there."""
+
+NEAR_ASKED_MM = 2.0
+"""Who points so near to what is asked for means that."""
+
+GRADIENT_MM, POINTED_MM = 0.5, 1.5
+"""A wall's normal is taken from distances so far off; what is pointed at lies so deep
+below its surface, or less."""
+
+CLEARS_MM = 0.5
+"""Nearer to what must not be hurt nothing is bitten."""
+
+RIM_MM = 0.4
+"""So far before the surface of other tissue a bite may take of it: half a voxel's, and
+half the way between places."""
+
+APART_MM = 0.8
+"""Between places that are looked at between jaws."""
+
+OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 12.0, 0.5, 0.25, 40.0
+"""What jaws hold besides counts for so many times as much as what is pointed at: other
+structures; where an exercise asks for tissue, what it spares, and the rest; the mucosa
+that lines all; and what must not be hurt."""
+
+DEEP, OFF, EVEN, ABOVE, FACES = 1.5, 0.5, 0.05, 0.6, 3.0
+"""What a pose loses for each mm that it dents walls, that it ends off its place, and
+that it passes off the nostril's middle; for a way in above the lens, where it hides
+what is seen; and for a side that works turned away."""
+
+VAIN, VAIN_MM = 12.0, 1.5
+"""What it loses where it was tried in vain, and how near to that."""
+
+TURNED, MOVED = 4.0, 0.3
+"""What it loses by half a turn, and by each mm that the nostril's place moves."""
+
+
+class Pose(NamedTuple):
+    """A shaft's way in: through entry_mm, ``(3,)``, to end_mm, ``(3,)``.
+
+    off_mm: how far before its place it ends. For a bite it goes on by bite_mm with its
+    jaws open: jaw, 0 to 1, is how far they are closed, and 1 where there is nothing to
+    bite. worth: see `ToolPlan.worth`.
+    """
+
+    entry_mm: Doubles
+    end_mm: Doubles
+    roll_deg: float
+    off_mm: float
+    jaw: float = 1.0
+    bite_mm: float = 0.0
+    worth: float = 0.0
+
+
+class _Look(NamedTuple):
+    """Hold what a pose is looked for with; see `ToolPlan.choose`."""
+
+    name: str
+    guard: Doubles
+    up: Doubles
+    now: tuple[Doubles, float]
+    vain: Sequence[Pose]
+    is_at_tissue: bool
+
+
+class ToolPlan:
+    """Choose how a tool lies in the nose.
+
+    The same tissue, places and scope give the same poses.
+    """
+
+    def __init__(
+        self,
+        fulcrum: Fulcrum,
+        distance: Volume,
+        labels: Volume | None = None,
+        hazards: HazardVolumes | None = None,
+    ) -> None:
+        """Take the nostril, and signed air distance, mm, read as it is at the time.
+
+        labels: what is where in the head; None where nobody knows. hazards: must not
+        be hurt.
+        """
+        self._distance = distance
+        if labels is None:
+            labels = distance.with_values(np.ones(distance.shape, np.uint8), 0)
+        self._labels = labels
+        self._lines = NostrilLines(fulcrum, distance, ENTRY_MM, RINGS)
+        none = Volume(np.zeros((2, 2, 2), np.int16), np.ones(3), np.full(3, 1e6))
+        known = hazards is not None and bool(hazards.names)
+        self._hazards = hazards.nearest if hazards is not None and known else none
+
+    def choose(
+        self,
+        name: str,
+        place: Doubles,
+        scope: Doubles,
+        radius_mm: float,
+        up: Doubles,
+        now: tuple[Doubles, float],
+        vain: Sequence[Pose] = (),
+        *,
+        is_at_tissue: bool,
+        beside: bool = True,
+    ) -> Pose:
+        """Return the pose of a tool that is to work at a place, ``(3,)``.
+
+        scope, radius_mm: its tip's frame, 4x4, and its shaft; up: of the picture. now:
+        entry and turn as they are: they stay where nothing is much better.
+        vain: poses that it did not get to. is_at_tissue: it is brought to tissue, and
+        turned for it. beside: where it does not get there, it may go beside its place.
+        """
+        look = _Look(name, _guard(scope, radius_mm), up, now, vain, is_at_tissue)
+        found = self._best(look, place)
+        if beside and is_at_tissue and has_jaws(name):
+            # who points beside a good bite means that
+            right = np.cross(up, scope[:3, 2])
+            for aside in (right, -right, up, -up):
+                other = self._best(look, place + ABOUT_MM * aside)
+                if other.worth > BETTER * found.worth + 1.0:
+                    found = other
+        if beside and found.off_mm > NEAR_MM and not found.worth:
+            # where the scope lies in the way a tool works beside it
+            for aside in self._lines.off[-ROUND::2] * (ASIDE_MM / ENTRY_MM):
+                other = self._best(look, place + aside)
+                if other.off_mm < found.off_mm - ASIDE_MM / 2.0:
+                    found = other
+        return found
+
+    def worth(
+        self,
+        name: str,
+        places: Doubles,
+        scope: Doubles,
+        radius_mm: float,
+        up: Doubles,
+        eye: Doubles,
+    ) -> Doubles:
+        """Return what a tool is worth at tissue at places ``(n, 3)`` that an eye sees.
+
+        That is what its jaws would hold of it, less of the rest; of a tool without
+        jaws how near it comes. 0 where it can do nothing.
+        """
+        now = self._lines.middle_mm, 0.0
+        found = np.zeros(len(places))
+        for number, place in enumerate(places):
+            way = place - eye
+            ray = way / np.linalg.norm(way)
+            seen_mm = reach_mm(self._distance, eye, ray)
+            if seen_mm < float(np.linalg.norm(way)) + SKIN_MM:
+                pose = self.choose(
+                    name,
+                    eye + seen_mm * ray,
+                    scope,
+                    radius_mm,
+                    up,
+                    now,
+                    is_at_tissue=True,
+                    beside=False,
+                )
+                found[number] = pose.worth
+        return found
+
+    def is_free(
+        self, name: str, scope: Doubles, radius_mm: float, frames: Doubles
+    ) -> bool:
+        """Return whether a tool may be at each of some poses, ``(n, 4, 4)``."""
+        guard = _guard(scope, radius_mm)
+        found = self._depths(name, frames, np.zeros(1), guard, FREE_MM)
+        return bool(np.isfinite(found).all())
+
+    def _poses(
+        self, name: str, place: Doubles, now: tuple[Doubles, float]
+    ) -> list[Doubles]:
+        """Return frames ``(n, 4, 4)`` of shafts to a place, entries and turns."""
+        count = TURNS if _is_turned(name) else 1
+        turns = now[1] + np.arange(count) * (360.0 / count)
+        entries = np.vstack([now[0], self._lines.places_mm])
+        entries = np.repeat(entries, count, axis=0)
+        rolls = np.tile(turns, len(entries) // count)
+        off = shaft_mm(name) - works_at_mm(name)
+        ends = np.broadcast_to(place, entries.shape)
+        for _ in range(2):
+            # a bent tool's shaft passes beside its tip
+            frames = _frames(ends, ends - entries, rolls)
+            ends = place + frames[:, :3, :3] @ off
+        frames = _frames(ends, ends - entries, rolls)
+        return [frames, entries, rolls]
+
+    def _depths(
+        self,
+        name: str,
+        frames: Doubles,
+        backs_mm: Doubles,
+        guard: Doubles,
+        dents_mm: float = DENTS_MM,
+        free_mm: float = -math.inf,
+    ) -> Doubles:
+        """Return how deep a closed tool lies in walls, ``(n, m)``; see `depths`."""
+        origins = np.ascontiguousarray(frames[:, :3, 3])
+        inside = ((self._lines.middle_mm - origins) * frames[:, :3, 2]).sum(axis=1)
+        inside += LIP_MM
+        found = np.empty((len(frames), len(backs_mm)))
+        depths(
+            self._distance.values,
+            np.ascontiguousarray(self._distance.voxel_from_world[:3]),
+            guard,
+            origins,
+            np.ascontiguousarray(frames[:, :3, :3]),
+            inside,
+            backs_mm,
+            tool_balls(name, SHUT_STEPS),
+            END_MM,
+            free_mm,
+            dents_mm,
+            found,
+        )
+        return found
+
+    def _best(self, look: "_Look", place: Doubles) -> Pose:
+        """Return the best pose to a place."""
+        name, guard = look.name, look.guard
+        poses = self._poses(name, place, look.now)
+        frames = poses[0]
+        deep = self._depths(name, frames, BACKS_MM, guard)
+        worth = self._loss(look, deep, BACKS_MM, poses)
+        into = self._normal(place) if look.is_at_tissue else None
+        if into is not None and works_at_mm(name).any():
+            worth -= FACES * (1.0 - frames[:, :3, 1] @ into)[:, None]
+        n, m = divmod(int(np.argmax(worth)), len(BACKS_MM))
+        jawed = has_jaws(name)
+        if not np.isfinite(worth[n, m]):
+            # nothing gets in: it waits outside
+            return Pose(self._lines.middle_mm, place, look.now[1], math.inf)
+        near = 0.0 if jawed else max(REACHED - BACKS_MM[m], 0.0)
+        found = _pose(poses, n, BACKS_MM[m], worth=near)
+        if into is None or not jawed:
+            return found
+        # before a bite it lies on the same line, as far in as walls let it
+        far = len(BACKS_MM) - 1 - np.isfinite(deep)[:, ::-1].argmax(axis=1)
+        waits_mm = BACKS_MM[far]
+        at = np.flatnonzero(np.isfinite(deep[:, 0]) & (waits_mm <= WAITS_MM))
+        if not len(at):
+            return found
+        lines = [each[at] for each in poses]
+        bitten = self._depths(name, lines[0], BITES_MM, guard, free_mm=JAWS_MM)
+        pairs = np.argwhere(np.isfinite(bitten))
+        loss, best = self._loss(look, bitten, BITES_MM, lines), -math.inf
+        frames = lines[0][pairs[:, 0]]
+        frames[:, :3, 3] += BITES_MM[pairs[:, 1], None] * frames[:, :3, 2]
+        for steps in OPENINGS if len(pairs) else ():
+            held = self._held(name, frames, steps, place, into)
+            total = np.where(held > 0.0, held + loss[tuple(pairs.T)], -math.inf)
+            first = int(np.argmax(total))
+            if total[first] > best:
+                best = float(total[first])
+                n, m = pairs[first]
+                back = float(waits_mm[at[n]])
+                found = _pose(
+                    lines,
+                    n,
+                    back,
+                    1.0 - steps / JAW_STEPS,
+                    back - float(BITES_MM[m]),
+                    float(held[first]),
+                )
+        return found
+
+    def _loss(
+        self, look: "_Look", deep: Doubles, backs: Doubles, poses: Sequence[Doubles]
+    ) -> Doubles:
+        """Return what poses at places of their lines lose, ``(n, m)``, negative."""
+        frames, entries, rolls = poses
+        guard, up, (entry, roll) = look.guard, look.up, look.now
+        worth = np.where(np.isfinite(deep), 0.0, -math.inf)
+        worth -= OFF * np.abs(backs)
+        worth -= DEEP * np.clip(deep, 0.0, DENTS_MM)
+        worth -= EVEN * np.linalg.norm(entries - self._lines.middle_mm, axis=1)[:, None]
+        away_mm = np.linalg.norm(entries - entry, axis=1)
+        worth -= (TURNED * _apart_deg(rolls, roll) / 180.0 + MOVED * away_mm)[:, None]
+        for pose in look.vain:
+            is_same = _apart_deg(rolls, pose.roll_deg) < 360.0 / TURNS
+            is_same &= np.linalg.norm(entries - pose.entry_mm, axis=1) < VAIN_MM
+            worth -= VAIN * is_same[:, None]
+        # where it passes the lens
+        lens, back = guard[:3], guard[3:6] - guard[:3]
+        ways = frames[:, :3, 3] - entries
+        share = (lens - entries) @ back / (ways @ back)
+        passing = entries + share[:, None] * ways - lens
+        passing /= np.maximum(np.linalg.norm(passing, axis=1, keepdims=True), 1e-9)
+        found: Doubles = worth - ABOVE * (1.0 + passing @ up)[:, None]
+        return found
+
+    def _held(
+        self, name: str, frames: Doubles, steps: int, place: Doubles, into: Doubles
+    ) -> Doubles:
+        """Return what jaws at some poses hold, ``(n,)``, less what they should not."""
+        counts = np.empty((len(frames), 2))
+        wanted = self._label(place, into)
+        held_tissue(
+            self._distance.values,
+            np.ascontiguousarray(self._distance.voxel_from_world[:3]),
+            self._labels.values,
+            np.ascontiguousarray(self._labels.voxel_from_world[:3]),
+            self._hazards.values,
+            np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
+            UNIT_MM,
+            np.ascontiguousarray(frames[:, :3, 3]),
+            np.ascontiguousarray(frames[:, :3, :3]),
+            _between_jaws(name, 1.0 - steps / JAW_STEPS) - shaft_mm(name),
+            np.concatenate(jaw_balls(name)[JAW_STEPS - SHUT_STEPS : steps + 1 : 3]),
+            wanted,
+            _costs(wanted),
+            HURTS,
+            CLEARS_MM,
+            RIM_MM,
+            counts,
+        )
+        held, cost = counts.T
+        return np.where(held > 0.0, held - cost, np.minimum(-cost, 0.0))
+
+    def _normal(self, place: Doubles) -> Doubles:
+        """Return the unit direction into the wall at a place."""
+        off = GRADIENT_MM * np.eye(3)
+        steps = self._distance.sample(np.concatenate([place + off, place - off]))
+        into = steps[:3] - steps[3:]
+        found: Doubles = into / max(float(np.linalg.norm(into)), 1e-9)
+        return found
+
+    def _label(self, place: Doubles, into: Doubles) -> int:
+        """Return the label of what is pointed at: what is asked for, if it is near.
+
+        Else what lies below the lining.
+        """
+        near = place + into + _BALL
+        is_asked = self._labels.nearest(near, 0) == ASKED
+        if (is_asked & (self._distance.nearest(near) > 0.0)).any():
+            return ASKED
+        for deep in np.arange(0.3, POINTED_MM + 0.1, 0.4):
+            found = int(self._labels.nearest(place + deep * into, 0))
+            if found not in _LININGS:
+                return found
+        return Label.MUCOSA.value
+
+
+def _guard(scope: Doubles, radius_mm: float) -> Doubles:
+    """Return the end of a scope's shaft, ``(7,)``, as `depths` takes it."""
+    ends = scope[:3, 3], scope[:3, 3] + BESIDE_MM * scope[:3, 2]
+    return np.concatenate([*ends, [radius_mm]])
+
+
+def _apart_deg(turns: Doubles, turn: float) -> Doubles:
+    found: Doubles = np.abs((turns - turn + 180.0) % 360.0 - 180.0)
+    return found
+
+
+def _pose(
+    poses: Sequence[Doubles],
+    number: int,
+    back_mm: float,
+    jaw: float = 1.0,
+    bite_mm: float = 0.0,
+    worth: float = 0.0,
+) -> Pose:
+    """Return a pose on a line, so far back from its end."""
+    frames, entries, rolls = poses
+    frame, roll = frames[number], math.remainder(float(rolls[number]), 360.0)
+    end = frame[:3, 3] + back_mm * frame[:3, 2]
+    return Pose(entries[number], end, roll, float(back_mm), jaw, bite_mm, worth)
+
+
+_BALL = np.stack(np.meshgrid(*[np.arange(-2.0, 2.1, 1.0)] * 3), axis=-1).reshape(-1, 3)
+_BALL = _BALL[np.linalg.norm(_BALL, axis=1) <= NEAR_ASKED_MM]
+_LININGS = 0, Label.MUCOSA.value
+
+
+@lru_cache(maxsize=256)
+def _costs(wanted: int) -> Doubles:
+    """Return what a place of each label costs, ``(256,)``."""
+    costs = np.full(256, BESIDE if wanted == ASKED else OTHERS)
+    costs[list(_LININGS)] = LINED
+    costs[SPARED] = SPARES
+    return costs
+
+
+@lru_cache(maxsize=64)
+def has_jaws(name: str) -> bool:
+    """Return whether a tool of the catalogue bites; `NO_TOOL` does not."""
+    return name != NO_TOOL and instrument_named(name).has_jaws
+
+
+@lru_cache(maxsize=64)
+def _is_turned(name: str) -> bool:
+    """Return whether it matters how a tool is turned about its shaft."""
+    aside = shaft_mm(name), works_at_mm(name)
+    return has_jaws(name) or any(bool(place.any()) for place in aside)
+
+
+def _frames(ends: Doubles, ways: Doubles, rolls_deg: Doubles) -> Doubles:
+    """Return `scenarios.tip_frame` of many, ``(n, 4, 4)``."""
+    back = -ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    is_steep = np.abs(back @ SUPERIOR) >= PARALLEL
+    right = np.cross(-back, np.where(is_steep[:, None], ANTERIOR, SUPERIOR))
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    above = np.cross(back, right)
+    turns = np.radians(rolls_deg)[:, None]
+    frames = np.tile(np.eye(4), (len(ends), 1, 1))
+    frames[:, :3, 0] = np.cos(turns) * right - np.sin(turns) * above
+    frames[:, :3, 1] = np.cos(turns) * above + np.sin(turns) * right
+    frames[:, :3, 2], frames[:, :3, 3] = back, ends
+    return frames
+
+
+@lru_cache(maxsize=256)
+def _between_jaws(name: str, jaw: float) -> Doubles:
+    """Return places of what jaws take, ``(n, 3)`` in the tool's frame.
+
+    jaw: how far they are closed, 0 to 1.
+    """
+    rows = instrument_named(name).working_volume(np.eye(4), jaw)
+    starts, ends, radii = rows[:, 1:4], rows[:, 4:7], rows[:, 7]
+    if not len(rows):
+        return np.zeros((0, 3))
+    low = np.minimum(starts, ends).min(axis=0) - radii.max()
+    high = np.maximum(starts, ends).max(axis=0) + radii.max()
+    axes = [
+        np.arange(a, b + APART_MM, APART_MM) for a, b in zip(low, high, strict=True)
+    ]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    inside: Doubles = places[in_capsules(rows, places)]
+    return inside

@@ -1,0 +1,144 @@
+"""Look at many poses of a tool at once: how deep it lies in walls, what its jaws hold.
+
+A pose is the place of its shaft's end and the shaft's axes, z back up the shaft. A tool
+is balls, as `surgery.contact.balls_along` makes them, in that frame.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from surgery.kernels.hold_back import FREE_MM, air_mm, off_guard
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+
+
+SHAFT_STRIDE = 2
+"""Of a straight shaft's balls every second one is enough."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _place(origin: Doubles, turn: Doubles, way: Doubles, out: Doubles) -> None:
+    for c in range(3):
+        out[c] = (
+            origin[c] + turn[c, 0] * way[0] + turn[c, 1] * way[1] + turn[c, 2] * way[2]
+        )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _deepest(
+    distance: Floats, voxel: Doubles, guard: Doubles, origin: Doubles, turn: Doubles,
+    back_mm: float, balls: Doubles, first_mm: float, last_mm: float, stride: int,
+    most_mm: float,
+) -> float:  # fmt: skip
+    """Return how deep balls from first_mm to last_mm lie; infinite beyond most_mm."""
+    way, place, aside = np.empty(3), np.empty(3), np.empty(3)
+    worst = -math.inf
+    for b in range(0, balls.shape[0], stride):
+        if not first_mm <= balls[b, 0] <= last_mm:
+            continue
+        way[0], way[1] = balls[b, 2], balls[b, 3]
+        way[2] = balls[b, 4] + balls[b, 0] + back_mm
+        _place(origin, turn, way, place)
+        radius = balls[b, 1]
+        deep = radius - air_mm(distance, voxel, place[0], place[1], place[2])
+        if deep > most_mm or off_guard(guard, place, aside) < radius:
+            return math.inf
+        worst = max(worst, deep)
+    return worst
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depths(
+    distance: Floats, voxel: Doubles, guard: Doubles, origins: Doubles, turns: Doubles,
+    inside_mm: Doubles, backs_mm: Doubles, balls: Doubles, end_mm: float,
+    free_mm: float, most_mm: float, found: Doubles,
+) -> None:  # fmt: skip
+    """Write how deep a tool lies in walls on its way in along its own line.
+
+    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
+    shaft, as `hold_back` takes it. origins, turns: ``(n, 3)`` and ``(n, 3, 3)`` of the
+    poses; inside_mm: ``(n,)`` from the shaft's end to where it comes in; what lies
+    before that does not count. backs_mm: ``(m,)`` how far it is drawn back, the
+    outermost first. Of the shaft only the last place is looked at that the end gets to:
+    on its way it lies where it will lie then; of the end, as long as end_mm, all places
+    are. What is
+    nearer to its end than free_mm may lie in tissue. found: ``(n, m)``; where it is
+    deeper than most_mm the way ends, there and farther in it is infinite.
+    """
+    for n in range(origins.shape[0]):
+        found[n, :] = math.inf
+        reached = -1
+        for m in range(backs_mm.shape[0]):
+            worst = _deepest(
+                distance, voxel, guard, origins[n], turns[n], backs_mm[m], balls,
+                free_mm, min(inside_mm[n] - backs_mm[m], end_mm), 1, most_mm,
+            )  # fmt: skip
+            if worst > most_mm:
+                break
+            found[n, m] = worst
+            reached = m
+        if reached < 0:
+            continue
+        back_mm = backs_mm[reached]
+        shaft = _deepest(
+            distance, voxel, guard, origins[n], turns[n], back_mm, balls, end_mm,
+            inside_mm[n] - back_mm, SHAFT_STRIDE, most_mm,
+        )  # fmt: skip
+        for m in range(reached + 1):
+            found[n, m] = max(found[n, m], shaft)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _nearest(
+    values: NDArray[np.generic], voxel: Doubles, place: Doubles, off: float
+) -> float:
+    """Return the value of the voxel nearest to a place; `off` beside the grid."""
+    i = int(np.rint(voxel[0, :3] @ place + voxel[0, 3]))
+    j = int(np.rint(voxel[1, :3] @ place + voxel[1, 3]))
+    k = int(np.rint(voxel[2, :3] @ place + voxel[2, 3]))
+    nz, ny, nx = values.shape
+    if not (0 <= i < nx and 0 <= j < ny and 0 <= k < nz):
+        return off
+    return float(values[k, j, i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def held_tissue(
+    distance: Floats, voxel: Doubles, labels: NDArray[np.uint8], label_voxel: Doubles,
+    hazards: NDArray[np.int16], hazard_voxel: Doubles, unit_mm: float,
+    origins: Doubles, turns: Doubles, places: Doubles, jaws: Doubles, wanted: int,
+    costs: Doubles, hurts: float, spares_mm: float, rim_mm: float, found: Doubles,
+) -> None:  # fmt: skip
+    """Write what jaws hold that is wanted, and what that costs, ``(n, 2)``.
+
+    places: ``(p, 3)`` between jaws; they count one by one. jaws: ``(b, 5)`` their
+    balls. costs: ``(256,)`` of a place of other tissue, by its label, from rim_mm
+    before its surface on. What is nearer to a hazard than spares_mm costs hurts.
+    """
+    way, place = np.empty(3), np.empty(3)
+    for n in range(origins.shape[0]):
+        held = cost = 0.0
+        for b in range(jaws.shape[0]):
+            way[0], way[1], way[2] = jaws[b, 2], jaws[b, 3], jaws[b, 4] + jaws[b, 0]
+            _place(origins[n], turns[n], way, place)
+            near = -air_mm(hazards, hazard_voxel, place[0], place[1], place[2])
+            if near > -FREE_MM and unit_mm * near - jaws[b, 1] < spares_mm:
+                cost += hurts
+        for p in range(places.shape[0]):
+            _place(origins[n], turns[n], places[p], place)
+            near = -air_mm(hazards, hazard_voxel, place[0], place[1], place[2])
+            if near > -FREE_MM and unit_mm * near < spares_mm:
+                cost += hurts
+            deep = _nearest(distance, voxel, place, -1.0)
+            if deep <= -rim_mm:
+                continue
+            label = int(_nearest(labels, label_voxel, place, 0.0))
+            if label == wanted:
+                held += 1.0 if deep > 0.0 else 0.0
+            elif deep > 0.0 or costs[label] > 1.0:
+                cost += costs[label]
+        found[n, 0], found[n, 1] = held, cost

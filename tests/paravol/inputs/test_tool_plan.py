@@ -1,0 +1,165 @@
+"""How a tool is laid: past walls, turned to what it is to hold, and to little else."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from anatomy.hazard_volumes import HazardVolumes
+from anatomy.tissue import Label
+from devices.controls.fulcrum import Fulcrum
+from paravol.inputs.asked_tissue import ASKED, SPARED
+from paravol.inputs.tool_hold import tool_of_shaft
+from paravol.inputs.tool_plan import BITES_MM, ENTRY_MM, Pose, ToolPlan
+from renderers.scene import Volume
+from scenarios import tip_frame
+from scenarios.instruments import INSTRUMENTS
+from scenarios.instruments.contact_shape import (
+    contact_table,
+    placed_table,
+    shaft_mm,
+    works_at_mm,
+)
+
+H = 0.8
+AXIS = (np.arange(101) - 50) * H
+FULCRUM = Fulcrum(
+    np.array([0.0, 0.0, 38.0]), np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
+)
+FAR_SCOPE = np.eye(4)
+FAR_SCOPE[:3, 3] = 0.0, 300.0, 0.0
+UP = np.array([0.0, 1.0, 0.0])
+NOW = FULCRUM.pivot_mm, 0.0
+BITING = [name for name, tool in INSTRUMENTS.items() if tool.has_jaws]
+BESIDE = [name for name in INSTRUMENTS if works_at_mm(name).any()]
+
+
+def volume(values: NDArray[np.float64]) -> Volume:
+    filled = np.ascontiguousarray(np.broadcast_to(values, (101, 101, 101)), np.float32)
+    return Volume(filled, np.full(3, H), np.full(3, AXIS[0]), background=-90.0)
+
+
+def across(turn: float) -> NDArray[np.float64]:
+    """Return how far voxels lie along a direction of the x-y plane, mm."""
+    return math.cos(turn) * AXIS + math.sin(turn) * AXIS[:, None]
+
+
+def laid(plan: ToolPlan, name: str, place: NDArray[np.float64]) -> Pose:
+    return plan.choose(
+        name, place, FAR_SCOPE, 2.0, UP, NOW, is_at_tissue=True, beside=False
+    )
+
+
+def frame_of(pose: Pose, on_mm: float = 0.0) -> NDArray[np.float64]:
+    """Return the shaft's frame of a pose, on_mm farther in."""
+    way = pose.end_mm - pose.entry_mm
+    way /= np.linalg.norm(way)
+    return tip_frame(pose.end_mm + on_mm * way, way, pose.roll_deg)
+
+
+@given(st.floats(-math.pi, math.pi))
+@settings(max_examples=15, deadline=None)
+def test_a_tool_faces_the_wall_that_is_pointed_at(turn: float) -> None:
+    """However the wall stands about it: y of a tool is where it works."""
+    normal = np.array([math.cos(turn), math.sin(turn), 0.0])
+    plan = ToolPlan(FULCRUM, volume(across(turn) - 4.0))
+    pose = laid(plan, "microdebrider", 4.0 * normal)
+    # of sixteen turns one is taken
+    assert frame_of(pose)[:3, 1] @ normal > math.cos(math.radians(35.0))
+
+
+@pytest.mark.parametrize("name", sorted(INSTRUMENTS))
+@given(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), st.floats(-20.0, 0.0))
+@settings(max_examples=5, deadline=None)
+def test_where_it_waits_it_presses_nothing_hard(
+    name: str, x: float, y: float, z: float
+) -> None:
+    """Between walls, and as far as walls let it: no capsule lies deep in one."""
+    air = volume(np.maximum(np.abs(across(0.3)) - 7.0, (z - AXIS)[:, None, None]))
+    pose = laid(ToolPlan(FULCRUM, air), name, np.array([x, y, z]))
+    if math.isinf(pose.off_mm):
+        return
+    tool = tool_of_shaft(name, frame_of(pose))
+    table = placed_table(contact_table(name, 14 / 16), tool)
+    ends = np.concatenate([table[:, :3], table[:, 3:6]])
+    deep = air.sample(ends) + np.tile(table[:, 6], 2)
+    assert deep[ends[:, 2] < FULCRUM.pivot_mm[2]].max() < 1.2
+    assert np.linalg.norm(pose.entry_mm - FULCRUM.pivot_mm) < ENTRY_MM + 1e-6
+
+
+@pytest.mark.parametrize("name", BITING)
+@given(st.floats(-math.pi, math.pi))
+@settings(max_examples=8, deadline=None)
+def test_jaws_hold_what_is_asked_for_and_spare_the_rest(name: str, turn: float) -> None:
+    """Of a plate that is half asked for and half spared they hold the one half."""
+    front = np.minimum(1.5 - np.abs(across(turn)), (-12.0 - AXIS)[:, None, None])
+    aside = across(turn + math.pi / 2)
+    values = np.where(aside > 0.0, ASKED, SPARED)
+    labels = volume(values)
+    air = volume(front)
+    plan = ToolPlan(FULCRUM, air, labels.with_values(labels.values.astype(np.uint8), 0))
+    along = np.array([-math.sin(turn), math.cos(turn), 0.0])
+    pose = laid(plan, name, 3.0 * along + np.array([0.0, 0.0, -12.0]))
+    assert pose.jaw < 1.0
+    tool = tool_of_shaft(name, frame_of(pose, pose.bite_mm))
+    rows = INSTRUMENTS[name].working_volume(tool, pose.jaw)
+    middles = 0.5 * (rows[:, 1:4] + rows[:, 4:7])
+    held = middles[air.sample(middles) > 0.0] @ along
+    assert len(held)
+    assert held.min() > -0.5
+    assert pose.worth > 0.0
+
+
+@pytest.mark.parametrize("name", BITING)
+def test_nothing_is_bitten_beside_a_hazard(name: str) -> None:
+    front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
+    near = front.with_values((-100.0 * front.values + 50.0).astype(np.int16), 2500)
+    plan = ToolPlan(FULCRUM, front, None, HazardVolumes({"artery": near}))
+    pose = laid(plan, name, np.array([1.0, 2.0, -12.0]))
+    assert pose.jaw == 1.0
+    assert pose.worth == 0.0
+
+
+def test_a_scope_in_the_way_is_passed() -> None:
+    """Its last eight millimetres touch no shaft."""
+    front = volume(np.broadcast_to((-25.0 - AXIS)[:, None, None], (101,) * 3))
+    plan = ToolPlan(FULCRUM, front)
+    for x in np.linspace(-8.0, 8.0, 9):
+        scope = np.eye(4)
+        pose = plan.choose(
+            "suction tube",
+            np.array([x, 0.0, -25.0]),
+            scope,
+            2.0,
+            UP,
+            NOW,
+            is_at_tissue=True,
+        )
+        way = pose.end_mm - pose.entry_mm
+        shaft = pose.entry_mm + np.linspace(0.0, 1.0, 400)[:, None] * way
+        near = shaft[(shaft[:, 2] > 0.0) & (shaft[:, 2] < 8.0)]
+        assert np.linalg.norm(near[:, :2], axis=1).min() > 2.0 + 0.5
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_what_works_beside_its_shaft_bites_there(name: str) -> None:
+    place = works_at_mm(name)
+    assert place[0] == 0.0
+    assert place[1] > float(np.abs(shaft_mm(name)[:2]).max())
+    rows = INSTRUMENTS[name].working_volume(np.eye(4), 0.25)
+    ends = rows[:, 1:7].reshape(-1, 3)
+    assert (ends.min(axis=0) <= place + 1e-9).all()
+    assert (place <= ends.max(axis=0) + 1e-9).all()
+
+
+def test_what_is_pointed_at_is_bitten_where_nothing_is_asked_for() -> None:
+    front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
+    labels = front.with_values(np.full((101,) * 3, Label.UNCINATE, np.uint8), 0)
+    pose = laid(
+        ToolPlan(FULCRUM, front, labels), "straight forceps", np.array([2.0, 0, -12.0])
+    )
+    assert pose.jaw < 1.0
+    assert pose.bite_mm <= 6.0 - BITES_MM.min()
