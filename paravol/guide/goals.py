@@ -1,5 +1,6 @@
 """Where the place of an open task is, by its kind and by how far it is done."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -11,7 +12,7 @@ from anatomy.tissue import Label
 from paravol.guide.bite_place import GRIPPED, BitePlace, bite_place
 from paravol.inputs.asked_tissue import around_way
 from paravol.inputs.tool_plan import ToolPlan
-from renderers.scene import Volume
+from renderers.scene import Camera, Volume
 from scenarios import View
 from scenarios.coverage import CoverageWatch
 from scenarios.instrument_state import NO_TOOL
@@ -37,6 +38,9 @@ gone to as if it lay so much farther away."""
 ENOUGH, STEP_MM = 0.8, 0.6
 """A needle is led to so much of the radius and the depth that count, at most; places
 for it are so far apart."""
+
+WELL_INSIDE = 0.85
+"""Tools are sent to what lies no farther off the picture's middle, 1 at its rim."""
 
 LOOKED_AT = 60
 """Places of tissue that are tried for sight, at most, the nearest first."""
@@ -179,8 +183,25 @@ def _grip(
     plan = head.plan
     if plan is None or view is None or view.instrument == NO_TOOL:
         return None
-    held, scope, up = view.instrument, view.world_from_tip, view.camera.frame[2]
-    return lambda some: plan.worth(held, some, scope, head.scope_mm, up, eye_mm)
+    held, scope, camera = view.instrument, view.world_from_tip, view.camera
+
+    def worth(some: _Doubles) -> _Doubles:
+        found = np.zeros(len(some))
+        away = np.array([_off_middle(camera, place) for place in some])
+        is_in = away < WELL_INSIDE
+        up = camera.frame[2]
+        found[is_in] = plan.worth(held, some[is_in], scope, head.scope_mm, up, eye_mm)
+        return found
+
+    return worth
+
+
+def _off_middle(camera: Camera, place_mm: _Doubles) -> float:
+    """Return how far off a picture's middle a place lies; 1 at its rim."""
+    (column, row), _ = camera.project(place_mm)
+    x, y = 2.0 * column / camera.width - 1.0, 2.0 * row / camera.height - 1.0
+    away = math.hypot(float(x), float(y))
+    return away if math.isfinite(away) else math.inf
 
 
 def _bite(
@@ -272,7 +293,8 @@ def _injected(
         seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
         worths = grip(np.array(seen).reshape(-1, 3))
         if len(seen) and worths.max() > 0.0:
-            return seen[int(np.argmax(worths))]
+            chosen: _Doubles = seen[int(np.argmax(worths))]
+            return chosen
     return _nearest_seen(head.distance, places, tip_mm, eye_mm)
 
 

@@ -79,7 +79,7 @@ NEAR_MM = 2.5
 TURNS_IN_MM = 0.05
 """A turn in a step that dents walls by more is not made."""
 
-TRIES = 2
+TRIES = 4
 """So many other ways to a place are tried."""
 
 NEARER_MM, PATIENCE_S = 0.5, 0.5

@@ -35,10 +35,7 @@ from scenarios.instruments.contact_shape import (
     shaft_mm,
     works_at_mm,
 )
-from surgery.kernels.tool_poses import (
-    depths,
-    held_tissue,
-)
+from surgery.kernels import tool_poses as kernel
 from surgery.solids import in_capsules
 
 Doubles = NDArray[np.float64]
@@ -105,15 +102,18 @@ RIM_MM = 0.4
 """So far before the surface of other tissue a bite may take of it: half a voxel's, and
 half the way between places."""
 
+ROUGH_MM = 0.3
+"""So much farther jaws tear."""
+
 APART_MM = 0.8
 """Between places that are looked at between jaws."""
 
-OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 12.0, 0.5, 0.25, 40.0
+OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 60.0, 0.5, 0.25, 40.0
 """What jaws hold besides counts for so many times as much as what is pointed at: other
 structures; where an exercise asks for tissue, what it spares, and the rest; the mucosa
 that lines all; and what must not be hurt."""
 
-DEEP, OFF, EVEN, ABOVE, FACES = 1.5, 0.5, 0.05, 0.6, 3.0
+DEEP, OFF, EVEN, ABOVE, FACES = 6.0, 0.5, 0.05, 0.6, 3.0
 """What a pose loses for each mm that it dents walls, that it ends off its place, and
 that it passes off the nostril's middle; for a way in above the lens, where it hides
 what is seen; and for a side that works turned away."""
@@ -291,7 +291,7 @@ class ToolPlan:
         inside = ((self._lines.middle_mm - origins) * frames[:, :3, 2]).sum(axis=1)
         inside += LIP_MM
         found = np.empty((len(frames), len(backs_mm)))
-        depths(
+        kernel.depths(
             self._distance.values,
             np.ascontiguousarray(self._distance.voxel_from_world[:3]),
             guard,
@@ -313,6 +313,8 @@ class ToolPlan:
         poses = self._poses(name, place, look.now)
         frames = poses[0]
         deep = self._depths(name, frames, BACKS_MM, guard)
+        # what is narrow on the way is so for what lies behind
+        deep = np.maximum.accumulate(deep, axis=1)
         worth = self._loss(look, deep, BACKS_MM, poses)
         into = self._normal(place) if look.is_at_tissue else None
         if into is not None and works_at_mm(name).any():
@@ -335,7 +337,9 @@ class ToolPlan:
         lines = [each[at] for each in poses]
         bitten = self._depths(name, lines[0], BITES_MM, guard, free_mm=JAWS_MM)
         pairs = np.argwhere(np.isfinite(bitten))
-        loss, best = self._loss(look, bitten, BITES_MM, lines), -math.inf
+        way = deep[at, far[at]][:, None]
+        loss = self._loss(look, np.maximum(bitten, way), BITES_MM, lines)
+        best = -math.inf
         frames = lines[0][pairs[:, 0]]
         frames[:, :3, 3] += BITES_MM[pairs[:, 1], None] * frames[:, :3, 2]
         for steps in OPENINGS if len(pairs) else ():
@@ -387,7 +391,7 @@ class ToolPlan:
         """Return what jaws at some poses hold, ``(n,)``, less what they should not."""
         counts = np.empty((len(frames), 2))
         wanted = self._label(place, into)
-        held_tissue(
+        head = kernel.Head(
             self._distance.values,
             np.ascontiguousarray(self._distance.voxel_from_world[:3]),
             self._labels.values,
@@ -395,15 +399,14 @@ class ToolPlan:
             self._hazards.values,
             np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
             UNIT_MM,
+        )
+        kernel.held_tissue(
+            head,
             np.ascontiguousarray(frames[:, :3, 3]),
             np.ascontiguousarray(frames[:, :3, :3]),
             _between_jaws(name, 1.0 - steps / JAW_STEPS) - shaft_mm(name),
             np.concatenate(jaw_balls(name)[JAW_STEPS - SHUT_STEPS : steps + 1 : 3]),
-            wanted,
-            _costs(wanted),
-            HURTS,
-            CLEARS_MM,
-            RIM_MM,
+            kernel.Prices(wanted, _costs(wanted), HURTS, CLEARS_MM, RIM_MM),
             counts,
         )
         held, cost = counts.T
@@ -508,6 +511,7 @@ def _between_jaws(name: str, jaw: float) -> Doubles:
     jaw: how far they are closed, 0 to 1.
     """
     rows = instrument_named(name).working_volume(np.eye(4), jaw)
+    rows[:, 7] += ROUGH_MM
     starts, ends, radii = rows[:, 1:4], rows[:, 4:7], rows[:, 7]
     if not len(rows):
         return np.zeros((0, 3))

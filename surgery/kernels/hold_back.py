@@ -8,6 +8,7 @@ may be in the way, the scope's beside a tool: it is a wall, too.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -40,7 +41,9 @@ MOST_TOUCHES = 24
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def air_mm(distance: Floats, voxel: Doubles, x: float, y: float, z: float) -> float:
+def air_mm(
+    distance: NDArray[Any], voxel: Doubles, x: float, y: float, z: float
+) -> float:
     """Interpolate how far a place is from tissue, mm; off the grid is air.
 
     voxel: ``(3, 4)`` voxels from patient mm.

@@ -5,6 +5,7 @@ is balls, as `surgery.contact.balls_along` makes them, in that frame.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -106,18 +107,53 @@ def _nearest(
     return float(values[k, j, i])
 
 
+class Head(NamedTuple):
+    """Hold what jaws may hold.
+
+    distance: signed, mm, negative in air. labels: what is where. hazards: the distance
+    to the nearest, in steps of unit_mm. Each with its voxels from patient mm,
+    ``(3, 4)``.
+    """
+
+    distance: Floats
+    distance_voxel: Doubles
+    labels: NDArray[np.uint8]
+    label_voxel: Doubles
+    hazards: NDArray[np.int16]
+    hazard_voxel: Doubles
+    unit_mm: float
+
+
+class Prices(NamedTuple):
+    """Say what jaws are to hold, a label, and what the rest costs.
+
+    costs: ``(256,)`` of a place of other tissue, by its label, from rim_mm before its
+    surface on. hurts: of what is nearer to a hazard than spares_mm.
+    """
+
+    wanted: int
+    costs: Doubles
+    hurts: float
+    spares_mm: float
+    rim_mm: float
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _hazard_mm(head: Head, place: Doubles) -> float:
+    """Return how far the nearest hazard is; far off the grid."""
+    near = -air_mm(head.hazards, head.hazard_voxel, place[0], place[1], place[2])
+    return head.unit_mm * near if near > -FREE_MM else FREE_MM
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def held_tissue(
-    distance: Floats, voxel: Doubles, labels: NDArray[np.uint8], label_voxel: Doubles,
-    hazards: NDArray[np.int16], hazard_voxel: Doubles, unit_mm: float,
-    origins: Doubles, turns: Doubles, places: Doubles, jaws: Doubles, wanted: int,
-    costs: Doubles, hurts: float, spares_mm: float, rim_mm: float, found: Doubles,
+    head: Head, origins: Doubles, turns: Doubles, places: Doubles, jaws: Doubles,
+    prices: Prices, found: Doubles,
 ) -> None:  # fmt: skip
     """Write what jaws hold that is wanted, and what that costs, ``(n, 2)``.
 
-    places: ``(p, 3)`` between jaws; they count one by one. jaws: ``(b, 5)`` their
-    balls. costs: ``(256,)`` of a place of other tissue, by its label, from rim_mm
-    before its surface on. What is nearer to a hazard than spares_mm costs hurts.
+    origins, turns: as of `depths`. places: ``(p, 3)`` between jaws; they count one by
+    one. jaws: ``(b, 5)`` their balls.
     """
     way, place = np.empty(3), np.empty(3)
     for n in range(origins.shape[0]):
@@ -125,20 +161,18 @@ def held_tissue(
         for b in range(jaws.shape[0]):
             way[0], way[1], way[2] = jaws[b, 2], jaws[b, 3], jaws[b, 4] + jaws[b, 0]
             _place(origins[n], turns[n], way, place)
-            near = -air_mm(hazards, hazard_voxel, place[0], place[1], place[2])
-            if near > -FREE_MM and unit_mm * near - jaws[b, 1] < spares_mm:
-                cost += hurts
+            if _hazard_mm(head, place) - jaws[b, 1] < prices.spares_mm:
+                cost += prices.hurts
         for p in range(places.shape[0]):
             _place(origins[n], turns[n], places[p], place)
-            near = -air_mm(hazards, hazard_voxel, place[0], place[1], place[2])
-            if near > -FREE_MM and unit_mm * near < spares_mm:
-                cost += hurts
-            deep = _nearest(distance, voxel, place, -1.0)
-            if deep <= -rim_mm:
+            if _hazard_mm(head, place) < prices.spares_mm:
+                cost += prices.hurts
+            deep = _nearest(head.distance, head.distance_voxel, place, -1.0)
+            if deep <= -prices.rim_mm:
                 continue
-            label = int(_nearest(labels, label_voxel, place, 0.0))
-            if label == wanted:
+            label = int(_nearest(head.labels, head.label_voxel, place, 0.0))
+            if label == prices.wanted:
                 held += 1.0 if deep > 0.0 else 0.0
-            elif deep > 0.0 or costs[label] > 1.0:
-                cost += costs[label]
+            elif deep > 0.0 or prices.costs[label] > 1.0:
+                cost += prices.costs[label]
         found[n, 0], found[n, 1] = held, cost

@@ -92,7 +92,7 @@ class Surgeon:
         self._choice = 0
         self._vain = self._waits = 0
         self._shots = self._moves = 0
-        self._moved_s = 0.0
+        self._moved_s, self._stand_mm = 0.0, FARTHEST_MM
         self._follows = 0
 
     def operate(self, sight: Sight) -> None:
@@ -113,11 +113,11 @@ class Surgeon:
             return
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
         if not tool:
-            if mark.mm > (FARTHEST_MM if mark.is_goal else WAY_MM):
+            if mark.mm > (self._stand_mm if mark.is_goal else WAY_MM):
                 self._steers.approach(sight)
             elif not mark.is_in or off > BESIDE:
                 self._steers.bring(sight, mark)
-            elif mark.mm < NEAREST_MM:
+            elif mark.mm < min(NEAREST_MM, self._stand_mm - 6.0):
                 self._person.go(-2)
             else:
                 self._take(sight)
@@ -224,6 +224,8 @@ class Surgeon:
                 if sight.at_s > began + SEEN_S and self._is_ready(sight):
                     self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
                     return
+            if sight.mark is None:
+                return
             moved = math.hypot(sight.mark.x - mark.x, sight.mark.y - mark.y)
             if moved > MOVED:
                 # it is marked elsewhere by now
@@ -288,6 +290,8 @@ class Surgeon:
         self.put_away()
         self._renew()
         self._follows = 0
+        # from nearer, or from farther away, another way is free
+        self._stand_mm = rng.uniform(NEAREST_MM + 1.0, FARTHEST_MM + 6.0)
         person.go(-4)
         person.stroke(
             rng.uniform(-60.0, 60.0), rng.uniform(-60.0, 60.0), Button.LeftButton

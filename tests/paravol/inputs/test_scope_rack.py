@@ -8,8 +8,8 @@ import pytest
 from devices import Pose
 from disk import UserError
 from paravol.inputs.operating_hand import FIRST_AHEAD_MM
-from paravol.inputs.pointed_tool import ASIDE_MM
 from paravol.inputs.scope_rack import ScopeRack
+from paravol.inputs.tool_plan import ASIDE_MM
 from scenarios import Endoscope, Sample
 from scenarios.scenario import ANGLES_DEG, Scope
 from tests.paravol.inputs.pointing import Bare, hand_before, settled, tip
