@@ -1,5 +1,6 @@
 """What every test runs under: compiled kernels cached, nothing of the user's own."""
 
+import gc
 import os
 from collections.abc import Iterator
 
@@ -16,6 +17,11 @@ settings.register_profile("local", max_examples=25, deadline=None)
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True)
 settings.register_profile("search", max_examples=400, deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+def pytest_collection_finish() -> None:
+    """Look through thousands of collected tests at no later collection of garbage."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")
