@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from anatomy import sinus_phantom
 from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.plates import (
@@ -159,7 +158,8 @@ def test_opaque_cells_keep_their_roof() -> None:
 
 def test_the_uncinate_process_stands_on_no_muscle() -> None:
     """Behind its walls, at most a rim of what lies beside it reads otherwise."""
-    head = sinus_phantom()
+    middle = ((-24.0, 24.0), (4.0, 62.0), (12.0, 60.0))
+    head = build_phantom(PhantomParameters(), 0.5, field_mm=middle)
     kinds = head.layers.kinds
     its = [row for row, kind in enumerate(kinds) if kind.mucosa == Label.UNCINATE]
     behind = np.isin(head.layers.wall.values, its) & (head.distance.values > 1.1)
