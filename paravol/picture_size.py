@@ -76,6 +76,7 @@ class PictureSize:
         self._wanted = self.first
         self._limit = self.first
         self._is_late = False
+        self._in_time = 0
         self._ready = {self.first}
         self._making: threading.Thread | None = None
         self._taken: deque[tuple[float, float]] = deque()
@@ -155,7 +156,14 @@ class PictureSize:
         self._waits_s[size] = 2.0 * wait_s
         self._late_until_s[size] = now_s + wait_s
         less = [step for step in self._steps if step < size]
-        due = [step for step in less if self._at_most_ms(step, median_ms) <= DUE_MS]
+        if size <= self._in_time:
+            self._in_time = 0
+        # what was in time a moment ago is again, whatever more pixels cost
+        due = [
+            step
+            for step in less
+            if step <= self._in_time or self._at_most_ms(step, median_ms) <= DUE_MS
+        ]
         self._limit = due[-1] if due else less[0]
         self._is_late = True
 
@@ -172,7 +180,7 @@ class PictureSize:
         if self._spare_since_s is None:
             self._spare_since_s = now_s
         if now_s - self._spare_since_s >= UP_AFTER_S:
-            self._limit = more
+            self._limit, self._in_time = more, size
             self._is_late = more < self._wanted and self._is_late
 
     def _free_above(self, size: int, median_ms: float, now_s: float) -> int | None:

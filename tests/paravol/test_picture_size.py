@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from paravol.picture_size import (
@@ -150,6 +150,7 @@ def test_a_size_that_is_just_in_time_is_found(frame_ms: float, size: int) -> Non
 
 
 @settings(max_examples=10, deadline=None)
+@example(8.0, 147.0, 0.0, 0)
 @given(
     fixed_ms=st.floats(8.0, 30.0),
     ms_per_megapixel=st.floats(1.0, 300.0),
