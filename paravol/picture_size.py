@@ -39,6 +39,9 @@ pixels: 14.1 ms and 98.7 ms a megapixel, within 1 %. More may be fixed, never le
 this is the most that pixels can cost: several steps more are taken at once where even
 so there is time, several less where even so there would be none between."""
 
+DOUBTED = 1.15
+"""It is taken for late by so little only where it was not in time before."""
+
 UP_AFTER_S = 1.0
 """So long there must have been time before a larger picture is tried."""
 
@@ -158,11 +161,12 @@ class PictureSize:
         less = [step for step in self._steps if step < size]
         if size <= self._in_time:
             self._in_time = 0
-        # what was in time a moment ago is again, whatever more pixels cost
+        # of what was in time a moment ago pixels may cost more than is known
         due = [
             step
             for step in less
-            if step <= self._in_time or self._at_most_ms(step, median_ms) <= DUE_MS
+            if self._at_most_ms(step, median_ms)
+            <= DUE_MS * (DOUBTED if step == self._in_time else 1.0)
         ]
         self._limit = due[-1] if due else less[0]
         self._is_late = True
