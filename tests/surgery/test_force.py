@@ -21,7 +21,7 @@ from surgery.force import (
 )
 from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
-from tests.surgery.heads import PAPYRACEA, H, floor_at, surface_of, walled
+from tests.surgery.heads import PAPYRACEA, SHAPE, H, floor_at, surface_of, walled
 
 FLOOR_MM = 10.0
 PLACE = np.array([12.0, 11.0, 0.0])
@@ -240,3 +240,51 @@ def test_a_thin_wall_between_two_airs_gives_way_to_the_other() -> None:
         broken += touch.broken
     assert broken == ["cell"]
     assert not touch.newton.any()
+
+
+def channel() -> OperatedPatient:
+    """Open above 10 mm; below it a slit that is 0.1 mm too narrow on either side."""
+    z, y = (np.arange(n) * H for n in SHAPE[:2])
+    slit = np.abs(y - PLACE[1])[None, :] - 0.9
+    tissue = np.minimum(slit, (FLOOR_MM - z)[:, None])[..., None]
+    surface = surface_of(np.broadcast_to(tissue, SHAPE).astype(np.float32))
+    return OperatedPatient(surface, walled(surface, PAPYRACEA))
+
+
+def test_what_tissue_yields_to_slips_past_a_tool_that_nobody_feels() -> None:
+    """A rigid proxy stays before a slit that a tool passes by denting its walls."""
+    most = {}
+    for slips in (False, True):
+        force, felt = probe(channel()), []
+        for n in range(200):
+            at = pose(FLOOR_MM + 2.0 - 0.05 * n)
+            felt.append(force.step(n / 100.0, at, slips=slips).size_n)
+        most[slips] = max(felt)
+        out = [
+            force.step(2.0 + n / 100.0, pose(FLOOR_MM - 8.0 + 0.05 * n), slips=slips)
+            for n in range(240)
+        ]
+        assert out[-1].size_n == 0.0
+    assert most[True] < 0.6 * most[False]
+
+
+def test_what_is_deep_in_a_wall_slips_past_nothing() -> None:
+    felt = []
+    for slips in (False, True):
+        force = probe(patient())
+        felt.append(
+            [
+                force.step(n / 100.0, pose(FLOOR_MM + 2.0 - 0.03 * n), slips=slips)
+                for n in range(200)
+            ]
+        )
+    for one, two in zip(*felt, strict=True):
+        assert one.size_n == two.size_n
+
+
+def test_jaws_that_bite_push_nothing_aside() -> None:
+    force = probe(patient())
+    for n in range(100):
+        touch = force.step(n / 100.0, pose(FLOOR_MM + 2.0 - 0.06 * n), bites=True)
+        # of the way since the last sample alone
+        assert touch.size_n < 0.3

@@ -97,3 +97,26 @@ def test_it_lies_at_air_and_in_what_is_left() -> None:
         )
         is None
     )
+
+
+@pytest.mark.parametrize("best", [6.0, 21.0])
+def test_a_tool_in_hand_is_sent_where_it_is_worth_most(best: float) -> None:
+    distance, labels, places = wall()
+
+    def grip(some: np.ndarray) -> np.ndarray:
+        return np.maximum(3.0 - np.abs(some[:, 0] - best), 0.0)
+
+    place = where(distance, labels, places, grip=grip)
+    assert abs(place[0] - best) < 3.0
+
+
+def test_where_a_tool_is_worth_nothing_it_is_told() -> None:
+    distance, labels, places = wall()
+    seen = volume(distance, -9.0), volume(labels), places, EYE, EYE, NOSTRIL
+    found = bite_place(*seen, grip=lambda some: np.zeros(len(some)))
+    assert found is not None
+    assert not found.is_reached
+    plain = bite_place(*seen)
+    assert plain is not None
+    assert plain.is_reached
+    assert (plain.place_mm == found.place_mm).all()
