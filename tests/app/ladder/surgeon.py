@@ -47,6 +47,9 @@ SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve",
 STEPS, WIDER, GOLDEN = 4, 0.02, 2.4
 """Places about the mark at which he points, in shares of the picture."""
 
+SHORT_MM = 2.5
+"""A tool that stops so far before the mark is moved on."""
+
 SETTLES_S, SEEN_S, MOVED = 2.2, 0.45, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
 points does not count. And a mark that has moved so far is another."""
@@ -212,9 +215,9 @@ class Surgeon:
             x = mark.x + away * math.cos(GOLDEN * step)
             y = mark.y + away * math.sin(GOLDEN * step)
             person.hand.glide(person.picture, x, y)
-            if not step:
-                # an arm's length away: the wheel lets it go as far as tissue
-                person.hand.wheel(2)
+            if sight.mark is not None and sight.mark.mm > SHORT_MM:
+                # the wheel lets it go as far as tissue
+                person.hand.wheel(4)
             began = time.monotonic()
             while time.monotonic() - began < SETTLES_S:
                 person.wait(0.1)
