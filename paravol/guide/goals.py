@@ -39,6 +39,9 @@ ENOUGH, STEP_MM = 0.8, 0.6
 """A needle is led to so much of the radius and the depth that count, at most; places
 for it are so far apart."""
 
+AS_GOOD = 0.7
+"""Of places that are worth so much of the best the nearest is taken."""
+
 WELL_INSIDE = 0.85
 """Tools are sent to what lies no farther off the picture's middle, 1 at its rim."""
 
@@ -293,7 +296,9 @@ def _injected(
         seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
         worths = grip(np.array(seen).reshape(-1, 3))
         if len(seen) and worths.max() > 0.0:
-            chosen: _Doubles = seen[int(np.argmax(worths))]
+            good = np.array(seen)[worths > AS_GOOD * worths.max()]
+            away = np.linalg.norm(good - tip_mm, axis=1)
+            chosen: _Doubles = good[int(np.argmin(away))]
             return chosen
     return _nearest_seen(head.distance, places, tip_mm, eye_mm)
 

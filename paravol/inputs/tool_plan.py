@@ -22,6 +22,7 @@ from paravol.inputs.nostril_lines import ROUND, NostrilLines
 from paravol.inputs.picture_ray import reach_mm
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
+    GIVES_WAY_MM,
     LIP_MM,
     jaw_balls,
     tool_balls,
@@ -65,8 +66,9 @@ END_MM = 15.0
 SHUT_STEPS = 14
 """Of `JAW_STEPS`: jaws that go somewhere are closed so far; farther they would bite."""
 
-DENTS_MM = 1.0
-"""So deep a shaft may press into mucosa and turbinates, which yield."""
+DENTS_MM, PRESSES_MM, REACHED_MM = 1.0, 1.6, 1.0
+"""So deep a shaft may press into mucosa and turbinates, which yield; and the second
+where it would end farther before its place than the third."""
 
 FREE_MM = 0.8
 """No deeper it presses while it is turned."""
@@ -151,6 +153,7 @@ class _Look(NamedTuple):
     now: tuple[Doubles, float]
     vain: Sequence[Pose]
     is_at_tissue: bool
+    dents_mm: float = DENTS_MM
 
 
 class ToolPlan:
@@ -202,6 +205,10 @@ class ToolPlan:
         """
         look = _Look(name, _guard(scope, radius_mm), up, now, vain, is_at_tissue)
         found = self._best(look, place)
+        if beside and not found.worth and found.off_mm > REACHED_MM:
+            pressed = self._best(look._replace(dents_mm=PRESSES_MM), place)
+            if pressed.worth or pressed.off_mm < found.off_mm - REACHED_MM:
+                found = pressed
         if beside and is_at_tissue and has_jaws(name):
             # who points beside a good bite means that
             right = np.cross(up, scope[:3, 2])
@@ -237,7 +244,7 @@ class ToolPlan:
             way = place - eye
             ray = way / np.linalg.norm(way)
             seen_mm = reach_mm(self._distance, eye, ray)
-            if seen_mm < float(np.linalg.norm(way)) + SKIN_MM:
+            if abs(seen_mm - float(np.linalg.norm(way))) < SKIN_MM:
                 pose = self.choose(
                     name,
                     eye + seen_mm * ray,
@@ -312,7 +319,7 @@ class ToolPlan:
         name, guard = look.name, look.guard
         poses = self._poses(name, place, look.now)
         frames = poses[0]
-        deep = self._depths(name, frames, BACKS_MM, guard)
+        deep = self._depths(name, frames, BACKS_MM, guard, look.dents_mm)
         # what is narrow on the way is so for what lies behind
         deep = np.maximum.accumulate(deep, axis=1)
         worth = self._loss(look, deep, BACKS_MM, poses)
@@ -335,7 +342,7 @@ class ToolPlan:
         if not len(at):
             return found
         lines = [each[at] for each in poses]
-        bitten = self._depths(name, lines[0], BITES_MM, guard, free_mm=JAWS_MM)
+        bitten = self._depths(name, lines[0], BITES_MM, guard, look.dents_mm, JAWS_MM)
         pairs = np.argwhere(np.isfinite(bitten))
         way = deep[at, far[at]][:, None]
         loss = self._loss(look, np.maximum(bitten, way), BITES_MM, lines)
@@ -368,7 +375,7 @@ class ToolPlan:
         guard, up, (entry, roll) = look.guard, look.up, look.now
         worth = np.where(np.isfinite(deep), 0.0, -math.inf)
         worth -= OFF * np.abs(backs)
-        worth -= DEEP * np.clip(deep, 0.0, DENTS_MM)
+        worth -= DEEP * np.clip(deep, 0.0, PRESSES_MM)
         worth -= EVEN * np.linalg.norm(entries - self._lines.middle_mm, axis=1)[:, None]
         away_mm = np.linalg.norm(entries - entry, axis=1)
         worth -= (TURNED * _apart_deg(rolls, roll) / 180.0 + MOVED * away_mm)[:, None]
@@ -439,7 +446,7 @@ class ToolPlan:
 def _guard(scope: Doubles, radius_mm: float) -> Doubles:
     """Return the end of a scope's shaft, ``(7,)``, as `depths` takes it."""
     ends = scope[:3, 3], scope[:3, 3] + BESIDE_MM * scope[:3, 2]
-    return np.concatenate([*ends, [radius_mm]])
+    return np.concatenate([*ends, [radius_mm - GIVES_WAY_MM]])
 
 
 def _apart_deg(turns: Doubles, turn: float) -> Doubles:
