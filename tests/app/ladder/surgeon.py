@@ -17,7 +17,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("straight forceps", "backbiter")),
+    ("uncinate", ("straight forceps", "backbiter", "backbiter", "backbiter")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
@@ -53,6 +53,9 @@ SHORT_MM = 2.5
 SETTLES_S, SEEN_S, MOVED = 2.2, 0.45, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
 points does not count. And a mark that has moved so far is another."""
+
+STRAYS = 12
+"""Acts that bring the scope no nearer, before it goes in anew."""
 
 FOLLOWS = 4
 """Strokes by which the scope is to see the mark, before it is laid anew."""
@@ -96,12 +99,14 @@ class Surgeon:
         self._vain = self._waits = 0
         self._shots = self._moves = 0
         self._moved_s, self._stand_mm = 0.0, FARTHEST_MM
+        self._near_mm, self._strays = math.inf, 0
         self._follows = 0
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
         if sight.task != self._task:
             self._task, self._choice = sight.task, 0
+            self._near_mm, self._strays = math.inf, 0
             self._renew()
         mark = sight.mark
         tool = _in_hand(sight)
@@ -117,7 +122,13 @@ class Surgeon:
         off = math.hypot(mark.x - 0.5, mark.y - 0.5)
         if not tool:
             if mark.mm > (self._stand_mm if mark.is_goal else WAY_MM):
-                self._steers.approach(sight)
+                self._near_mm = min(self._near_mm, mark.mm)
+                self._strays = 0 if mark.mm <= self._near_mm else self._strays + 1
+                if self._strays > STRAYS:
+                    # from here he does not get there
+                    self._anew()
+                else:
+                    self._steers.approach(sight)
             elif not mark.is_in or off > BESIDE:
                 self._steers.bring(sight, mark)
             elif mark.mm < min(NEAREST_MM, self._stand_mm - 6.0):
@@ -292,7 +303,8 @@ class Surgeon:
         person.say("anew")
         self.put_away()
         self._renew()
-        self._follows = 0
+        self._follows = self._strays = 0
+        self._near_mm = math.inf
         # from nearer, or from farther away, another way is free
         self._stand_mm = rng.uniform(NEAREST_MM + 1.0, FARTHEST_MM + 6.0)
         person.go(-4)
