@@ -36,7 +36,7 @@ AT_MM, NEAR_MM = 3.0, 6.5
 """A needle whose point is so near to the mark is pressed; the second where tissue is
 between."""
 
-BITE_S, INJECT_S, SHAVE_S = 1.2, 1.9, 1.2
+BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 LEAST_MM3, SPARES_MM3 = 1.0, 1.0
 """A bite that is worth it where larger ones are not found; and what he risks of what is
 to be spared, as it is told."""
