@@ -40,9 +40,6 @@ BESIDE_MM = 8.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the vestibule, which yields to both, and one hand gives way to the other."""
 
-GIVES_WAY_MM = 0.2
-"""So far one shaft gives way to the other: hands that hold them feel it, and let it."""
-
 YIELDS_MM = 1.5
 """So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
 shaft gets into a meatus."""
@@ -94,8 +91,7 @@ class ToolHold:
         scope: its tip's frame, 4x4.
         """
         ends = scope[:3, 3], scope[:3, 3] + BESIDE_MM * scope[:3, 2]
-        radius_mm += self._give_mm - GIVES_WAY_MM
-        self._hold.guard = np.concatenate([*ends, [radius_mm]])
+        self._hold.guard = np.concatenate([*ends, [radius_mm + self._give_mm]])
 
     def push(
         self, bite_mm: float, felt_n: float, elapsed_s: float, *, is_held: bool

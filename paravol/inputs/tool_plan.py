@@ -22,7 +22,6 @@ from paravol.inputs.nostril_lines import ROUND, NostrilLines
 from paravol.inputs.picture_ray import reach_mm
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
-    GIVES_WAY_MM,
     LIP_MM,
     jaw_balls,
     tool_balls,
@@ -446,7 +445,7 @@ class ToolPlan:
 def _guard(scope: Doubles, radius_mm: float) -> Doubles:
     """Return the end of a scope's shaft, ``(7,)``, as `depths` takes it."""
     ends = scope[:3, 3], scope[:3, 3] + BESIDE_MM * scope[:3, 2]
-    return np.concatenate([*ends, [radius_mm - GIVES_WAY_MM]])
+    return np.concatenate([*ends, [radius_mm]])
 
 
 def _apart_deg(turns: Doubles, turn: float) -> Doubles:

@@ -124,7 +124,7 @@ def test_nothing_is_bitten_beside_a_hazard(name: str) -> None:
 
 
 def test_a_scope_in_the_way_is_passed() -> None:
-    """Its last eight millimetres give way to no shaft by more than half a one."""
+    """Its last eight millimetres touch no shaft."""
     front = volume(np.broadcast_to((-25.0 - AXIS)[:, None, None], (101,) * 3))
     plan = ToolPlan(FULCRUM, front)
     for x in np.linspace(-8.0, 8.0, 9):
@@ -141,7 +141,7 @@ def test_a_scope_in_the_way_is_passed() -> None:
         way = pose.end_mm - pose.entry_mm
         shaft = pose.entry_mm + np.linspace(0.0, 1.0, 400)[:, None] * way
         near = shaft[(shaft[:, 2] > 0.0) & (shaft[:, 2] < 8.0)]
-        assert np.linalg.norm(near[:, :2], axis=1).min() > 2.0
+        assert np.linalg.norm(near[:, :2], axis=1).min() > 2.0 + 0.5
 
 
 @pytest.mark.parametrize("name", BESIDE)
