@@ -8,7 +8,7 @@ need not be able to do.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -353,14 +353,6 @@ class ScriptedHand:
         found = [found[n] for n in random.permutation(len(found))[:COMPARED]]
         return found, random.permutation(np.concatenate(in_the_way))[:COMPARED]
 
-    @cached_property
-    def _hazard(self) -> Volume:
-        """Return how far the nearest of all is that must not be hurt."""
-        assert self.patient.hazards is not None
-        hazards = list(self.patient.hazards.volumes.values())
-        nearest = np.minimum.reduce([hazard.values for hazard in hazards])
-        return hazards[0].with_values(nearest, hazards[0].background)
-
     def _worth(self, bite: "_Bite", wanted: Doubles, price: float) -> float:
         """Return what share of what is wanted a bite takes, less what it harms.
 
@@ -368,7 +360,9 @@ class ScriptedHand:
         """
         assert self._operation is not None
         patient, harm, rows = self._operation.patient, self._harm(), bite.rows
-        gaps = self._hazard.sample(rows[:, 1:7].reshape(-1, 2, 3)) * UNIT_MM
+        assert self.patient.hazards is not None
+        nearest = self.patient.hazards.nearest
+        gaps = nearest.sample(rows[:, 1:7].reshape(-1, 2, 3)) * UNIT_MM
         if (gaps - rows[:, 7:8]).min() < SPARED_MM:
             return 0.0
         before = patient.books.counts

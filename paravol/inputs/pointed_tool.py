@@ -208,8 +208,8 @@ class PointedTool:
     def _bites(self, state: InstrumentState, time_s: float) -> Doubles:
         """Go on about what is to be bitten, open there and close; then go back."""
         assert self.bite is not None
-        elapsed_s = min(time_s - (self._last_s or time_s), LONGEST_S)
-        self._last_s = time_s
+        last_s, self._last_s = self._last_s, time_s
+        elapsed_s = 0.0 if last_s is None else min(max(time_s - last_s, 0.0), LONGEST_S)
         end, jaw = self.bite
         share = elapsed_s * TIP_MM_S / max(self._pose.bite_mm, 1.0)
         if not self._is_biting:
@@ -276,7 +276,7 @@ class PointedTool:
         """Return its line's direction, how deep on it it goes, and its turn."""
         pose = self._pose
         way = pose.end_mm - pose.entry_mm
-        depth_mm = float(np.linalg.norm(way))
+        depth_mm = max(float(np.linalg.norm(way)), 1e-9)
         way = way / depth_mm
         if math.isinf(pose.off_mm):
             depth_mm = -OUTSIDE_MM
