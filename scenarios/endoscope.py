@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.cross import cross
+from devices.cross import cross, dot
 from disk import UserError
 from renderers.scene import Camera, Projection
 
@@ -114,7 +114,7 @@ def tip_frame(
     y, which jaws and windows face, is then upwards.
     """
     z = -np.asarray(pointing, dtype=np.float64)
-    z = z / np.linalg.norm(z)
+    z = z / math.sqrt(dot(z, z))
     right, _ = _upright(-z)
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2] = right, cross(z, right), z
@@ -133,5 +133,5 @@ def _upright(
     """Return unit right and up of a picture along `axis`, nearest to upright."""
     reference = SUPERIOR if abs(axis @ SUPERIOR) < PARALLEL else ANTERIOR
     right = cross(axis, reference)
-    right /= math.sqrt(right @ right)
+    right /= math.sqrt(dot(right, right))
     return right, cross(right, axis)

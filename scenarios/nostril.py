@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.cross import dot
+
 Doubles = NDArray[np.float64]
 
 STIFFNESS_N_MM = 0.3
@@ -49,9 +51,10 @@ def tool_pivot(pivot_mm: Doubles, axis: Doubles) -> Doubles:
 
     axis: ``(3,)`` of the way in.
     """
-    way = np.asarray(axis, np.float64) / np.linalg.norm(axis)
+    way = np.asarray(axis, np.float64)
+    way = way / math.sqrt(dot(way, way))
     up = np.array((0.0, 0.0, 1.0)) - way[2] * way
-    lower: Doubles = pivot_mm - BELOW_MM * up / np.linalg.norm(up)
+    lower: Doubles = pivot_mm - BELOW_MM * up / math.sqrt(dot(up, up))
     return lower
 
 
@@ -64,10 +67,10 @@ def drag_mm(places_mm: Doubles, at_mm: Doubles, back: Doubles) -> float | None:
     least: float | None = None
     for place in places_mm:
         way = place - at_mm
-        along = float(way @ back)
+        along = dot(way, back)
         if along <= 0.0:
             continue
-        off = math.sqrt(max(float(way @ way) - along * along, 0.0))
+        off = math.sqrt(max(dot(way, way) - along * along, 0.0))
         least = off if least is None else min(least, off)
     return least
 

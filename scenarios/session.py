@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
+from devices.cross import dot
 from renderers.scene import Camera, Volume
 from renderers.scene.lens_state import CLEAN
 from scenarios.clearance import Clearance, shaft_clearance, tool_clearance
@@ -382,7 +383,8 @@ class Session:
         state = sample.instrument
         if frame is None or state.is_carried:
             return found
-        at = frame[:3, :3] @ shaft_mm(state.name) + frame[:3, 3]
+        shaft = shaft_mm(state.name)
+        at = frame[:3, 3] + [dot(row, shaft) for row in frame[:3, :3]]
         tool = drag_mm(self._nostrils.tool_mm, at, frame[:3, 2])
         if tool is not None:
             found[TOOL] = tool
