@@ -114,10 +114,10 @@ OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 60.0, 0.5, 0.25, 40.0
 structures; where an exercise asks for tissue, what it spares, and the rest; the mucosa
 that lines all; and what must not be hurt."""
 
-DEEP, OFF, EVEN, ABOVE, FACES = 6.0, 0.5, 0.05, 0.6, 3.0
+DEEP, OFF, EVEN, ABOVE = 6.0, 0.5, 0.05, 0.6
 """What a pose loses for each mm that it dents walls, that it ends off its place, and
-that it passes off the nostril's middle; for a way in above the lens, where it hides
-what is seen; and for a side that works turned away."""
+that it passes off the nostril's middle; and for a way in above the lens, where it hides
+what is seen."""
 
 VAIN, VAIN_MM = 12.0, 1.5
 """What it loses where it was tried in vain, and how near to that."""
@@ -323,8 +323,6 @@ class ToolPlan:
         deep = np.maximum.accumulate(deep, axis=1)
         worth = self._loss(look, deep, BACKS_MM, poses)
         into = self._normal(place) if look.is_at_tissue else None
-        if into is not None and works_at_mm(name).any():
-            worth -= FACES * (1.0 - frames[:, :3, 1] @ into)[:, None]
         n, m = divmod(int(np.argmax(worth)), len(BACKS_MM))
         jawed = has_jaws(name)
         if not np.isfinite(worth[n, m]):

@@ -102,7 +102,7 @@ def test_jaws_hold_what_is_asked_for_and_spare_the_rest(name: str, turn: float) 
     air = volume(front)
     plan = ToolPlan(FULCRUM, air, labels.with_values(labels.values.astype(np.uint8), 0))
     along = np.array([-math.sin(turn), math.cos(turn), 0.0])
-    pose = laid(plan, name, 3.0 * along + np.array([0.0, 0.0, -12.0]))
+    pose = laid(plan, name, 2.0 * along + np.array([0.0, 0.0, -12.0]))
     assert pose.jaw < 1.0
     tool = tool_of_shaft(name, frame_of(pose, pose.bite_mm))
     rows = INSTRUMENTS[name].working_volume(tool, pose.jaw)
