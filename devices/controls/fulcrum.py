@@ -37,6 +37,13 @@ STILL_SHARE, WEDGED_S = 0.1, 0.8
 """A shaft that goes less than this share of what is asked for so long is wedged."""
 
 
+LEANT_MM = 10.0
+"""Over so much of its way in a shaft that is laid is leant to its side."""
+
+DRAWN_MORE_MM = 8.0
+"""A shaft that cannot be turned to where it is to lie is drawn back so much more."""
+
+
 class Demand(NamedTuple):
     """What the hand asks for over one step; positive is in, right, up, clockwise.
 
@@ -111,6 +118,20 @@ class Fulcrum:
             object.__setattr__(self, name, vector)
 
 
+@dataclass(slots=True, eq=False)
+class _Lay:
+    """Hold where a shaft is to lie: see `FulcrumControl.lay`; is_turned: it does."""
+
+    entry_mm: NDArray[np.float64]
+    depth_mm: float
+    tilt_deg: NDArray[np.float64]
+    roll_deg: float
+    drawn_mm: float
+    is_turned: bool = False
+    still_s: float = 0.0
+    least_s: float = math.inf
+
+
 Hold = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 """Gives the tip frame, 4x4, that a scope gets to from one frame on its way to another:
 walls may hold it. It returns the wanted frame itself where nothing does."""
@@ -171,6 +192,7 @@ class FulcrumControl:
         self._roll_deg = 0.0
         self._owed = np.zeros(4)
         self._is_settling = self._goes_out = False
+        self._laid: _Lay | None = None
         self._still_s = 0.0
 
     @property
@@ -223,9 +245,7 @@ class FulcrumControl:
         self, depth_mm: float, tilt_deg: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         pointing = self._pointing(tilt_deg)
-        right = cross(pointing, self.fulcrum.up)
-        right /= np.linalg.norm(right)
-        up = cross(right, pointing)
+        right, up = self._level(pointing).T
         turn = math.radians(self._roll_deg)
         cosine, sine = math.cos(turn), math.sin(turn)
         frame = np.eye(4)
@@ -234,6 +254,12 @@ class FulcrumControl:
         frame[:3, 2] = -pointing
         frame[:3, 3] = self._pivot_mm + depth_mm * pointing
         return frame
+
+    def _level(self, pointing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what is right and up, (3, 2), where a shaft is not rolled."""
+        right = cross(pointing, self.fulcrum.up)
+        right /= np.linalg.norm(right)
+        return np.stack([right, cross(right, pointing)], axis=1)
 
     def place(self, frame: NDArray[np.float64]) -> None:
         """Take over a shaft where it is, 4x4; the next frame is this one.
@@ -262,7 +288,37 @@ class FulcrumControl:
 
         What is asked for inwards ends it.
         """
-        self._goes_out = True
+        self._goes_out, self._laid = True, None
+
+    @property
+    def is_laid(self) -> bool:
+        """Return whether it is on its way to where it was told to lie."""
+        return self._laid is not None
+
+    @property
+    def entry_mm(self) -> NDArray[np.float64]:
+        """Return where the shaft's line passes the nostril, (3,)."""
+        return self._pivot_mm
+
+    def lay(
+        self,
+        frame: NDArray[np.float64],
+        entry_mm: NDArray[np.float64],
+        drawn_mm: float,
+    ) -> None:
+        """Bring the shaft to a frame, 4x4, through a place in the nostril, (3,).
+
+        It is drawn back to a depth of drawn_mm, turned there and put in. Walls hold it
+        all the while. Whatever is asked for meanwhile ends it.
+        """
+        depth_mm, *tilt = self._along(frame[:3, 3] - entry_mm)
+        level = self._level(-frame[:3, 2])
+        right, up = frame[:3, 0] @ level[:, 0], frame[:3, 0] @ level[:, 1]
+        roll_deg = math.degrees(math.atan2(-float(up), float(right)))
+        self._goes_out = False
+        self._laid = _Lay(
+            np.array(entry_mm), float(depth_mm), np.array(tilt), roll_deg, drawn_mm
+        )
 
     def advance(self, step_s: float, demand: Demand) -> None:
         """Follow the demand for ``step_s`` seconds.
@@ -291,6 +347,10 @@ class FulcrumControl:
             if self._goes_out:
                 demand = Demand(insert=-1.0)
                 self.let_go()
+        if self._laid is not None and not any(demand):
+            self._go_to(self._laid, step_s)
+            return
+        self._laid = None
         # Only strokes are owed: a key that is let go asks for nothing any more.
         held = _limited(np.array(demand[:4]) * fastest * step_s, fastest * step_s)
         wanted = held + self._owed + np.clip(demand[4:], -1e6, 1e6)
@@ -319,6 +379,47 @@ class FulcrumControl:
     def go_through_walls(self) -> None:
         """Go through walls from now on: what the scope is put into holds it."""
         self._hold = self._lean = None
+
+    def _go_to(self, lay: _Lay, step_s: float) -> None:
+        """Go on to where it is to lie: back, about, and in."""
+        limits, before = self.limits, self.frame()
+        # it is leant aside once it is in
+        share = (self._depth_mm - LEANS_FROM_MM) / LEANT_MM
+        entry = lay.entry_mm - self.fulcrum.pivot_mm
+        off = self.fulcrum.pivot_mm + min(max(share, 0.0), 1.0) * entry - self._pivot_mm
+        tilts = lay.tilt_deg - self._tilt_deg
+        rolls_deg = math.remainder(lay.roll_deg - self._roll_deg, 360.0)
+        needed_s = max(
+            float(np.linalg.norm(off)) / limits.insert_mm_s,
+            math.hypot(*tilts) / limits.turn_deg_s,
+            abs(rolls_deg) / limits.roll_deg_s,
+        )
+        if needed_s <= step_s and not lay.is_turned:
+            lay.is_turned, lay.least_s = True, math.inf
+        depth_mm = lay.depth_mm if lay.is_turned else min(lay.drawn_mm, self._depth_mm)
+        most_mm, left_mm = limits.insert_mm_s * step_s, depth_mm - self._depth_mm
+        went_mm = min(max(left_mm, -most_mm), most_mm)
+        if lay.is_turned or went_mm > -most_mm:
+            share = min(step_s / max(needed_s, 1e-9), 1.0)
+            self._pivot_mm = self._pivot_mm + share * off
+            self._tilt_deg = self._tilt_deg + share * tilts
+            self._roll_deg += share * rolls_deg
+        place = np.array((self._depth_mm + went_mm, *self._tilt_deg))
+        place = self._bounded(place)
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        if self._hold is not None:
+            self._go(self._hold, before, -went_mm)
+        left_s = needed_s + abs(left_mm) / limits.insert_mm_s
+        if left_s < lay.least_s - STILL_SHARE * WEDGED_S:
+            lay.least_s, lay.still_s = left_s, 0.0
+        lay.still_s += step_s
+        is_there = lay.is_turned and left_s <= 2.0 * step_s
+        if is_there or lay.still_s >= WEDGED_S:
+            is_out = self._depth_mm <= limits.depth_mm[0]
+            self._laid = None if is_there or lay.is_turned or is_out else lay
+            # farther out there is more room
+            lay.drawn_mm = self._depth_mm - DRAWN_MORE_MM
+            lay.least_s, lay.still_s = math.inf, 0.0
 
     def _move_pivot(
         self, lean: Lean, before_mm: NDArray[np.float64], time_s: float
@@ -364,14 +465,16 @@ class FulcrumControl:
 
     def _aim_at(self, tip_mm: NDArray[np.float64]) -> None:
         """Let depth and tilt be those of a tip, as far as the limits let them."""
-        way = tip_mm - self._pivot_mm
+        place = self._bounded(self._along(tip_mm - self._pivot_mm))
+        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+
+    def _along(self, way: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return depth and tilts, (3,), of a shaft that goes a way, (3,)."""
         right, up = float(way @ self._right), float(way @ self._up)
         aside = math.hypot(right, up)
         angle_deg = math.degrees(math.atan2(aside, float(way @ self.fulcrum.axis)))
         share = angle_deg / aside if aside > 0.0 else 0.0
-        depth_mm = float(np.linalg.norm(way))
-        place = self._bounded(np.array((depth_mm, share * right, share * up)))
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        return np.array((float(np.linalg.norm(way)), share * right, share * up))
 
     def _go(self, hold: Hold, before: NDArray[np.float64], back_mm: float) -> None:
         """Go on from where walls hold the scope on its way from a frame.
@@ -392,13 +495,9 @@ class FulcrumControl:
         # the hand is where it wanted to be, the tip is not
         lever_mm = max(self._depth_mm, LEVER_MM)
         way = held[:3, 3] - (wanted[:3, 3] + lever_mm * wanted[:3, 2])
-        length = float(np.linalg.norm(way))
-        right, up = float(way @ self._right), float(way @ self._up)
-        aside = math.hypot(right, up)
-        angle_deg = math.degrees(math.atan2(aside, float(way @ self.fulcrum.axis)))
-        share = angle_deg / aside if aside > 0.0 else 0.0
-        depth_mm = self._depth_mm + length - lever_mm
-        place = self._bounded(np.array((depth_mm, share * right, share * up)))
+        place = self._along(way)
+        place[0] += self._depth_mm - lever_mm
+        place = self._bounded(place)
         self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
     def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 """Where a careful surgeon bites next, of all the tissue that is to be taken."""
 
+import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -51,13 +52,13 @@ LOOKED_AT = 80
 class BitePlace(NamedTuple):
     """Hold where to bite, ``(3,)`` LPS mm.
 
-    is_seen: the eye sees it. is_reached: the tool in hand can bite there, as far as
-    somebody knows.
+    is_seen: the eye sees it. worth: what the tool in hand is worth there, see
+    `ToolPlan.worth`; infinite where nobody knows.
     """
 
     place_mm: _Doubles
     is_seen: bool
-    is_reached: bool = True
+    worth: float = math.inf
 
 
 def bite_place(
@@ -108,13 +109,14 @@ def bite_place(
             worths = grip(places[seen])
             best = int(np.argmax(worths))
             if worths[best] > 0.0:
-                return BitePlace(places[seen[best]], True)
+                return BitePlace(places[seen[best]], True, float(worths[best]))
     blocked_mm = _blocked_mm(distance, places[order], nostril_mm)
     order = order[np.argsort(BLOCKED_PER_MM * blocked_mm - worth[order])]
+    worth_there = math.inf if grip is None else 0.0
     for number in order:
         if is_in_sight(distance, eye_mm, places[number]):
-            return BitePlace(places[number], True, grip is None)
-    return BitePlace(places[order[0]], False, grip is None)
+            return BitePlace(places[number], True, worth_there)
+    return BitePlace(places[order[0]], False, worth_there)
 
 
 def _blocked_mm(distance: Volume, places: _Doubles, nostril_mm: _Doubles) -> _Doubles:

@@ -53,12 +53,18 @@ LOOKED_AT = 60
 class Goal:
     """Hold the place of a task: what it is called, and where, ``(3,)`` LPS mm.
 
-    is_reached: the tool in hand can work there, as far as somebody knows.
+    worth: what the tool in hand is worth there, see `ToolPlan.worth`; infinite where
+    nobody knows.
     """
 
     what: str
     place_mm: _Doubles
-    is_reached: bool = True
+    worth: float = math.inf
+
+    @property
+    def is_reached(self) -> bool:
+        """Return whether the tool in hand can work there, as far as somebody knows."""
+        return self.worth > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,10 +130,26 @@ def goal_of(
         case tasks.KeepAway():
             return None
         case tasks.Inject():
-            place = _injected(task, head, tip_mm, eye_mm, view)
-            return Goal(_name(task.place, task.name), place)
+            place, worth = _injected(task, head, tip_mm, eye_mm, view)
+            return Goal(_name(task.place, task.name), place, worth)
         case _:
             return Goal(_name(task.place, task.name), _at(task.place, head))
+
+
+def tool_places(task: Task, head: GuidedHead) -> _Doubles:
+    """Return places ``(n, 3)`` of tissue at which a task is done with a tool."""
+    match task:
+        case tasks.Inject():
+            return _injectable(task, head)
+        case tasks.Remove(parts=parts) if parts and head.structures is not None:
+            known = Head(head.distance, head.structures)
+            found = [known.places(p.voxels) for p in _wanted_parts(task, head).values()]
+            return np.vstack([np.zeros((0, 3)), *found])
+        case tasks.Remove() if head.structures is not None:
+            return _wanted_tissue(task, head, head.structures)
+        case tasks.Open():
+            return around_way(task, _at(task.start, head), _at(task.end, head))
+    return np.zeros((0, 3))
 
 
 def _ring(
@@ -158,12 +180,24 @@ def _left(
         return None
     if task.parts:
         return _left_of_parts(task, head, tip_mm, eye_mm, view)
-    wanted = [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
-    known = {label.name.lower().replace("_", " "): label.value for label in Label}
-    numbers = [known[name] for name in wanted if name in known]
-    labels = head.structures.labels
-    if not numbers:
+    places = _wanted_tissue(task, head, head.structures)
+    best = _bite(head, places, tip_mm, eye_mm, view) if len(places) else None
+    if best is None:
         return None
+    return Goal(" and ".join(_wanted_names(task)), best.place_mm, best.worth)
+
+
+def _wanted_names(task: tasks.Remove) -> list[str]:
+    return [name for name, limit in task.tissues.items() if limit.least_mm3 > 0.0]
+
+
+def _wanted_tissue(
+    task: tasks.Remove, head: GuidedHead, structures: Structures
+) -> _Doubles:
+    """Return where tissue is that is to be taken, ``(n, 3)``, on the scope's side."""
+    known = {label.name.lower().replace("_", " "): label.value for label in Label}
+    numbers = [known[name] for name in _wanted_names(task) if name in known]
+    labels = structures.labels
     k, j, i = np.nonzero(np.isin(labels.values, numbers))
     matrix = labels.world_from_voxel
     places = np.stack([i, j, k], axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
@@ -173,10 +207,7 @@ def _left(
         # of both sides' the one that the scope is in
         keep = own <= np.linalg.norm(places - other, axis=1) + 2.0
         places, own = places[keep], own[keep]
-    best = _bite(head, places, tip_mm, eye_mm, view)
-    if best is None:
-        return None
-    return Goal(" and ".join(wanted), best.place_mm, best.is_reached)
+    return places
 
 
 def _grip(
@@ -252,19 +283,27 @@ def _left_of_parts(
     """Return where to bite of a task's parts: of what is seen, the nearest part."""
     known = Head(head.distance, head.structures)
     goals: list[tuple[bool, Goal]] = []
-    for name, share in task.parts.items():
-        if name not in head.parts:
-            head.parts[name] = known.part(name)
-        part = head.parts[name]
-        if part is None or share.least_percent == 0.0:
-            continue
+    for name, part in _wanted_parts(task, head).items():
         best = _bite(head, known.places(part.voxels), tip_mm, eye_mm, view)
         if best is not None:
-            goal = Goal(name, best.place_mm, best.is_reached)
+            goal = Goal(name, best.place_mm, best.worth)
             goals.append((not best.is_seen, goal))
     if not goals:
         return None
     return min(goals, key=lambda found: (found[0], _away_mm(found[1], tip_mm)))[1]
+
+
+def _wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, Part]:
+    """Return the parts that are to be taken, by name."""
+    known = Head(head.distance, head.structures)
+    found = {}
+    for name, share in task.parts.items():
+        if name not in head.parts:
+            head.parts[name] = known.part(name)
+        part = head.parts[name]
+        if part is not None and share.least_percent > 0.0:
+            found[name] = part
+    return found
 
 
 def _away_mm(goal: Goal, place_mm: _Doubles) -> float:
@@ -277,19 +316,14 @@ def _injected(
     tip_mm: _Doubles,
     eye_mm: _Doubles,
     view: View | None,
-) -> _Doubles:
+) -> tuple[_Doubles, float]:
     """Return where a needle may go in: of what is near enough what it gets to.
 
-    Else the nearest in sight.
+    Else the nearest in sight. And what it is worth there.
     """
-    place, reach_mm = _at(task.place, head), ENOUGH * task.radius_mm
-    steps = np.arange(-reach_mm, reach_mm + STEP_MM, STEP_MM)
-    off = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    places = place + off[np.linalg.norm(off, axis=1) <= reach_mm]
-    deep = head.distance.sample(places)
-    places = places[(deep > 0.0) & (deep < ENOUGH * task.deepest_mm)]
+    places = _injectable(task, head)
     if not len(places):
-        return place
+        return _at(task.place, head), math.inf
     grip = _grip(head, eye_mm, view)
     if grip is not None:
         some = places[:: max(len(places) // GRIPPED, 1)]
@@ -298,9 +332,20 @@ def _injected(
         if len(seen) and worths.max() > 0.0:
             good = np.array(seen)[worths > AS_GOOD * worths.max()]
             away = np.linalg.norm(good - tip_mm, axis=1)
-            chosen: _Doubles = good[int(np.argmin(away))]
-            return chosen
-    return _nearest_seen(head.distance, places, tip_mm, eye_mm)
+            return good[int(np.argmin(away))], float(worths.max())
+    nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
+    return nearest, math.inf if grip is None else 0.0
+
+
+def _injectable(task: tasks.Inject, head: GuidedHead) -> _Doubles:
+    """Return where a needle may go in, ``(n, 3)``."""
+    place, reach_mm = _at(task.place, head), ENOUGH * task.radius_mm
+    steps = np.arange(-reach_mm, reach_mm + STEP_MM, STEP_MM)
+    off = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    places = place + off[np.linalg.norm(off, axis=1) <= reach_mm]
+    deep = head.distance.sample(places)
+    found: _Doubles = places[(deep > 0.0) & (deep < ENOUGH * task.deepest_mm)]
+    return found
 
 
 def _narrowest(
@@ -316,7 +361,7 @@ def _narrowest(
     if head.structures is not None and view is not None and view.instrument != NO_TOOL:
         best = _bite(head, around_way(task, start, end), tip_mm, eye_mm, view)
         if best is not None:
-            return Goal(name, best.place_mm, best.is_reached)
+            return Goal(name, best.place_mm, best.worth)
     count = max(int(np.linalg.norm(end - start) / SIGHT_STEP_MM), 1) + 1
     way = np.linspace(start, end, count)
     return Goal(name, way[np.argmax(head.distance.sample(way))])

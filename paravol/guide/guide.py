@@ -3,7 +3,7 @@
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -18,6 +18,7 @@ from paravol.guide.air_way import (
     length_mm,
 )
 from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
+from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
@@ -42,6 +43,9 @@ AT_HAND_MM = 8.0
 
 SCOPE_MOVED_MM = 2.0
 """A scope that has gone so far leaves a tool other ways."""
+
+LAYS_S = 3.0
+"""So long a scope may be on its way to where it is laid."""
 
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
@@ -120,6 +124,10 @@ class _Next:
     is_goal: bool
 
 
+Laid = Callable[[ScopePose | None, float], object]
+"""Hears where a scope is to lie, None for nowhere, and how deep it is turned, mm."""
+
+
 class _OvertakenError(Exception):
     """Another way is wanted by now."""
 
@@ -135,16 +143,23 @@ class Guide:
         self.is_on = True
         self._tasks = tuple(every)
         self._head: GuidedHead | None = None
+        self._scopes: ScopePlaces | None = None
         self._wanted: _Ask | None = None
+        self._to_lay: tuple[_Ask, Laid] | None = None
+        self._laid: list[_Doubles] = []
+        self._laid_for: tuple[object, ...] = ()
         self._found: _Found | None = None
         self._next: _Next | None = None
         self._is_closed = False
         self._wakes = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="guide", daemon=True)
 
-    def take_head(self, head: GuidedHead) -> None:
-        """Begin to find ways through a head; it may be cut meanwhile."""
-        self._head = head
+    def take_head(self, head: GuidedHead, scopes: ScopePlaces | None = None) -> None:
+        """Begin to find ways through a head; it may be cut meanwhile.
+
+        scopes: finds where a scope may lie; None where nobody lays it.
+        """
+        self._head, self._scopes = head, scopes
         if self._tasks and self._thread.ident is None:
             self._thread.start()
 
@@ -192,6 +207,27 @@ class Guide:
             goal.is_reached,
         )
 
+    def lay_scope(
+        self, view: View, states: Sequence[TaskState], cuts: int, heard: Laid
+    ) -> bool:
+        """Find where the scope is to lie, so that the tool in hand gets to its place.
+
+        Asked again for the same it is another place. heard: is called once that is
+        known, by another thread. Return whether there is anything to be found.
+        """
+        opened = open_task(self._tasks, states) if states else None
+        if opened is None or self._scopes is None or view.instrument == NO_TOOL:
+            return False
+        task, state = opened
+        if not isinstance(task, tasks.Inject | tasks.Remove | tasks.Open):
+            return False
+        tip, eye = view.world_from_tip[:3, 3], np.array(view.camera.eye_mm)
+        ask = _Ask((task.name, 0), task, state, tip, eye, cuts, view)
+        with self._wakes:
+            self._to_lay = ask, heard
+            self._wakes.notify()
+        return True
+
     def _ask(self, ask: _Ask, found: _Found | None) -> None:
         """Let a goal be found, unless it is known or somebody is at it."""
         if found is not None and found.ask.key == ask.key:
@@ -219,17 +255,42 @@ class Guide:
     def _run(self) -> None:
         while True:
             with self._wakes:
-                while self._wanted is None and not self._is_closed:
+                while not (self._wanted or self._to_lay or self._is_closed):
                     self._wakes.wait()
                 if self._is_closed:
                     return
+                to_lay, self._to_lay = self._to_lay, None
                 ask, self._wanted = self._wanted, None
-            assert ask is not None
             assert self._head is not None
+            if to_lay is not None:
+                self._lay(*to_lay, self._head)
+            if ask is None:
+                continue
             try:
                 self._find(ask, self._head)
             except _OvertakenError:
                 continue
+
+    def _lay(self, ask: _Ask, heard: Laid, head: GuidedHead) -> None:
+        scopes, now = self._scopes, ask.view.world_from_tip
+        assert scopes is not None
+        same = ask.task.name, ask.view.instrument, ask.cuts
+        if self._laid_for != same:
+            self._laid, self._laid_for = [], same
+        pose = scopes.for_tool(ask.task, ask.state, head, ask.view, self._laid)
+        if pose is None and self._laid:
+            # from each of them once more
+            self._laid = []
+            pose = scopes.for_tool(ask.task, ask.state, head, ask.view)
+        if pose is None:
+            heard(None, 0.0)
+            return
+        self._laid.append(pose.frame[:3, 3])
+        if pose.seen is not None:
+            # what is found there counts until the scope lies there
+            at_s = time.monotonic() + LAYS_S
+            self._found = _Found(replace(ask, view=pose.seen), at_s, pose.goal)
+        heard(pose, scopes.drawn_mm(now, pose))
 
     def _find(self, ask: _Ask, head: GuidedHead) -> None:
         goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm, ask.view)

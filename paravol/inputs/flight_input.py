@@ -34,8 +34,9 @@ class FlightInput(ABC):
     controls: takes keys and mouse, where those steer. turns: gives its device to the
     tool and back, once it is open; None where that cannot be. is_held_by_walls: whether
     walls hold a hand that feels nothing. rumble: of the pad that steers, None where it
-    has none. may_skip: whether poses may be left out on a machine that is too slow, as
-    nothing was measured that would be lost.
+    has none. can_lay: whether it brings the scope to a place by itself. may_skip:
+    whether poses may be left out on a machine that is too slow, as nothing was measured
+    that would be lost.
     """
 
     name: str
@@ -48,6 +49,7 @@ class FlightInput(ABC):
     controls: MouseKeys | None = None
     is_held_by_walls: bool = True
     may_skip: bool = False
+    can_lay: bool = False
     rumble: Rumble | None = None
     turns: DeviceTurns | None = None
 
@@ -76,6 +78,15 @@ class FlightInput(ABC):
     def go_out(self) -> None:
         """Take what is steered back outside; a hand that holds a device does that."""
         del self
+
+    def lay(
+        self,
+        frame: NDArray[np.float64],
+        entry_mm: NDArray[np.float64],
+        drawn_mm: float,
+    ) -> None:
+        """Bring the scope to a frame, where `can_lay`; see `FulcrumControl.lay`."""
+        del frame, entry_mm, drawn_mm
 
     def last_lines(self) -> list[str]:
         """Return what there is to tell after the flight, for a terminal."""

@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices import ProbePath
 from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
@@ -166,7 +167,7 @@ def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:
 class _HandInput(FlightInput):
     """Steer a scope in the nostril."""
 
-    may_skip = True
+    may_skip = can_lay = True
 
     def __init__(
         self, scenario: Scenario, path: ProbePath | None, handset: Handset | None
@@ -188,6 +189,16 @@ class _HandInput(FlightInput):
         """Take the scope back outside."""
         if self._control is not None:
             self._control.go_out()
+
+    def lay(
+        self,
+        frame: NDArray[np.float64],
+        entry_mm: NDArray[np.float64],
+        drawn_mm: float,
+    ) -> None:
+        """Bring the scope to a frame; see `FulcrumControl.lay`."""
+        if self._control is not None:
+            self._control.lay(frame, entry_mm, drawn_mm)
 
     def open(self, patient: PatientScene) -> AbstractContextManager[SteeredArm]:
         """Put the scope's tip into the nostril."""

@@ -2,19 +2,23 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, QPointF
+from PySide6.QtCore import QEvent, QObject, QPointF, Signal
 from PySide6.QtGui import QCursor, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
-from app.window.flight.flight_thread import FlightThread
+from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.panels.endoscope_panel import picture_square
 from app.window.texts import tr
+from scenarios.instrument_state import NO_TOOL
 
 
 class AidKeys(QObject):
-    """Switch the guide, and let names be shown while their key is held."""
+    """Switch the guide, lay the scope, name what is seen while a key is held."""
+
+    _laid = Signal(object)
+    """The assistant has looked: see `FlightThread.lay_scope`."""
 
     def __init__(
         self,
@@ -23,16 +27,20 @@ class AidKeys(QObject):
         picture: QWidget,
         notify: Callable[[str, str], None],
         switched: Callable[[bool], object],
+        frame: Callable[[], DisplayedFrame | None],
     ) -> None:
         """Listen to the window.
 
         notify: says a line and what it means. switched: hears whether the guide is on.
+        frame: the one that is shown, None before the first.
         """
         super().__init__(window)
         self._thread = thread
         self._picture = picture
         self._notify = notify
         self._switched = switched
+        self._frame = frame
+        self._laid.connect(self._tell_laid)
         self._has_tasks = bool(thread.flight.order.scenario.tasks)
         window.installEventFilter(self)
 
@@ -72,11 +80,37 @@ class AidKeys(QObject):
                 else:
                     told = tr("{guide} shows it again.", guide=KEYS.label(Act.GUIDE))
                 self._notify(tr("Way shown") if is_on else tr("Way hidden"), told)
+            case Act.ASSIST if self._thread.flight.order.input.can_lay:
+                self._lay_scope()
             case Act.NAMES:
                 self._thread.names_at = self._below_mouse()
             case _:
                 return False
         return True
+
+    def _lay_scope(self) -> None:
+        frame = self._frame()
+        if frame is None:
+            return
+        if self._thread.lay_scope(frame, self._laid.emit):
+            self._notify(tr("The assistant takes the scope"), "")
+        elif frame.tool.name == NO_TOOL:
+            key = KEYS.label(Act.NEXT_TOOL)
+            self._notify(
+                tr("There is no tool in hand"), tr("{key} takes one.", key=key)
+            )
+        else:
+            self._notify(tr("No tool is needed now"), "")
+
+    def _tell_laid(self, is_reached: bool | None) -> None:
+        if is_reached is None:
+            self._notify(tr("The assistant finds no place for the scope"), "")
+        elif not is_reached:
+            key = KEYS.label(Act.NEXT_TOOL)
+            self._notify(
+                tr("From nowhere this tool gets there"),
+                tr("{key} takes another one.", key=key),
+            )
 
     def _below_mouse(self) -> tuple[float, float]:
         """Return the mouse's place in the picture, in shares; else its middle."""

@@ -33,6 +33,9 @@ SCOPE = (
     ActionButton(Act.HEAD_RIGHT, later("Head ↻"), repeats=True),
     ActionButton(Act.NEXT_SCOPE, later("Scope")),
 )
+ASSIST = (ActionButton(Act.ASSIST, later("Assist")),)
+"""Where an assistant may hold the scope."""
+
 WASH = (ActionButton(Act.WASH, later("Wash")),)
 """Who washes is the second hand."""
 
@@ -71,15 +74,18 @@ class FlightActions:
         *,
         is_steered: bool,
         has_tasks: bool,
+        has_assistant: bool,
     ) -> None:
         """Lay out the bar.
 
         tools: None where the second hand is not the window's. is_steered: mouse and
         keys move the scope. has_tasks: the exercise has any.
+        has_assistant: one may lay the scope.
         """
         self._tools = tools
         self._sound = sound
         buttons = (STEERING if is_steered else POST) + SCOPE
+        buttons += ASSIST if tools is not None and has_assistant else ()
         buttons += (() if tools is None else WASH + TOOLS) + (
             TASKS if has_tasks else ()
         )

@@ -142,7 +142,14 @@ class FlightPage(Page):
                 is_steered=order.input.controls is not None,
             )
         self._sound = SoundKeys(thread.sound, self, told)
-        self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
+        self._aids = AidKeys(
+            thread,
+            self,
+            self.picture,
+            told,
+            self.guide_switched.emit,
+            lambda: self._frame,
+        )
         self._actions = FlightActions(
             self,
             ScopeKeys(self._flight.scopes, self, told),
@@ -150,6 +157,7 @@ class FlightPage(Page):
             self._sound,
             is_steered=controls is not None,
             has_tasks=bool(order.scenario.tasks),
+            has_assistant=order.input.can_lay,
         )
         self._view_keys = ViewKeys(self, self._slices, self, told)
         self._large = LargeView(self._lay_out(), self.picture, self._side)
@@ -228,6 +236,8 @@ class FlightPage(Page):
             hidden |= STEERING - {Act.TURN_LEFT, Act.TURN_RIGHT}
         if not order.scenario.tasks:
             hidden |= {Act.FREEZE, Act.HINT, Act.GUIDE}
+        if not order.input.can_lay:
+            hidden.add(Act.ASSIST)
         groups = {group: rows(group, KEYS.label, hidden) for group in Group}
         groups[Group.SLICES] += GESTURES[Group.SLICES]
         if self._hand is not None:

@@ -8,6 +8,7 @@ thread; of the frames only the newest is kept for it.
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -27,8 +28,9 @@ from paravol.flight_loop import FrameEvent
 from paravol.flight_observers import FlightObservers
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
 from paravol.guide.goals import GuidedHead
+from paravol.guide.scope_place import ScopePlaces, ScopePose
 from paravol.inputs.asked_tissue import spared_by
-from paravol.inputs.hand import nostril_fulcrum
+from paravol.inputs.hand import limits_about, nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
 from paravol.snapshots.moments import SnapshotRequestFactory
@@ -266,9 +268,38 @@ class FlightThread(QObject, FlightObserver):
                 spared_by(flight.order.scenario.tasks),
                 None if flight.hand.pointed is None else flight.hand.pointed.plan,
                 flight.order.scenario.scope.endoscope().diameter_mm / 2,
-            )
+            ),
+            self._scopes(patient),
         )
         self.guide_by(self.guide.is_on)
+
+    def _scopes(self, patient: PatientScene) -> ScopePlaces | None:
+        """Return what finds a place for the scope; None where a hand holds it."""
+        order = self.flight.order
+        if not order.input.can_lay or patient.face is None:
+            return None
+        fulcrum = nostril_fulcrum(patient, self.flight.path, order.scenario.start)
+        endoscope = order.scenario.scope.endoscope()
+        cone_deg = limits_about(fulcrum).cone_deg
+        return ScopePlaces(fulcrum, self._air(patient), endoscope, cone_deg)
+
+    def lay_scope(
+        self, frame: DisplayedFrame, told: Callable[[bool | None], object]
+    ) -> bool:
+        """Let an assistant lay the scope where the tool in hand gets to its place.
+
+        told: hears, by another thread, whether it does from there; None where there is
+        no such place. Return whether anything is done with that tool.
+        """
+
+        def lay(pose: ScopePose | None, drawn_mm: float) -> None:
+            if pose is not None:
+                self.flight.note_aid("assistant lays the scope")
+                self.flight.order.input.lay(pose.frame, pose.entry_mm, drawn_mm)
+            goal = None if pose is None else pose.goal
+            told(None if pose is None else goal is not None and goal.is_reached)
+
+        return self.guide.lay_scope(frame.view, frame.tasks, frame.cuts, lay)
 
     def _pivot_mm(self, patient: PatientScene) -> NDArray[np.float64]:
         """Return what the scope's shaft turns about."""

@@ -57,9 +57,11 @@ def flight_stops(page: QWidget, *, has_tools: bool) -> list[TourStop]:
             "wheel moves it deeper; the button that tilts the scope bites or cuts. "
             "Keys go on moving the scope, as does the other button. Keep the scope "
             "above, the tool below: what lies in the lower half of the picture is "
-            "reached best. {hold} gives the mouse to the scope, and back.",
+            "reached best. {hold} gives the mouse to the scope, and back. With "
+            "{assist} an assistant lays the scope where the tool gets to its place.",
             tool=key(Act.NEXT_TOOL),
             hold=key(Act.HOLD),
+            assist=key(Act.ASSIST),
         ),
     )
     keys = TourStop(

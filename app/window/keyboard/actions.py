@@ -34,6 +34,7 @@ class Act(StrEnum):
     RIGHT_PEDAL = "right pedal"
     LEFT_PEDAL = "left pedal"
     SCOPE_OUT = "scope out"
+    ASSIST = "assist"
     HEAD_LEFT = "head left"
     HEAD_RIGHT = "head right"
     NEXT_SCOPE = "next scope"
@@ -154,6 +155,12 @@ ACTIONS = (
         (Act.RIGHT_PEDAL, "@1", "Is the right pedal", "right, left pedal"),
         (Act.LEFT_PEDAL, "@2", "Is the left pedal", "right, left pedal"),
         (Act.SCOPE_OUT, "Backspace", "Takes the scope back outside", "back outside"),
+        (
+            Act.ASSIST,
+            "R",
+            "Lets an assistant lay the scope for the tool; again: elsewhere",
+            "an assistant lays the scope for the tool",
+        ),
         (Act.HEAD_LEFT, "@[", "Turns the camera head to the left", _HEAD),
         (Act.HEAD_RIGHT, "@]", "Turns the camera head to the right", _HEAD),
         (Act.NEXT_SCOPE, "@O", "Puts in a scope of another angle", _SCOPE),

@@ -25,6 +25,9 @@ STILL, SAME = 0.02, 12
 """What is left to go must become less by so much; so often it may not, before one takes
 oneself for stuck."""
 
+KEPT = "Keep away", "Spare"
+"""What is only to be kept has no end but the flight's."""
+
 Skill = Callable[["Trainee", Sight], None]
 
 
@@ -45,7 +48,7 @@ class Trainee:
         self._level_way = 1.0
         self._touched = False
         self._washed_s = 0.0
-        self.surgeon = Surgeon(person, self, shoot)
+        self.surgeon = Surgeon(person, shoot)
         self._least = math.inf
         self._eased = 0
         self._same = self._freed = self._aimed = self._rolled = self._along = 0
@@ -59,7 +62,7 @@ class Trainee:
             sight = self.person.look()
             if sight.page != "FlightPage":
                 raise LostError(f"the window shows {sight.page}")
-            if ALL_DONE in sight.task:
+            if ALL_DONE in sight.task or sight.task.startswith(KEPT):
                 return
             if "failed" in sight.done:
                 raise LostError(sight.done)

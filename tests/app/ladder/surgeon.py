@@ -7,7 +7,6 @@ right button and Ctrl with the wheel keep the scope.
 import math
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from PySide6.QtCore import Qt
 
@@ -17,7 +16,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("straight forceps", "backbiter", "backbiter", "backbiter")),
+    ("uncinate", ("backbiter", "through-cutting punch", "straight forceps")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
@@ -25,18 +24,14 @@ TOOLS = (
 )
 """What a person takes first for what a task speaks of, and what then."""
 
-NEAREST_MM, FARTHEST_MM, WAY_MM = 9.0, 18.0, 16.0
-"""From the scope to where one operates; the last where one does not see it yet: the
-tool goes the rest of the way."""
-
-BESIDE = 0.27
-"""Farther off the picture's middle nothing is operated."""
-
 AT_MM, NEAR_MM = 3.0, 6.5
 """A needle whose point is so near to the mark is pressed; the second where tissue is
 between."""
 
 BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
+WORTH_IT = 0.008
+"""A bite that brings less is not worth many more from there."""
+
 LEAST_MM3, SPARES_MM3 = 1.0, 1.0
 """A bite that is worth it where larger ones are not found; and what he risks of what is
 to be spared, as it is told."""
@@ -44,24 +39,22 @@ to be spared, as it is told."""
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
 
-STEPS, WIDER, GOLDEN = 4, 0.02, 2.4
+STEPS, WIDER, GOLDEN = 2, 0.02, 2.4
 """Places about the mark at which he points, in shares of the picture."""
 
 SHORT_MM = 2.5
 """A tool that stops so far before the mark is moved on."""
 
-SETTLES_S, SEEN_S, MOVED = 2.2, 0.45, 0.04
+SETTLES_S, SEEN_S, MOVED = 1.8, 0.45, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
 points does not count. And a mark that has moved so far is another."""
 
-STRAYS = 12
-"""Acts that bring the scope no nearer, before it goes in anew."""
+LAYS_S, STILL_S, STILL = 9.0, 0.8, 0.01
+"""An assistant who lays the scope is waited for so long at most: until what is marked
+has not moved for the second, by the third at most."""
 
-FOLLOWS = 4
-"""Strokes by which the scope is to see the mark, before it is laid anew."""
-
-SEEN_ANEW_S = 3.0
-"""So long after he moved, the guide has looked for another place."""
+ELSEWHERE = 2
+"""Places of the scope that lead to nothing, before another tool is tried."""
 
 PRICKS = 5
 """Tries with a needle, before the scope goes elsewhere."""
@@ -70,13 +63,6 @@ VAIN = 2
 """Rounds in which nothing was found, before another tool is tried."""
 
 Key, Button = Qt.Key, Qt.MouseButton
-
-
-class Steers(Protocol):
-    """Bring the scope to the mark; see `skills.Trainee`."""
-
-    def approach(self, sight: Sight, *, finely: bool = False) -> None: ...
-    def bring(self, sight: Sight, mark: Mark) -> None: ...
 
 
 def is_for_tool(words: str) -> bool:
@@ -88,70 +74,41 @@ def is_for_tool(words: str) -> bool:
 class Surgeon:
     """Do tasks with tools, act by act.
 
-    steers: brings the scope there first.
+    An assistant lays the scope; he points with the tool.
     """
 
-    def __init__(self, person: Person, steers: Steers, shoot: Callable[[str], None]):
+    def __init__(self, person: Person, shoot: Callable[[str], None]):
         """Begin with an empty hand."""
-        self._person, self._steers, self._shoot = person, steers, shoot
+        self._person, self._shoot = person, shoot
         self._task = ""
-        self._choice = 0
-        self._vain = self._waits = 0
-        self._shots = self._moves = 0
-        self._moved_s, self._stand_mm = 0.0, FARTHEST_MM
-        self._near_mm, self._strays = math.inf, 0
-        self._follows = 0
+        self._choice = self._vain = self._waits = self._shots = 0
+        self._lays, self._is_laid = 0, False
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
         if sight.task != self._task:
             self._task, self._choice = sight.task, 0
-            self._near_mm, self._strays = math.inf, 0
             self._renew()
         mark = sight.mark
-        tool = _in_hand(sight)
-        if tool and tool != self._wanted(sight):
+        if _in_hand(sight) != self._wanted(sight):
             self._take(sight)
-            return
-        if mark is None:
+        elif not self._is_laid:
+            self._lay()
+        elif mark is None:
             self._person.wait(0.4)
             self._waits += 1
             if self._waits > 10:
                 raise LostError("nothing is marked")
-            return
-        off = math.hypot(mark.x - 0.5, mark.y - 0.5)
-        if not tool:
-            if mark.mm > (self._stand_mm if mark.is_goal else WAY_MM):
-                self._near_mm = min(self._near_mm, mark.mm)
-                self._strays = 0 if mark.mm <= self._near_mm else self._strays + 1
-                if self._strays > STRAYS:
-                    # from here he does not get there
-                    self._anew()
-                else:
-                    self._steers.approach(sight)
-            elif not mark.is_in or off > BESIDE:
-                self._steers.bring(sight, mark)
-            elif mark.mm < min(NEAREST_MM, self._stand_mm - 6.0):
-                self._person.go(-2)
-            else:
-                self._take(sight)
-            return
-        if not mark.is_goal and mark.mm > FARTHEST_MM:
-            # it is hidden, and far from the tool: the scope goes first
-            self.put_away()
-            self._renew()
-        elif mark.has_no_way and time.monotonic() > self._moved_s + SEEN_ANEW_S:
+        elif mark.has_no_way or not mark.is_in:
             self._elsewhere()
-        elif not mark.is_in or off > 0.47:
-            self._follow(mark)
         elif "inject" in self._task.lower():
             self._prick(mark)
         else:
-            self._follows = 0
             self._bite(sight, mark)
 
     def _renew(self) -> None:
         self._waits = self._vain = 0
+        self._is_laid = False
 
     def _wanted(self, sight: Sight) -> str:
         low = sight.task.lower()
@@ -171,7 +128,6 @@ class Surgeon:
         else:
             raise LostError(f"there is no {wanted}")
         person.say(f"takes the {wanted}")
-        self._moved_s = time.monotonic()
         if "suction off" in person.look().tool:
             person.hand.tap(Key.Key_N)
         self._renew()
@@ -185,20 +141,22 @@ class Surgeon:
             self._person.hand.tap(Key.Key_T)
             self._person.wait(0.15)
 
-    def _follow(self, mark: Mark) -> None:
-        """Let the scope follow, with the right button, until the mark is seen."""
+    def _lay(self) -> None:
+        """Let the assistant lay the scope, and wait until it lies."""
         person = self._person
-        person.say("the scope follows")
-        self._follows += 1
-        if self._follows > FOLLOWS:
-            # it does not move any more
-            self._anew()
-            return
-        person.hand.point(person.picture, 0.5, 0.5)
-        stroke = 240.0
-        person.hand.drag(
-            stroke * (mark.x - 0.5), stroke * (mark.y - 0.5), Button.RightButton
-        )
+        person.hand.tap(Key.Key_R)
+        began = still = time.monotonic()
+        before = None
+        person.wait(0.8)
+        while time.monotonic() - began < LAYS_S:
+            person.wait(0.1)
+            mark = person.eyes.sight.mark
+            if mark is None or before is None or not _is_same(mark, before):
+                still, before = time.monotonic(), mark
+            if time.monotonic() - still > STILL_S:
+                break
+        self._is_laid, self._vain, self._waits = True, 0, 0
+        person.say(f"laid: {person.eyes.sight.said}")
 
     def _prick(self, mark: Mark) -> None:
         """Bring the needle to the mark, and inject."""
@@ -264,8 +222,8 @@ class Surgeon:
         if self._shots < 6:
             self._shoot(f"work-{self._shots}")
             self._shots += 1
-        if "Taken" in after.said or after.bar > before + 0.004:
-            self._vain = 0
+        if after.bar > before + WORTH_IT:
+            self._vain = self._lays = 0
         else:
             self._vain += 1
 
@@ -279,38 +237,18 @@ class Surgeon:
         if sum(spared) > SPARES_MM3:
             return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        enough = LEAST_MM3 if self._vain or self._moves else 2.0 * LEAST_MM3
-        return sum(wanted.values()) >= enough
+        return sum(wanted.values()) >= LEAST_MM3
 
     def _elsewhere(self) -> None:
-        """Tilt the scope a little; now and then begin anew, with another tool."""
-        person = self._person
-        self._moves += 1
-        self._moved_s = time.monotonic()
-        rng = person.rng
-        if self._moves % 3:
-            person.hand.point(person.picture, 0.5, 0.5)
-            aside = rng.uniform(-90.0, 90.0), rng.uniform(-90.0, 90.0)
-            person.hand.drag(*aside, Button.RightButton)
-            self._vain = 0
-            return
-        self._choice += 1
-        self._anew()
-
-    def _anew(self) -> None:
-        """Draw back, and let the scope look at the place from elsewhere."""
-        person, rng = self._person, self._person.rng
-        person.say("anew")
-        self.put_away()
+        """Have the scope laid elsewhere; now and then take another tool."""
+        self._lays += 1
         self._renew()
-        self._follows = self._strays = 0
-        self._near_mm = math.inf
-        # from nearer, or from farther away, another way is free
-        self._stand_mm = rng.uniform(NEAREST_MM + 1.0, FARTHEST_MM + 6.0)
-        person.go(-4)
-        person.stroke(
-            rng.uniform(-60.0, 60.0), rng.uniform(-60.0, 60.0), Button.LeftButton
-        )
+        if self._lays % ELSEWHERE == 0:
+            self._choice += 1
+
+
+def _is_same(mark: Mark, other: Mark) -> bool:
+    return math.hypot(mark.x - other.x, mark.y - other.y) < STILL
 
 
 def _is_spared(tissue: str) -> bool:

@@ -1,5 +1,7 @@
 """Where to bite next: much of what is wanted, little of the rest, no hazard near."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -115,8 +117,8 @@ def test_where_a_tool_is_worth_nothing_it_is_told() -> None:
     seen = volume(distance, -9.0), volume(labels), places, EYE, EYE, NOSTRIL
     found = bite_place(*seen, grip=lambda some: np.zeros(len(some)))
     assert found is not None
-    assert not found.is_reached
+    assert found.worth == 0.0
     plain = bite_place(*seen)
     assert plain is not None
-    assert plain.is_reached
+    assert plain.worth == math.inf
     assert (plain.place_mm == found.place_mm).all()
