@@ -315,6 +315,7 @@ class Flight:
         divided = Preparation(lambda: coverage_watch(before))
         patient, operation = operate_on(before)
         self.hand.felt_n = lambda: operation.touch.size_n
+        self.hand.is_scope_laid = lambda: order.input.is_laid
         order.input.operated(operation.patient)
         if self.path is None:
             self.path = start_path(patient, scenario.start)

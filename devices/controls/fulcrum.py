@@ -366,7 +366,8 @@ class FulcrumControl:
             self._move_pivot(self._lean, before[:3, 3], share * step_s)
         if self._is_settling:
             self._settle(before, SETTLING * step_s)
-        elif self._hold is not None:
+        elif self._hold is not None and np.any(step):
+            # a hand at rest moves nothing
             self._go(self._hold, before, float(start[0] - place[0]))
         turned = math.radians(math.hypot(*(place[1:] - start[1:])))
         asked_mm = abs(float(place[0] - start[0])) + turned * LEVER_MM

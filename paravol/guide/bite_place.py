@@ -71,6 +71,7 @@ def bite_place(
     spared: Iterable[str] = (),
     hazards: HazardVolumes | None = None,
     grip: Callable[[_Doubles], _Doubles] | None = None,
+    most: int = GRIPPED,
 ) -> BitePlace | None:
     """Return the place for the next bite; see `BitePlace`.
 
@@ -79,8 +80,8 @@ def bite_place(
     to air the one is best that has much of it around and little of what is spared, no
     hazard near and nothing before it on a straight way from the nostril; what the eye
     sees goes before the rest. grip: tells what the tool in hand is worth at places
-    ``(n, 3)``; of those that are seen the one is best then at which it is worth most.
-    None for no places.
+    ``(n, 3)``; of those that are seen the one is best then at which it is worth most,
+    of so many at most. None for no places.
     """
     deep = distance.nearest(places)
     places = places[deep > 0.0]
@@ -104,7 +105,7 @@ def bite_place(
         some = np.flatnonzero(skin)
         some = some[:: max(len(some) // (4 * GRIPPED), 1)]
         seen = [n for n in some if is_in_sight(distance, eye_mm, places[n])]
-        seen = seen[:: max(len(seen) // GRIPPED, 1)]
+        seen = seen[:: max(len(seen) // most, 1)]
         if seen:
             worths = grip(places[seen])
             best = int(np.argmax(worths))

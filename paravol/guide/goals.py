@@ -75,7 +75,8 @@ class GuidedHead:
     ``(3,)`` LPS mm by name. structures: None where nothing is named. coverage: what was
     seen so far; None where nobody watches. nostril_mm: where the scope goes in. parts:
     those that were asked for so far, by name. plan: tells where tools get to; None
-    where nobody knows. scope_mm: radius of the scope.
+    where nobody knows. scope_mm: radius of the scope. gripped: places at which a tool
+    in hand is tried, at most.
     """
 
     distance: Volume
@@ -87,6 +88,7 @@ class GuidedHead:
     spared: tuple[str, ...] = ()
     plan: ToolPlan | None = None
     scope_mm: float = 2.0
+    gripped: int = GRIPPED
     parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
@@ -257,6 +259,7 @@ def _bite(
         head.spared,
         head.hazards,
         _grip(head, eye_mm, view),
+        head.gripped,
     )
 
 
@@ -326,7 +329,7 @@ def _injected(
         return _at(task.place, head), math.inf
     grip = _grip(head, eye_mm, view)
     if grip is not None:
-        some = places[:: max(len(places) // GRIPPED, 1)]
+        some = places[:: max(len(places) // head.gripped, 1)]
         seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
         worths = grip(np.array(seen).reshape(-1, 3))
         if len(seen) and worths.max() > 0.0:

@@ -22,6 +22,7 @@ from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
+from scenarios.instruments.catalogue import Action, instrument_named
 from scenarios.instruments.contact_shape import works_at_mm
 from scenarios.tasks import Task, TaskState
 from scenarios.tasks import task as tasks
@@ -103,13 +104,17 @@ class _Ask:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """Hold what was found for an `_Ask`; way: None while there is none."""
+    """Hold what was found for an `_Ask`; way: None while there is none.
+
+    is_ahead: it is for where the scope is going.
+    """
 
     ask: _Ask
     at_s: float
     goal: Goal | None
     way: AirWay | None = None
     has_sought: bool = False
+    is_ahead: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +129,9 @@ class _Next:
     is_goal: bool
 
 
-Laid = Callable[[ScopePose | None, float], object]
-"""Hears where a scope is to lie, None for nowhere, and how deep it is turned, mm."""
+Laid = Callable[[ScopePose | None, float, str], object]
+"""Hears where a scope is to lie, and how deep it is turned, mm; None where the tool in
+hand gets to its place from nowhere, and the name of one that does, "" for none."""
 
 
 class _OvertakenError(Exception):
@@ -145,7 +151,7 @@ class Guide:
         self._head: GuidedHead | None = None
         self._scopes: ScopePlaces | None = None
         self._wanted: _Ask | None = None
-        self._to_lay: tuple[_Ask, Laid] | None = None
+        self._to_lay: tuple[_Ask, Sequence[str], Laid] | None = None
         self._laid: list[_Doubles] = []
         self._laid_for: tuple[object, ...] = ()
         self._found: _Found | None = None
@@ -208,12 +214,18 @@ class Guide:
         )
 
     def lay_scope(
-        self, view: View, states: Sequence[TaskState], cuts: int, heard: Laid
+        self,
+        view: View,
+        states: Sequence[TaskState],
+        cuts: int,
+        tools: Sequence[str],
+        heard: Laid,
     ) -> bool:
         """Find where the scope is to lie, so that the tool in hand gets to its place.
 
-        Asked again for the same it is another place. heard: is called once that is
-        known, by another thread. Return whether there is anything to be found.
+        Asked again for the same it is another place. tools: that may be used. heard:
+        is called once that is known, by another thread. Return whether there is
+        anything to be found.
         """
         opened = open_task(self._tasks, states) if states else None
         if opened is None or self._scopes is None or view.instrument == NO_TOOL:
@@ -224,7 +236,7 @@ class Guide:
         tip, eye = view.world_from_tip[:3, 3], np.array(view.camera.eye_mm)
         ask = _Ask((task.name, 0), task, state, tip, eye, cuts, view)
         with self._wakes:
-            self._to_lay = ask, heard
+            self._to_lay = ask, tools, heard
             self._wakes.notify()
         return True
 
@@ -234,6 +246,7 @@ class Guide:
             age_s = time.monotonic() - found.at_s
             is_cut = found.ask.cuts != ask.cuts
             changes = isinstance(ask.task, tasks.Survey | tasks.Follow)
+            changes |= found.is_ahead
             moved_mm = float(np.linalg.norm(found.ask.tip_mm - ask.tip_mm))
             has_none = found.way is None or isinstance(ask.task, tasks.Remove)
             is_lost = found.has_sought and has_none and moved_mm > RETRIED_MM
@@ -242,7 +255,7 @@ class Guide:
             if is_cutting and ask.view.instrument != NO_TOOL:
                 # elsewhere the tool in hand, or another, gets to other places
                 away = before.world_from_tip[:3, 3] - ask.view.world_from_tip[:3, 3]
-                changes = before.instrument != ask.view.instrument
+                changes |= before.instrument != ask.view.instrument
                 changes |= float(np.linalg.norm(away)) > SCOPE_MOVED_MM
                 is_lost = False
             if age_s < RENEWED_S or not (is_cut or changes or is_lost):
@@ -271,7 +284,9 @@ class Guide:
             except _OvertakenError:
                 continue
 
-    def _lay(self, ask: _Ask, heard: Laid, head: GuidedHead) -> None:
+    def _lay(
+        self, ask: _Ask, tools: Sequence[str], heard: Laid, head: GuidedHead
+    ) -> None:
         scopes, now = self._scopes, ask.view.world_from_tip
         assert scopes is not None
         same = ask.task.name, ask.view.instrument, ask.cuts
@@ -283,14 +298,21 @@ class Guide:
             self._laid = []
             pose = scopes.for_tool(ask.task, ask.state, head, ask.view)
         if pose is None:
-            heard(None, 0.0)
+            for other in _cutting(ask.task, tools):
+                view = replace(ask.view, instrument=other)
+                if scopes.for_tool(ask.task, ask.state, head, view) is not None:
+                    heard(None, 0.0, other)
+                    return
+            heard(None, 0.0, "")
             return
         self._laid.append(pose.frame[:3, 3])
         if pose.seen is not None:
             # what is found there counts until the scope lies there
             at_s = time.monotonic() + LAYS_S
-            self._found = _Found(replace(ask, view=pose.seen), at_s, pose.goal)
-        heard(pose, scopes.drawn_mm(now, pose))
+            self._found = _Found(
+                replace(ask, view=pose.seen), at_s, pose.goal, is_ahead=True
+            )
+        heard(pose, scopes.drawn_mm(now, pose), "")
 
     def _find(self, ask: _Ask, head: GuidedHead) -> None:
         goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm, ask.view)
@@ -318,6 +340,15 @@ class Guide:
         with suppress(ValueError):
             way = AirWay(head.distance, ask.tip_mm, goal.place_mm, still)
         self._found = replace(found, at_s=time.monotonic(), way=way, has_sought=True)
+
+
+def _cutting(task: Task, tools: Sequence[str]) -> list[str]:
+    """Return the tools with which a task may be done, those that bite first."""
+    if isinstance(task, tasks.Inject):
+        return []
+    actions = {name: instrument_named(name).action for name in tools}
+    takes = [Action.BITE, Action.POWERED, Action.CUT, Action.SCRAPE]
+    return [name for way in takes for name in tools if actions[name] is way]
 
 
 def _step(

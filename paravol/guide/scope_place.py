@@ -37,7 +37,7 @@ EVEN, ASIDE = 0.02, 0.3
 """What a pose loses for each mm off the nostril's middle, and for each mm that the
 shaft is dented more on average."""
 
-APART_MM = 4.0
+APART_MM = 3.0
 """Scopes whose tips are nearer to each other see the same."""
 
 DRAWN_MM = 0.0, 4.0, 8.0, 13.0, 20.0, 30.0, 40.0
@@ -46,9 +46,12 @@ DRAWN_MM = 0.0, 4.0, 8.0, 13.0, 20.0, 30.0, 40.0
 BETWEEN = 6
 """Poses on the way from one to another that are looked at."""
 
-TRIED, GOOD = 5, 25.0
+TRIED, GOOD = 12, 25.0
 """Poses for which a tool's ways are looked at, at most; none after one at which it is
 worth so much."""
+
+GRIPPED = 14
+"""Places at which it is tried from each, at most."""
 
 PLACES, SKIN_MM = 30, 1.2
 """Places that are looked at where the first is seen from nowhere; they lie so deep in
@@ -98,18 +101,19 @@ class ScopePlaces:
     ) -> ScopePose | None:
         """Return the pose from which the tool in hand does most of what a task asks.
 
-        One that only sees it where the tool gets there from none; None where there is
-        none. view: as it is now. left_out: tips, ``(3,)``, that lead nowhere.
+        None where it does nothing from any. view: as it is now. left_out: tips,
+        ``(3,)``, that lead nowhere.
         """
         tip, endoscope = view.world_from_tip[:3, 3], self._endoscope.at(view.scope_deg)
         goal = goal_of(task, state, head, tip)
         if goal is None:
             return None
+        head = replace(head, gripped=GRIPPED)
         places = tool_places(task, head)
         deep = self._distance.nearest(places)
         places = places[(deep > 0.0) & (deep < SKIN_MM)]
         places = places[:: max(len(places) // PLACES, 1)]
-        best, most = None, -1.0
+        best, most = None, 0.0
         tried = [*left_out]
         for pose in chain.from_iterable(
             self.looking_at(place, endoscope) for place in (goal.place_mm, *places)

@@ -75,6 +75,11 @@ class FlightInput(ABC):
         """Return whether walls hold what is steered, whatever is asked for."""
         return False
 
+    @property
+    def is_laid(self) -> bool:
+        """Return whether the scope is on its way to where it was told to lie."""
+        return False
+
     def go_out(self) -> None:
         """Take what is steered back outside; a hand that holds a device does that."""
         del self

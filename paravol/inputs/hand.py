@@ -185,6 +185,11 @@ class _HandInput(FlightInput):
         """Return whether walls hold the scope, whatever is asked for."""
         return self._control is not None and self._control.is_wedged
 
+    @property
+    def is_laid(self) -> bool:
+        """Return whether the scope is on its way to where it was told to lie."""
+        return self._control is not None and self._control.is_laid
+
     def go_out(self) -> None:
         """Take the scope back outside."""
         if self._control is not None:

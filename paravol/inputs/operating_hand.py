@@ -47,6 +47,10 @@ def no_force() -> float:
     return 0.0
 
 
+def _never() -> bool:
+    return False
+
+
 @dataclass(frozen=True, slots=True)
 class _Wish:
     """Hold what was last asked for."""
@@ -87,6 +91,8 @@ class OperatingHand:
         """The registration, 4x4, once it is known."""
         self.pointed: PointedTool | None = None
         """The tool that goes where somebody points; None where no nostril is known."""
+        self.is_scope_laid: Callable[[], bool] = _never
+        """Tells whether the scope is on its way to another place: a tool leaves it."""
         self.felt_n: Callable[[], float] = no_force
         """Tells how hard the tool presses, N."""
         self._name = NO_TOOL
@@ -356,6 +362,7 @@ class OperatingHand:
             camera = scope.camera(
                 world_from_tip, sample.roll_deg, (8, 8), sample.camera_roll_deg
             )
+            tool.withdraws = self.is_scope_laid()
             self._shaft = tool.follow(
                 camera,
                 world_from_tip,

@@ -93,7 +93,8 @@ class PointedTool:
     """Bring a tool to places of a picture.
 
     has_come: whether the tip has been at its place since it was put in. is_stuck: it
-    cannot come nearer to its place. reach_mm: where tissue begins along the ray. bite:
+    cannot come nearer to its place. withdraws: it leaves, wherever somebody points:
+    may be set. reach_mm: where tissue begins along the ray. bite:
     frame of the shaft, 4x4, where it would bite, and how far its jaws are closed there;
     None for nothing.
     """
@@ -116,6 +117,7 @@ class PointedTool:
         self._pivot, self._axis = fulcrum.pivot_mm, fulcrum.axis
         self.reach_mm = math.inf
         self._last_s: float | None = None
+        self.withdraws = False
         self.put_in()
 
     def put_in(self) -> None:
@@ -178,6 +180,12 @@ class PointedTool:
         self._is_biting = bites and self.bite is not None
         if self._is_biting or self._stroke > 0.0:
             return self._bites(state, time_s)
+        if self.withdraws:
+            last_s, self._last_s = self._last_s, time_s
+            elapsed_s = 0.0 if last_s is None else min(time_s - last_s, LONGEST_S)
+            self._go_back(TIP_MM_S * max(elapsed_s, 0.0))
+            self._planned_s, self.bite, self.is_stuck = -math.inf, None, False
+            return self.frame
         lunge_mm = LUNGE_MM if state.is_working else NEAR_MM
         is_at_tissue = self.reach_mm - ahead_mm < lunge_mm
         bite_mm = BITES_MM * state.jaw if state.is_working and not bites else 0.0

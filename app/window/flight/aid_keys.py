@@ -17,7 +17,7 @@ from scenarios.instrument_state import NO_TOOL
 class AidKeys(QObject):
     """Switch the guide, lay the scope, name what is seen while a key is held."""
 
-    _laid = Signal(object)
+    _laid = Signal(bool, str)
     """The assistant has looked: see `FlightThread.lay_scope`."""
 
     def __init__(
@@ -93,7 +93,7 @@ class AidKeys(QObject):
         if frame is None:
             return
         if self._thread.lay_scope(frame, self._laid.emit):
-            self._notify(tr("The assistant takes the scope"), "")
+            self._notify(tr("The assistant looks for a place"), "")
         elif frame.tool.name == NO_TOOL:
             key = KEYS.label(Act.NEXT_TOOL)
             self._notify(
@@ -102,14 +102,13 @@ class AidKeys(QObject):
         else:
             self._notify(tr("No tool is needed now"), "")
 
-    def _tell_laid(self, is_reached: bool | None) -> None:
-        if is_reached is None:
-            self._notify(tr("The assistant finds no place for the scope"), "")
-        elif not is_reached:
-            key = KEYS.label(Act.NEXT_TOOL)
+    def _tell_laid(self, is_found: bool, other: str) -> None:
+        if is_found:
+            self._notify(tr("The assistant lays the scope"), "")
+        else:
             self._notify(
                 tr("From nowhere this tool gets there"),
-                tr("{key} takes another one.", key=key),
+                tr("The {tool} does.", tool=tr(other)) if other else "",
             )
 
     def _below_mouse(self) -> tuple[float, float]:

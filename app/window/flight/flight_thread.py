@@ -284,22 +284,24 @@ class FlightThread(QObject, FlightObserver):
         return ScopePlaces(fulcrum, self._air(patient), endoscope, cone_deg)
 
     def lay_scope(
-        self, frame: DisplayedFrame, told: Callable[[bool | None], object]
+        self, frame: DisplayedFrame, told: Callable[[bool, str], object]
     ) -> bool:
         """Let an assistant lay the scope where the tool in hand gets to its place.
 
-        told: hears, by another thread, whether it does from there; None where there is
-        no such place. Return whether anything is done with that tool.
+        told: hears, by another thread, whether there is such a place, and else the
+        name of a tool that has one, "" for none. Return whether anything is done with
+        that tool.
         """
 
-        def lay(pose: ScopePose | None, drawn_mm: float) -> None:
+        def lay(pose: ScopePose | None, drawn_mm: float, other: str) -> None:
             if pose is not None:
                 self.flight.note_aid("assistant lays the scope")
                 self.flight.order.input.lay(pose.frame, pose.entry_mm, drawn_mm)
-            goal = None if pose is None else pose.goal
-            told(None if pose is None else goal is not None and goal.is_reached)
+            told(pose is not None, other)
 
-        return self.guide.lay_scope(frame.view, frame.tasks, frame.cuts, lay)
+        return self.guide.lay_scope(
+            frame.view, frame.tasks, frame.cuts, self.flight.hand.tools, lay
+        )
 
     def _pivot_mm(self, patient: PatientScene) -> NDArray[np.float64]:
         """Return what the scope's shaft turns about."""

@@ -49,9 +49,11 @@ SETTLES_S, SEEN_S, MOVED = 1.8, 0.45, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
 points does not count. And a mark that has moved so far is another."""
 
-LAYS_S, STILL_S, STILL = 9.0, 0.8, 0.01
+LAYS_S, STILL_S, STILL = 20.0, 0.8, 0.01
 """An assistant who lays the scope is waited for so long at most: until what is marked
 has not moved for the second, by the third at most."""
+
+LOOKS = "looks for a place"
 
 ELSEWHERE = 2
 """Places of the scope that lead to nothing, before another tool is tried."""
@@ -82,14 +84,17 @@ class Surgeon:
         self._person, self._shoot = person, shoot
         self._task = ""
         self._choice = self._vain = self._waits = self._shots = 0
-        self._lays, self._is_laid = 0, False
+        self._lays, self._is_laid, self._told = 0, False, ""
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
         if sight.task != self._task:
-            self._task, self._choice = sight.task, 0
+            self._task, self._choice, self._told = sight.task, 0, ""
             self._renew()
         mark = sight.mark
+        if "gets there: The " in sight.said:
+            # the assistant knows which tool does
+            self._told = sight.said.partition("gets there: The ")[2][:-6].lower()
         if _in_hand(sight) != self._wanted(sight):
             self._take(sight)
         elif not self._is_laid:
@@ -112,6 +117,8 @@ class Surgeon:
 
     def _wanted(self, sight: Sight) -> str:
         low = sight.task.lower()
+        if self._told:
+            return self._told
         for words, tools in TOOLS:
             if words in low:
                 return tools[self._choice % len(tools)]
@@ -150,7 +157,8 @@ class Surgeon:
         person.wait(0.8)
         while time.monotonic() - began < LAYS_S:
             person.wait(0.1)
-            mark = person.eyes.sight.mark
+            now = person.eyes.sight
+            mark = None if LOOKS in now.said else now.mark
             if mark is None or before is None or not _is_same(mark, before):
                 still, before = time.monotonic(), mark
             if time.monotonic() - still > STILL_S:
@@ -244,7 +252,7 @@ class Surgeon:
         self._lays += 1
         self._renew()
         if self._lays % ELSEWHERE == 0:
-            self._choice += 1
+            self._choice, self._told = self._choice + 1, ""
 
 
 def _is_same(mark: Mark, other: Mark) -> bool:
