@@ -240,6 +240,12 @@ class Guide:
             self._wakes.notify()
         return True
 
+    def look_anew(self) -> None:
+        """Look for the goal from where the scope lies now: it was laid."""
+        found = self._found
+        if found is not None and found.is_ahead:
+            self._found = replace(found, at_s=-math.inf)
+
     def _ask(self, ask: _Ask, found: _Found | None) -> None:
         """Let a goal be found, unless it is known or somebody is at it."""
         if found is not None and found.ask.key == ask.key:

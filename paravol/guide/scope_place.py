@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices.controls.fulcrum import Fulcrum
 from paravol.guide.goals import Goal, GuidedHead, goal_of, tool_places
 from paravol.inputs.nostril_lines import LEAN_MM, RINGS, NostrilLines
@@ -21,14 +22,15 @@ _Doubles = NDArray[np.float64]
 AWAY_MM = 11.0, 14.0, 17.0, 21.0, 9.0
 """From the lens to what is operated; nearer the scope leaves a tool no room."""
 
-ROUND = 12
+ROUND = 24
 """Sides from which a place is looked at, for each distance."""
 
-END_MM = 3.0
-"""So much of a scope's end may lean against walls."""
+ROOM_MM, DENT_MM, TURNED_MM = 0.6, 0.4, 1.0
+"""More air than this about a scope is not better; so deep it may press into mucosa, and
+while it is turned: deeper walls would push it elsewhere."""
 
-ROOM_MM, DENT_MM = 0.6, 1.0
-"""More air than this about a scope is not better; so deep it may press into mucosa."""
+CLEAR_MM, CLEAR = 0.6, 1.0
+"""What a pose loses for each mm that it is nearer to what must not be hurt."""
 
 SIGHT, SIGHT_MM = 15, 1.5
 """Places on the way from the lens that must be free, but the last so near the place."""
@@ -50,7 +52,7 @@ TRIED, GOOD = 12, 25.0
 """Poses for which a tool's ways are looked at, at most; none after one at which it is
 worth so much."""
 
-GRIPPED = 14
+GRIPPED = 24
 """Places at which it is tried from each, at most."""
 
 PLACES, SKIN_MM = 30, 1.2
@@ -81,15 +83,18 @@ class ScopePlaces:
         distance: Volume,
         endoscope: Endoscope,
         cone_deg: float,
+        hazards: HazardVolumes | None = None,
     ) -> None:
         """Take the nostril, and signed air distance, mm, read as it is at the time.
 
-        cone_deg: greatest tilt of a shaft from the nostril's axis.
+        cone_deg: greatest tilt of a shaft from the nostril's axis. hazards: must not be
+        hurt.
         """
         self._fulcrum, self._distance = fulcrum, distance
         self._endoscope, self._cone_deg = endoscope, cone_deg
+        self._hazards = hazards.nearest if hazards and hazards.names else None
         self._radius_mm = endoscope.diameter_mm / 2
-        self._lines = NostrilLines(fulcrum, distance, LEAN_MM, RINGS, END_MM)
+        self._lines = NostrilLines(fulcrum, distance, LEAN_MM, RINGS)
 
     def for_tool(
         self,
@@ -176,7 +181,7 @@ class ScopePlaces:
                 break
             points = self._lines.points(places, places + at_mm * lines)
             lacks = self._lines.lacks_mm(points, self._radius_mm)
-            if lacks.max() < DENT_MM:
+            if lacks.max() < TURNED_MM:
                 return at_mm
         return 0.0
 
@@ -212,6 +217,10 @@ class ScopePlaces:
         seen = self._distance.sample(rays.reshape(-1, 3)).reshape(share.shape)
         off = np.linalg.norm(entries - self._lines.middle_mm, axis=1)
         worth = -lacks.max(axis=1) - ASIDE * lacks.mean(axis=1) - EVEN * off
+        if self._hazards is not None:
+            near_mm = UNIT_MM * self._hazards.sample(points).min(axis=1)
+            near_mm -= self._radius_mm
+            worth -= CLEAR * np.maximum(CLEAR_MM - near_mm, 0.0)
         is_good = (lacks.max(axis=1) < ROOM_MM + DENT_MM) & (seen.max(axis=1) < 0.0)
         found: _Doubles = np.where(is_good, worth, -math.inf)
         return found

@@ -137,6 +137,7 @@ class FlightThread(QObject, FlightObserver):
         self._newest: DisplayedFrame | None = None
         self._before: Sample | None = None
         self._stood_s = 0.0
+        self._is_laid = False
         self._frame_times: deque[float] = deque()
         self._touched = -1
         self._staged = ("", 0.0)
@@ -281,7 +282,9 @@ class FlightThread(QObject, FlightObserver):
         fulcrum = nostril_fulcrum(patient, self.flight.path, order.scenario.start)
         endoscope = order.scenario.scope.endoscope()
         cone_deg = limits_about(fulcrum).cone_deg
-        return ScopePlaces(fulcrum, self._air(patient), endoscope, cone_deg)
+        return ScopePlaces(
+            fulcrum, self._air(patient), endoscope, cone_deg, patient.hazards
+        )
 
     def lay_scope(
         self, frame: DisplayedFrame, told: Callable[[bool, str], object]
@@ -379,6 +382,9 @@ class FlightThread(QObject, FlightObserver):
 
     def on_frame(self, event: FrameEvent) -> None:
         """Keep the frame for the window, with the frame rate of the last second."""
+        was_laid, self._is_laid = self._is_laid, self.flight.order.input.is_laid
+        if was_laid and not self._is_laid:
+            self.guide.look_anew()
         now = time.monotonic()
         times = self._frame_times
         times.append(now)

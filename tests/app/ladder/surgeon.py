@@ -49,7 +49,7 @@ SETTLES_S, SEEN_S, MOVED = 1.8, 0.45, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
 points does not count. And a mark that has moved so far is another."""
 
-LAYS_S, STILL_S, STILL = 20.0, 0.8, 0.01
+LAYS_S, STILL_S, STILL = 20.0, 1.2, 0.01
 """An assistant who lays the scope is waited for so long at most: until what is marked
 has not moved for the second, by the third at most."""
 
