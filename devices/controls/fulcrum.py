@@ -316,6 +316,7 @@ class FulcrumControl:
         right, up = frame[:3, 0] @ level[:, 0], frame[:3, 0] @ level[:, 1]
         roll_deg = math.degrees(math.atan2(-float(up), float(right)))
         self._goes_out = False
+        drawn_mm = max(drawn_mm, self.limits.depth_mm[0])
         self._laid = _Lay(
             np.array(entry_mm), float(depth_mm), np.array(tilt), roll_deg, drawn_mm
         )
@@ -419,7 +420,7 @@ class FulcrumControl:
             is_out = self._depth_mm <= limits.depth_mm[0]
             self._laid = None if is_there or lay.is_turned or is_out else lay
             # farther out there is more room
-            lay.drawn_mm = self._depth_mm - DRAWN_MORE_MM
+            lay.drawn_mm = max(self._depth_mm - DRAWN_MORE_MM, limits.depth_mm[0])
             lay.least_s, lay.still_s = math.inf, 0.0
 
     def _move_pivot(

@@ -29,6 +29,9 @@ ROOM_MM, DENT_MM, TURNED_MM = 0.6, 0.4, 1.0
 """More air than this about a scope is not better; so deep it may press into mucosa, and
 while it is turned: deeper walls would push it elsewhere."""
 
+END_RADII = np.array([1.0, 1.8])[:, None]
+"""Where the end of a scope is looked at, in its radii behind the tip."""
+
 CLEAR_MM, CLEAR = 0.6, 1.0
 """What a pose loses for each mm that it is nearer to what must not be hurt."""
 
@@ -208,7 +211,10 @@ class ScopePlaces:
 
     def _worth(self, entries: _Doubles, tips: _Doubles, place: _Doubles) -> _Doubles:
         """Return how well scopes lie and see, ``(n,)``; -inf for those that do not."""
-        points = self._lines.points(entries, tips)
+        back = entries - tips
+        back *= self._radius_mm / np.linalg.norm(back, axis=1, keepdims=True)
+        ends = tips[:, None] + END_RADII * back[:, None]
+        points = np.concatenate([ends, self._lines.points(entries, tips)], axis=1)
         lacks = self._lines.lacks_mm(points, self._radius_mm + ROOM_MM)
         ways = place - tips
         lengths = np.linalg.norm(ways, axis=1)

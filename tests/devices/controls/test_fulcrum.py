@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -297,3 +297,69 @@ def test_a_leaning_hand_turns_as_a_hand_may_and_rests_with_it(
         before = scope.frame()
         scope.advance(step_s, Demand())
         assert np.array_equal(scope.frame(), before)
+
+
+lies = st.tuples(
+    *[st.floats(-6.0, 6.0)] * 3,
+    st.floats(20.0, 90.0),
+    *[st.floats(-20.0, 20.0)] * 2,
+    st.floats(-179.0, 179.0),
+)
+
+
+def lying(
+    lie: tuple[float, ...],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the frame of a shaft that a hand has brought somewhere, and its entry."""
+    *off, depth_mm, yaw, pitch, roll = lie
+    entry = FULCRUM.pivot_mm + np.array(off)
+    scope = FulcrumControl(Fulcrum(entry, FULCRUM.axis), LIMITS, depth_mm)
+    scope.advance(
+        10.0,
+        Demand(yaw_nudge_deg=yaw, pitch_nudge_deg=pitch, roll_nudge_deg=roll),
+    )
+    return scope.frame(), entry
+
+
+@given(lies, lies, st.floats(0.0, 60.0))
+@settings(max_examples=30)
+def test_a_shaft_comes_to_lie_where_it_was_told_no_faster_than_a_hand(
+    first: tuple[float, ...], second: tuple[float, ...], drawn_mm: float
+) -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS)
+    for lie in (first, second):
+        frame, entry = lying(lie)
+        scope.lay(frame, entry, drawn_mm)
+        for _ in range(2000):
+            before = scope.frame()
+            scope.advance(0.01, Demand())
+            now = scope.frame()
+            most_deg = 0.01 * LIMITS.turn_deg_s * 1.01
+            assert angle_deg(before[:3, 2], now[:3, 2]) <= most_deg
+            if not scope.is_laid:
+                break
+        assert not scope.is_laid
+        assert np.abs(scope.frame() - frame).max() < 0.5
+        assert np.allclose(scope.entry_mm, entry, atol=0.5)
+
+
+@pytest.mark.parametrize("asked", [Demand(yaw=0.1), Demand(insert_nudge_mm=-1.0)])
+def test_whoever_moves_a_shaft_that_is_laid_has_it(asked: Demand) -> None:
+    scope, (frame, entry) = (
+        FulcrumControl(FULCRUM, LIMITS),
+        lying((0.0,) * 3 + (60.0, 9.0, 0.0, 0.0)),
+    )
+    scope.lay(frame, entry, 30.0)
+    scope.advance(0.01, Demand())
+    assert scope.is_laid
+    scope.advance(0.01, asked)
+    assert not scope.is_laid
+
+
+def test_a_shaft_that_walls_hold_is_not_laid_for_ever() -> None:
+    scope = FulcrumControl(FULCRUM, LIMITS, 40.0, lambda start, wanted: start)
+    frame, entry = lying((0.0,) * 3 + (60.0, 9.0, 0.0, 0.0))
+    scope.lay(frame, entry, 30.0)
+    for _ in range(3000):
+        scope.advance(0.01, Demand())
+    assert not scope.is_laid

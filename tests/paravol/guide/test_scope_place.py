@@ -1,0 +1,174 @@
+"""Where an assistant lays a scope: it sees the place, and lies in air."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from anatomy.hazard_volumes import HazardVolumes
+from devices.controls.fulcrum import Fulcrum
+from paravol.guide.goals import GuidedHead
+from paravol.guide.scope_place import (
+    APART_MM,
+    CLEAR_MM,
+    DENT_MM,
+    DRAWN_MM,
+    TURNED_MM,
+    ScopePlaces,
+    ScopePose,
+)
+from paravol.inputs.tool_plan import ToolPlan
+from renderers.scene import Volume
+from scenarios import Endoscope, View, tip_frame
+from scenarios.tasks import Status, TaskState
+from scenarios.tasks.task import Inject
+
+H = 0.8
+AXIS = (np.arange(101) - 50) * H
+FULCRUM = Fulcrum(np.array([0.0, 38.0, 0.0]), np.array([0.0, -1.0, 0.0]))
+"""A nostril that is gone into along -y."""
+
+WIDE_MM, WALL_MM = 9.0, -25.0
+PLACES = [(0.0, -15.0, 0.0), (6.0, -15.0, 3.0), (-5.0, -22.0, -6.0)]
+
+
+def cave() -> Volume:
+    """A round way of air along y, with an end."""
+    z, y, x = np.meshgrid(AXIS, AXIS, AXIS, indexing="ij")
+    deep = np.maximum(np.hypot(x, z) - WIDE_MM, WALL_MM - y)
+    return Volume(deep.astype(np.float32), np.full(3, H), np.full(3, AXIS[0]), background=9.0)
+
+
+def line_of(pose: ScopePose, radius_mm: float) -> NDArray[np.float64]:
+    """Return points of a scope's shaft as far as the nostril, ``(n, 3)``."""
+    way = pose.entry_mm - pose.frame[:3, 3]
+    length = float(np.linalg.norm(way))
+    return (
+        pose.frame[:3, 3] + np.linspace(radius_mm, length, 60)[:, None] * way / length
+    )
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0, 70.0])
+@pytest.mark.parametrize("place", PLACES)
+def test_it_lies_in_air_and_has_the_place_in_its_pictures_middle(
+    angle_deg: float, place: tuple[float, float, float]
+) -> None:
+    scope, air = Endoscope(angle_deg=angle_deg), cave()
+    poses = list(
+        ScopePlaces(FULCRUM, air, scope, 40.0).looking_at(np.array(place), scope)
+    )
+    assert poses
+    radius_mm = scope.diameter_mm / 2
+    for number, pose in enumerate(poses):
+        camera = scope.camera(pose.frame, pose.roll_deg, (64, 64))
+        way = np.array(place) - camera.eye_mm
+        across = np.linalg.norm(np.cross(camera.frame[3], way))
+        off = math.atan2(float(across), float(camera.frame[3] @ way))
+        assert math.degrees(off) < 5.0
+        deepest = air.sample(line_of(pose, radius_mm)).max() + radius_mm
+        assert deepest < DENT_MM + 0.4 * H
+        for other in poses[:number]:
+            assert np.linalg.norm(pose.frame[:3, 3] - other.frame[:3, 3]) >= APART_MM
+
+
+def test_nothing_is_seen_through_a_wall() -> None:
+    scope = Endoscope(angle_deg=30.0)
+    places = ScopePlaces(FULCRUM, cave(), scope, 40.0)
+    assert not list(places.looking_at(np.array([0.0, WALL_MM - 8.0, 0.0]), scope))
+
+
+def test_it_keeps_away_from_what_must_not_be_hurt() -> None:
+    scope, air = Endoscope(angle_deg=30.0), cave()
+    x = np.broadcast_to(AXIS, air.shape)
+    near = air.with_values(
+        (100.0 * np.clip(x + 3.0, -90.0, 90.0)).astype(np.int16), 9000
+    )
+    hazards = HazardVolumes({"artery": near})
+    place = np.array([0.0, -15.0, 0.0])
+    first = next(
+        ScopePlaces(FULCRUM, air, scope, 40.0, hazards).looking_at(place, scope)
+    )
+    gap = line_of(first, 0.0)[:, 0].min() + 3.0 - scope.diameter_mm / 2
+    assert gap > CLEAR_MM - H
+
+
+def test_it_is_drawn_back_no_farther_than_it_needs_to_turn() -> None:
+    scope, air = Endoscope(angle_deg=30.0), cave()
+    places = ScopePlaces(FULCRUM, air, scope, 40.0)
+    poses = [*places.looking_at(np.array(PLACES[1]), scope)]
+    poses += places.looking_at(np.array(PLACES[2]), scope)
+    for start in poses[::3]:
+        for goal in poses:
+            drawn_mm = places.drawn_mm(start.frame, goal)
+            depth_mm = float(np.linalg.norm(goal.frame[:3, 3] - goal.entry_mm))
+            assert 0.0 <= drawn_mm <= depth_mm + 1e-9
+            if drawn_mm > 0.0:
+                # there it lies in air on its new line, too
+                way = -goal.frame[:3, 2]
+                along = goal.entry_mm + np.linspace(5.0, drawn_mm, 30)[:, None] * way
+                deep = air.sample(along).max() + scope.diameter_mm / 2
+                assert deep < TURNED_MM + H
+    assert places.drawn_mm(poses[0].frame, poses[0]) == pytest.approx(
+        float(np.linalg.norm(poses[0].frame[:3, 3] - poses[0].entry_mm)), abs=8.0
+    )
+    assert max(DRAWN_MM) < 60.0
+
+
+def seen_from(pose: NDArray[np.float64], scope: Endoscope, tool: str) -> View:
+    camera = scope.camera(pose, 0.0, (64, 64))
+    return View(
+        camera, pose, np.full((4, 4), np.nan), 1.0, instrument=tool, scope_deg=30.0
+    )
+
+
+def test_a_tool_gets_to_its_place_and_asked_again_from_elsewhere() -> None:
+    scope, air = Endoscope(angle_deg=30.0), cave()
+    places = ScopePlaces(FULCRUM, air, scope, 40.0)
+    head = GuidedHead(
+        air,
+        {},
+        None,
+        None,
+        FULCRUM.pivot_mm,
+        plan=ToolPlan(FULCRUM, air),
+        scope_mm=1.35,
+    )
+    task = Inject(
+        name="wall", title="", place=(0.0, WALL_MM, 0.0), tool="injection needle"
+    )
+    state = TaskState("wall", Status.OPEN)
+    outside = tip_frame(FULCRUM.pivot_mm, FULCRUM.axis)
+    view = seen_from(outside, scope, "injection needle")
+    tips: list[NDArray[np.float64]] = []
+    for _ in range(3):
+        pose = places.for_tool(task, state, head, view, tips)
+        assert pose is not None
+        assert pose.goal is not None
+        assert pose.goal.is_reached
+        assert np.linalg.norm(pose.goal.place_mm - task.place) <= task.radius_mm
+        tip = pose.frame[:3, 3]
+        assert all(np.linalg.norm(tip - each) >= APART_MM for each in tips)
+        tips.append(tip)
+
+
+def test_without_a_way_for_the_tool_there_is_no_place() -> None:
+    scope, air = Endoscope(angle_deg=30.0), cave()
+    head = GuidedHead(
+        air,
+        {},
+        None,
+        None,
+        FULCRUM.pivot_mm,
+        plan=ToolPlan(FULCRUM, air),
+        scope_mm=1.35,
+    )
+    # behind the wall no needle gets
+    task = Inject(
+        name="wall", title="", place=(0.0, WALL_MM - 9.0, 0.0), tool="injection needle"
+    )
+    view = seen_from(
+        tip_frame(FULCRUM.pivot_mm, FULCRUM.axis), scope, "injection needle"
+    )
+    places = ScopePlaces(FULCRUM, air, scope, 40.0)
+    assert places.for_tool(task, TaskState("wall", Status.OPEN), head, view) is None
