@@ -96,8 +96,8 @@ GRADIENT_MM, POINTED_MM = 0.5, 1.5
 """A wall's normal is taken from distances so far off; what is pointed at lies so deep
 below its surface, or less."""
 
-CLEARS_MM = 0.5
-"""Nearer to what must not be hurt nothing is bitten."""
+CLEARS_MM, LEANS_MM = 0.5, 0.4
+"""Nearer to what must not be hurt nothing is bitten, and no shaft leans on it."""
 
 RIM_MM = 0.4
 """So far before the surface of other tissue a bite may take of it: half a voxel's, and
@@ -309,6 +309,12 @@ class ToolPlan:
             END_MM,
             free_mm,
             dents_mm,
+            kernel.Hazards(
+                self._hazards.values,
+                np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
+                UNIT_MM,
+                LEANS_MM,
+            ),
             found,
         )
         return found

@@ -29,70 +29,6 @@ def _place(origin: Doubles, turn: Doubles, way: Doubles, out: Doubles) -> None:
         )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _deepest(
-    distance: Floats, voxel: Doubles, guard: Doubles, origin: Doubles, turn: Doubles,
-    back_mm: float, balls: Doubles, first_mm: float, last_mm: float, stride: int,
-    most_mm: float,
-) -> float:  # fmt: skip
-    """Return how deep balls from first_mm to last_mm lie; infinite beyond most_mm."""
-    way, place, aside = np.empty(3), np.empty(3), np.empty(3)
-    worst = -math.inf
-    for b in range(0, balls.shape[0], stride):
-        if not first_mm <= balls[b, 0] <= last_mm:
-            continue
-        way[0], way[1] = balls[b, 2], balls[b, 3]
-        way[2] = balls[b, 4] + balls[b, 0] + back_mm
-        _place(origin, turn, way, place)
-        radius = balls[b, 1]
-        deep = radius - air_mm(distance, voxel, place[0], place[1], place[2])
-        if deep > most_mm or off_guard(guard, place, aside) < radius:
-            return math.inf
-        worst = max(worst, deep)
-    return worst
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def depths(
-    distance: Floats, voxel: Doubles, guard: Doubles, origins: Doubles, turns: Doubles,
-    inside_mm: Doubles, backs_mm: Doubles, balls: Doubles, end_mm: float,
-    free_mm: float, most_mm: float, found: Doubles,
-) -> None:  # fmt: skip
-    """Write how deep a tool lies in walls on its way in along its own line.
-
-    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
-    shaft, as `hold_back` takes it. origins, turns: ``(n, 3)`` and ``(n, 3, 3)`` of the
-    poses; inside_mm: ``(n,)`` from the shaft's end to where it comes in; what lies
-    before that does not count. backs_mm: ``(m,)`` how far it is drawn back, the
-    outermost first. Of the shaft only the last place is looked at that the end gets to:
-    on its way it lies where it will lie then; of the end, as long as end_mm, all places
-    are. What is
-    nearer to its end than free_mm may lie in tissue. found: ``(n, m)``; where it is
-    deeper than most_mm the way ends, there and farther in it is infinite.
-    """
-    for n in range(origins.shape[0]):
-        found[n, :] = math.inf
-        reached = -1
-        for m in range(backs_mm.shape[0]):
-            worst = _deepest(
-                distance, voxel, guard, origins[n], turns[n], backs_mm[m], balls,
-                free_mm, min(inside_mm[n] - backs_mm[m], end_mm), 1, most_mm,
-            )  # fmt: skip
-            if worst > most_mm:
-                break
-            found[n, m] = worst
-            reached = m
-        if reached < 0:
-            continue
-        back_mm = backs_mm[reached]
-        shaft = _deepest(
-            distance, voxel, guard, origins[n], turns[n], back_mm, balls, end_mm,
-            inside_mm[n] - back_mm, SHAFT_STRIDE, most_mm,
-        )  # fmt: skip
-        for m in range(reached + 1):
-            found[n, m] = max(found[n, m], shaft)
-
-
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _nearest(
     values: NDArray[np.generic], voxel: Doubles, place: Doubles, off: float
@@ -105,6 +41,91 @@ def _nearest(
     if not (0 <= i < nx and 0 <= j < ny and 0 <= k < nz):
         return off
     return float(values[k, j, i])
+
+
+class Hazards(NamedTuple):
+    """Hold what a shaft must not lean on.
+
+    values: int, distance in steps of unit_mm, with `voxel`, ``(3, 4)``; clears_mm: so
+    near it must not come.
+    """
+
+    values: NDArray[np.int16]
+    voxel: Doubles
+    unit_mm: float
+    clears_mm: float
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _deepest(
+    distance: Floats, voxel: Doubles, guard: Doubles, origin: Doubles, turn: Doubles,
+    back_mm: float, balls: Doubles, first_mm: float, last_mm: float, stride: int,
+    most_mm: float, hazards: Hazards,
+) -> float:  # fmt: skip
+    """Return how deep balls from first_mm to last_mm lie; infinite beyond most_mm.
+
+    And where one leans on what must not be hurt.
+    """
+    way, place, aside = np.empty(3), np.empty(3), np.empty(3)
+    worst = -math.inf
+    for b in range(0, balls.shape[0], stride):
+        if not first_mm <= balls[b, 0] <= last_mm:
+            continue
+        way[0], way[1] = balls[b, 2], balls[b, 3]
+        way[2] = balls[b, 4] + balls[b, 0] + back_mm
+        _place(origin, turn, way, place)
+        radius = balls[b, 1]
+        deep = radius - air_mm(distance, voxel, place[0], place[1], place[2])
+        if deep > most_mm or off_guard(guard, place, aside) < radius:
+            return math.inf
+        if deep > 0.0:
+            # what must not be hurt lies below a lining
+            steps = _nearest(hazards.values, hazards.voxel, place, math.inf)
+            if steps * hazards.unit_mm - radius < hazards.clears_mm:
+                return math.inf
+        worst = max(worst, deep)
+    return worst
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depths(
+    distance: Floats, voxel: Doubles, guard: Doubles, origins: Doubles, turns: Doubles,
+    inside_mm: Doubles, backs_mm: Doubles, balls: Doubles, end_mm: float,
+    free_mm: float, most_mm: float, hazards: Hazards, found: Doubles,
+) -> None:  # fmt: skip
+    """Write how deep a tool lies in walls on its way in along its own line.
+
+    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
+    shaft, as `hold_back` takes it. origins, turns: ``(n, 3)`` and ``(n, 3, 3)`` of the
+    poses; inside_mm: ``(n,)`` from the shaft's end to where it comes in; what lies
+    before that does not count. backs_mm: ``(m,)`` how far it is drawn back, the
+    outermost first. Of the shaft only the last place is looked at that the end gets to:
+    on its way it lies where it will lie then; of the end, as long as end_mm, all places
+    are. What is nearer to its end than free_mm may lie in tissue. hazards: see there.
+    found: ``(n, m)``; where it is deeper than most_mm the way ends, there and farther
+    in it is infinite.
+    """
+    for n in range(origins.shape[0]):
+        found[n, :] = math.inf
+        reached = -1
+        for m in range(backs_mm.shape[0]):
+            worst = _deepest(
+                distance, voxel, guard, origins[n], turns[n], backs_mm[m], balls,
+                free_mm, min(inside_mm[n] - backs_mm[m], end_mm), 1, most_mm, hazards,
+            )  # fmt: skip
+            if worst > most_mm:
+                break
+            found[n, m] = worst
+            reached = m
+        if reached < 0:
+            continue
+        back_mm = backs_mm[reached]
+        shaft = _deepest(
+            distance, voxel, guard, origins[n], turns[n], back_mm, balls, end_mm,
+            inside_mm[n] - back_mm, SHAFT_STRIDE, most_mm, hazards,
+        )  # fmt: skip
+        for m in range(reached + 1):
+            found[n, m] = max(found[n, m], shaft)
 
 
 class Head(NamedTuple):

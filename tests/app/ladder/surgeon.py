@@ -232,8 +232,10 @@ class Surgeon:
             self._shots += 1
         if after.bar > before + WORTH_IT:
             self._vain = self._lays = 0
-        else:
-            self._vain += 1
+            return
+        self._vain += 1
+        if self._vain > VAIN and "inject" not in self._task.lower():
+            self._elsewhere()
 
     def _is_ready(self, sight: Sight) -> bool:
         """Return whether what the tool would take is wanted, and nothing else is."""

@@ -1,5 +1,8 @@
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from queue import Queue
+from typing import cast
 
 import numpy as np
 import pytest
@@ -7,10 +10,11 @@ from numpy.typing import NDArray
 
 from paravol.guide.goals import GuidedHead
 from paravol.guide.guide import Guide, GuideMark
+from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera, Volume
 from scenarios import View, tip_frame
-from scenarios.tasks import Status, TaskState
-from scenarios.tasks.task import Look
+from scenarios.tasks import Status, Task, TaskState
+from scenarios.tasks.task import Inject, Look, Remove, Share
 
 H = 0.5
 SIZE = 41
@@ -132,3 +136,80 @@ def test_after_a_cut_the_way_is_found_anew(guide: Guide, air: Volume) -> None:
             return
         time.sleep(0.05)
     raise AssertionError("the way stayed as it was")
+
+
+class TwoPlaces:
+    """Know two places for the needle and the backbiter, none for other tools."""
+
+    def __init__(self) -> None:
+        frames = [tip_frame(np.full(3, x), np.array([0.0, 1.0, 0.0])) for x in (1, 9)]
+        self.poses = [ScopePose(frame, np.zeros(3), 0.0) for frame in frames]
+
+    def for_tool(
+        self,
+        task: Task,
+        state: TaskState,
+        head: GuidedHead,
+        view: View,
+        left_out: Sequence[NDArray[np.float64]] = (),
+    ) -> ScopePose | None:
+        if view.instrument not in ("injection needle", "backbiter"):
+            return None
+        return next(
+            (
+                p
+                for p in self.poses
+                if not any((p.frame[:3, 3] == t).all() for t in left_out)
+            ),
+            None,
+        )
+
+    def drawn_mm(self, now: NDArray[np.float64], pose: ScopePose) -> float:
+        return 12.5
+
+
+Heard = tuple[ScopePose | None, float, str]
+
+
+def asked(guide: Guide, tool: str, tools: Sequence[str] = ()) -> Heard | None:
+    """Return what an assistant who is asked once says; None where he is not needed."""
+    heard: Queue[Heard] = Queue()
+    seen = replace(view((0.0, 1.0, 0.1)), instrument=tool)
+    states = [TaskState("do", Status.OPEN)]
+    if not guide.lay_scope(seen, states, 0, tools, lambda *all: heard.put(all)):
+        return None
+    return heard.get(timeout=60.0)
+
+
+def test_an_assistant_lays_the_scope_elsewhere_each_time(air: Volume) -> None:
+    places = TwoPlaces()
+    guide = Guide([Inject(name="do", title="", place=FREE, tool="injection needle")])
+    guide.take_head(
+        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, places)
+    )
+    told = [asked(guide, "injection needle") for _ in range(3)]
+    guide.close()
+    first, second = places.poses
+    # from each of them once more
+    assert told == [(first, 12.5, ""), (second, 12.5, ""), (first, 12.5, "")]
+
+
+def test_an_assistant_names_a_tool_that_gets_there(air: Volume) -> None:
+    part = {"uncinate process, right": Share(least_percent=80.0)}
+    guide = Guide([Remove(name="do", title="", parts=part)])
+    head = GuidedHead(air, {}, None, None, np.zeros(3))
+    guide.take_head(head, cast(ScopePlaces, TwoPlaces()))
+    all_tools = "ball probe", "curette", "straight forceps", "backbiter"
+    assert asked(guide, "curette", all_tools) == (None, 0.0, "backbiter")
+    assert asked(guide, "curette", all_tools[:3]) == (None, 0.0, "")
+    assert asked(guide, "") is None
+    guide.close()
+
+
+def test_no_assistant_looks_for_who_is_to_look(air: Volume) -> None:
+    guide = Guide([Look(name="do", title="", place=FREE)])
+    guide.take_head(
+        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, TwoPlaces())
+    )
+    assert asked(guide, "injection needle") is None
+    guide.close()

@@ -37,7 +37,9 @@ def cave() -> Volume:
     """A round way of air along y, with an end."""
     z, y, x = np.meshgrid(AXIS, AXIS, AXIS, indexing="ij")
     deep = np.maximum(np.hypot(x, z) - WIDE_MM, WALL_MM - y)
-    return Volume(deep.astype(np.float32), np.full(3, H), np.full(3, AXIS[0]), background=9.0)
+    return Volume(
+        deep.astype(np.float32), np.full(3, H), np.full(3, AXIS[0]), background=9.0
+    )
 
 
 def line_of(pose: ScopePose, radius_mm: float) -> NDArray[np.float64]:
@@ -134,9 +136,8 @@ def test_a_tool_gets_to_its_place_and_asked_again_from_elsewhere() -> None:
         plan=ToolPlan(FULCRUM, air),
         scope_mm=1.35,
     )
-    task = Inject(
-        name="wall", title="", place=(0.0, WALL_MM, 0.0), tool="injection needle"
-    )
+    wall = 0.0, WALL_MM, 0.0
+    task = Inject(name="wall", title="", place=wall, tool="injection needle")
     state = TaskState("wall", Status.OPEN)
     outside = tip_frame(FULCRUM.pivot_mm, FULCRUM.axis)
     view = seen_from(outside, scope, "injection needle")
@@ -146,7 +147,7 @@ def test_a_tool_gets_to_its_place_and_asked_again_from_elsewhere() -> None:
         assert pose is not None
         assert pose.goal is not None
         assert pose.goal.is_reached
-        assert np.linalg.norm(pose.goal.place_mm - task.place) <= task.radius_mm
+        assert np.linalg.norm(pose.goal.place_mm - wall) <= task.radius_mm
         tip = pose.frame[:3, 3]
         assert all(np.linalg.norm(tip - each) >= APART_MM for each in tips)
         tips.append(tip)

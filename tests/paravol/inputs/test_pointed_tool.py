@@ -12,14 +12,15 @@ from devices.controls.fulcrum import Demand
 from paravol.feedback.shaft_heading import place_in_picture
 from paravol.inputs.hand import pointed_tool, scope_control
 from paravol.inputs.operating_hand import FIRST_AHEAD_MM, OperatingHand
-from paravol.inputs.pointed_tool import NEAREST_MM, thickness_mm
+from paravol.inputs.pointed_tool import NEAREST_MM
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
     BITES_MM,
     TOUCH_MM,
     YIELDS_MM,
+    tool_balls,
 )
-from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM, JAWS_MM
+from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM, JAWS_MM, SHUT_STEPS
 from paravol.patient import load_patient, no_progress
 from paravol.session_setup import build_session, operate_on
 from scenarios import Sample, load_scenario
@@ -111,7 +112,7 @@ def test_nothing_is_pushed_deeper_than_mucosa_yields(
             table = placed_table(table, tool_frame(sample))
             deep = -tool_clearance(distance, table).gap_mm
             assert deep <= TOUCH_MM + max(YIELDS_MM, BITES_MM) + LOOSE_MM
-            assert beside_mm(sample, name) > -0.8
+            assert beside_mm(sample, name) > -LOOSE_MM
         # one that has worked has eased off
         assert works or deep <= TOUCH_MM + YIELDS_MM + LOOSE_MM
 
@@ -119,10 +120,12 @@ def test_nothing_is_pushed_deeper_than_mucosa_yields(
 def beside_mm(sample: Sample, name: str) -> float:
     """Return the room between the straight shaft and the end of the scope, mm."""
     frame = shaft_of_tool(name, tool_frame(sample))
-    shaft = frame[:3, 3] + np.linspace(12.0, 60.0, 200)[:, None] * frame[:3, 2]
-    along = np.clip(shaft[:, 2], 0.0, BESIDE_MM)
-    off = np.linalg.norm(shaft - along[:, None] * np.array([0.0, 0.0, 1.0]), axis=1)
-    return float(off.min()) - SCOPE.diameter_mm / 2 - thickness_mm(name)
+    balls = tool_balls(name, SHUT_STEPS)
+    balls = balls[balls[:, 0] >= 12.0]
+    places = frame[:3, 3] + balls[:, :1] * frame[:3, 2] + balls[:, 2:] @ frame[:3, :3].T
+    along = np.clip(places[:, 2], 0.0, BESIDE_MM)
+    off = np.linalg.norm(places - along[:, None] * np.array([0.0, 0.0, 1.0]), axis=1)
+    return float((off - balls[:, 1]).min()) - SCOPE.diameter_mm / 2
 
 
 @pytest.mark.parametrize("name", ["straight forceps", "curette"])

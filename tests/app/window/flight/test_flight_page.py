@@ -3,7 +3,10 @@
 import itertools
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import cast
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -17,7 +20,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from app.window.flight.flight_page import FlightPage
-from app.window.flight.flight_thread import FlightThread
+from app.window.flight.flight_thread import DisplayedFrame, FlightThread
 from app.window.keyboard.actions import Act
 from app.window.style import style_sheet
 from app.window.window_size import scale_for
@@ -26,6 +29,7 @@ from paravol.guide import GuideMark
 from paravol.inputs import choose_input
 from paravol.readings import Readings
 from scenarios import InstrumentState, Scenario
+from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import Reach
 from tests.app.window.opened_window import ROOT
@@ -243,6 +247,35 @@ def test_a_key_hides_the_way_and_shows_it_again(page: FlightPage) -> None:
     assert switched == [False, True]
     assert page._thread.guide.is_on
     assert list(page._flight._aids) == ["guide off", "guide on"]
+
+
+def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
+    asked: list[DisplayedFrame] = []
+
+    def lay(frame: DisplayedFrame, told: Callable[[bool, str], object]) -> bool:
+        asked.append(frame)
+        if frame.tool.name == NO_TOOL:
+            return False
+        told(False, "backbiter")
+        return True
+
+    button = page._actions.bar.button(Act.ASSIST)
+    assert button is not None
+    said: list[tuple[str, str]] = []
+    with (
+        patch.object(page._thread, "lay_scope", lay),
+        patch.object(page._aids, "_notify", lambda *words: said.append(words)),
+    ):
+        for tool in (NO_TOOL, "curette"):
+            page._frame = cast(
+                DisplayedFrame, SimpleNamespace(tool=InstrumentState(tool))
+            )
+            QTest.keyClick(page, Qt.Key.Key_R)
+            QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        page._frame = None
+        QTest.keyClick(page, Qt.Key.Key_R)
+    assert len(asked) == 4
+    assert sum("backbiter" in detail for _, detail in said) == 2
 
 
 def test_names_are_shown_while_their_key_is_held(page: FlightPage) -> None:
