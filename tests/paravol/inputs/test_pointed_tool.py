@@ -112,7 +112,7 @@ def test_nothing_is_pushed_deeper_than_mucosa_yields(
             table = placed_table(table, tool_frame(sample))
             deep = -tool_clearance(distance, table).gap_mm
             assert deep <= TOUCH_MM + max(YIELDS_MM, BITES_MM) + LOOSE_MM
-            assert beside_mm(sample, name) > -LOOSE_MM
+            assert beside_mm(sample, name) > -0.5
         # one that has worked has eased off
         assert works or deep <= TOUCH_MM + YIELDS_MM + LOOSE_MM
 
