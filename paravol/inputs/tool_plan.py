@@ -298,9 +298,15 @@ class ToolPlan:
         inside += LIP_MM
         found = np.empty((len(frames), len(backs_mm)))
         kernel.depths(
-            self._distance.values,
-            np.ascontiguousarray(self._distance.voxel_from_world[:3]),
-            guard,
+            kernel.Around(
+                self._distance.values,
+                np.ascontiguousarray(self._distance.voxel_from_world[:3]),
+                guard,
+                self._hazards.values,
+                np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
+                UNIT_MM,
+                LEANS_MM,
+            ),
             origins,
             np.ascontiguousarray(frames[:, :3, :3]),
             inside,
@@ -309,12 +315,6 @@ class ToolPlan:
             END_MM,
             free_mm,
             dents_mm,
-            kernel.Hazards(
-                self._hazards.values,
-                np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
-                UNIT_MM,
-                LEANS_MM,
-            ),
             found,
         )
         return found

@@ -43,24 +43,27 @@ def _nearest(
     return float(values[k, j, i])
 
 
-class Hazards(NamedTuple):
-    """Hold what a shaft must not lean on.
+class Around(NamedTuple):
+    """Hold what is around a tool.
 
-    values: int, distance in steps of unit_mm, with `voxel`, ``(3, 4)``; clears_mm: so
-    near it must not come.
+    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
+    shaft, as `hold_back` takes it. hazards, hazard_voxel: distance to what must not be
+    hurt, in steps of unit_mm; no shaft comes nearer than clears_mm.
     """
 
-    values: NDArray[np.int16]
+    distance: Floats
     voxel: Doubles
+    guard: Doubles
+    hazards: NDArray[np.int16]
+    hazard_voxel: Doubles
     unit_mm: float
     clears_mm: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deepest(
-    distance: Floats, voxel: Doubles, guard: Doubles, origin: Doubles, turn: Doubles,
-    back_mm: float, balls: Doubles, first_mm: float, last_mm: float, stride: int,
-    most_mm: float, hazards: Hazards,
+    around: Around, origin: Doubles, turn: Doubles, back_mm: float, balls: Doubles,
+    first_mm: float, last_mm: float, stride: int, most_mm: float,
 ) -> float:  # fmt: skip
     """Return how deep balls from first_mm to last_mm lie; infinite beyond most_mm.
 
@@ -75,13 +78,14 @@ def _deepest(
         way[2] = balls[b, 4] + balls[b, 0] + back_mm
         _place(origin, turn, way, place)
         radius = balls[b, 1]
-        deep = radius - air_mm(distance, voxel, place[0], place[1], place[2])
-        if deep > most_mm or off_guard(guard, place, aside) < radius:
+        air = air_mm(around.distance, around.voxel, place[0], place[1], place[2])
+        deep = radius - air
+        if deep > most_mm or off_guard(around.guard, place, aside) < radius:
             return math.inf
         if deep > 0.0:
             # what must not be hurt lies below a lining
-            steps = _nearest(hazards.values, hazards.voxel, place, math.inf)
-            if steps * hazards.unit_mm - radius < hazards.clears_mm:
+            steps = _nearest(around.hazards, around.hazard_voxel, place, math.inf)
+            if steps * around.unit_mm - radius < around.clears_mm:
                 return math.inf
         worst = max(worst, deep)
     return worst
@@ -89,29 +93,27 @@ def _deepest(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def depths(
-    distance: Floats, voxel: Doubles, guard: Doubles, origins: Doubles, turns: Doubles,
-    inside_mm: Doubles, backs_mm: Doubles, balls: Doubles, end_mm: float,
-    free_mm: float, most_mm: float, hazards: Hazards, found: Doubles,
+    around: Around, origins: Doubles, turns: Doubles, inside_mm: Doubles,
+    backs_mm: Doubles, balls: Doubles, end_mm: float, free_mm: float, most_mm: float,
+    found: Doubles,
 ) -> None:  # fmt: skip
     """Write how deep a tool lies in walls on its way in along its own line.
 
-    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
-    shaft, as `hold_back` takes it. origins, turns: ``(n, 3)`` and ``(n, 3, 3)`` of the
-    poses; inside_mm: ``(n,)`` from the shaft's end to where it comes in; what lies
-    before that does not count. backs_mm: ``(m,)`` how far it is drawn back, the
-    outermost first. Of the shaft only the last place is looked at that the end gets to:
-    on its way it lies where it will lie then; of the end, as long as end_mm, all places
-    are. What is nearer to its end than free_mm may lie in tissue. hazards: see there.
-    found: ``(n, m)``; where it is deeper than most_mm the way ends, there and farther
-    in it is infinite.
+    origins, turns: ``(n, 3)`` and ``(n, 3, 3)`` of the poses; inside_mm: ``(n,)`` from
+    the shaft's end to where it comes in; what lies before that does not count.
+    backs_mm: ``(m,)`` how far it is drawn back, the outermost first. Of the shaft only
+    the last place is looked at that the end gets to: on its way it lies where it will
+    lie then; of the end, as long as end_mm, all places are. What is nearer to its end
+    than free_mm may lie in tissue. found: ``(n, m)``; where it is deeper than most_mm
+    the way ends, there and farther in it is infinite.
     """
     for n in range(origins.shape[0]):
         found[n, :] = math.inf
         reached = -1
         for m in range(backs_mm.shape[0]):
             worst = _deepest(
-                distance, voxel, guard, origins[n], turns[n], backs_mm[m], balls,
-                free_mm, min(inside_mm[n] - backs_mm[m], end_mm), 1, most_mm, hazards,
+                around, origins[n], turns[n], backs_mm[m], balls, free_mm,
+                min(inside_mm[n] - backs_mm[m], end_mm), 1, most_mm,
             )  # fmt: skip
             if worst > most_mm:
                 break
@@ -121,8 +123,8 @@ def depths(
             continue
         back_mm = backs_mm[reached]
         shaft = _deepest(
-            distance, voxel, guard, origins[n], turns[n], back_mm, balls, end_mm,
-            inside_mm[n] - back_mm, SHAFT_STRIDE, most_mm, hazards,
+            around, origins[n], turns[n], back_mm, balls, end_mm,
+            inside_mm[n] - back_mm, SHAFT_STRIDE, most_mm,
         )  # fmt: skip
         for m in range(reached + 1):
             found[n, m] = max(found[n, m], shaft)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Signal
 from PySide6.QtGui import QCursor, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
-from app.window.flight.flight_thread import DisplayedFrame, FlightThread
+from app.window.flight.flight_thread import FlightThread
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.panels.endoscope_panel import picture_square
@@ -27,19 +27,16 @@ class AidKeys(QObject):
         picture: QWidget,
         notify: Callable[[str, str], None],
         switched: Callable[[bool], object],
-        frame: Callable[[], DisplayedFrame | None],
     ) -> None:
         """Listen to the window.
 
         notify: says a line and what it means. switched: hears whether the guide is on.
-        frame: the one that is shown, None before the first.
         """
         super().__init__(window)
         self._thread = thread
         self._picture = picture
         self._notify = notify
         self._switched = switched
-        self._frame = frame
         self._laid.connect(self._tell_laid)
         self._has_tasks = bool(thread.flight.order.scenario.tasks)
         window.installEventFilter(self)
@@ -89,7 +86,7 @@ class AidKeys(QObject):
         return True
 
     def _lay_scope(self) -> None:
-        frame = self._frame()
+        frame = self._thread.last
         if frame is None:
             return
         if self._thread.lay_scope(frame, self._laid.emit):

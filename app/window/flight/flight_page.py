@@ -142,14 +142,7 @@ class FlightPage(Page):
                 is_steered=order.input.controls is not None,
             )
         self._sound = SoundKeys(thread.sound, self, told)
-        self._aids = AidKeys(
-            thread,
-            self,
-            self.picture,
-            told,
-            self.guide_switched.emit,
-            lambda: self._frame,
-        )
+        self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
         self._actions = FlightActions(
             self,
             ScopeKeys(self._flight.scopes, self, told),

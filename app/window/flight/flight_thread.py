@@ -135,6 +135,8 @@ class FlightThread(QObject, FlightObserver):
         self._patient: PatientScene | None = None
         self._lock = threading.Lock()
         self._newest: DisplayedFrame | None = None
+        self.last: DisplayedFrame | None = None
+        """The last frame, None before the first."""
         self._before: Sample | None = None
         self._stood_s = 0.0
         self._is_laid = False
@@ -412,7 +414,7 @@ class FlightThread(QObject, FlightObserver):
             self._feedback.follow(event.signs)
         with self._lock:
             was_taken = self._newest is None
-            self._newest = displayed
+            self._newest = self.last = displayed
         if was_taken:
             self.arrived.emit()
         self._begin_model()

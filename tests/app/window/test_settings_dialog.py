@@ -68,14 +68,14 @@ def test_a_key_is_changed_and_told_and_kept_or_taken_back(
     window.show_page(page)
     for answer, expected in (
         (Qt.Key.Key_Escape, {}),
-        (Qt.Key.Key_Return, {"move in": "@R", "hint": "Ctrl+@G", "work": "@M"}),
+        (Qt.Key.Key_Return, {"move in": "@X", "hint": "Ctrl+@G", "work": "@M"}),
     ):
         QTest.keyClick(page, Qt.Key.Key_F2)
         dialog = window.findChild(SettingsDialog)
         assert isinstance(dialog, SettingsDialog)
         dialog.tabs.setCurrentIndex(2)
         ctrl = Qt.KeyboardModifier.ControlModifier
-        give(dialog, Act.MOVE_IN, Qt.Key.Key_R)
+        give(dialog, Act.MOVE_IN, Qt.Key.Key_X)
         assert dialog.told.text() == ""
         give(dialog, Act.HINT, Qt.Key.Key_G, ctrl)
         give(dialog, Act.WORK, Qt.Key.Key_M)
@@ -84,14 +84,14 @@ def test_a_key_is_changed_and_told_and_kept_or_taken_back(
         give(dialog, Act.SUCTION, Qt.Key.Key_Escape)
         assert dialog.told.text() == ""
         labels = KEYS.label(Act.MOVE_IN, Act.HINT, Act.WORK, Act.IMAGING)
-        assert labels == "R Ctrl+G M B"
-        assert dialog.keys._items[Act.MOVE_IN].text(1) == "R"
+        assert labels == "X Ctrl+G M B"
+        assert dialog.keys._items[Act.MOVE_IN].text(1) == "X"
         QTest.keyClick(dialog, answer)
         application.sendPostedEvents()
         application.processEvents()
         kept = read_preferences().keys
         assert kept == (expected and {**expected, "imaging": "@B"})
-        assert KEYS.label(Act.MOVE_IN) == ("R" if expected else "W")
+        assert KEYS.label(Act.MOVE_IN) == ("X" if expected else "W")
     window.take_preferences(WindowPreferences())
     window.shut()
     preferences_file().unlink()

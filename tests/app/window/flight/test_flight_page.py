@@ -267,12 +267,12 @@ def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
         patch.object(page._aids, "_notify", lambda *words: said.append(words)),
     ):
         for tool in (NO_TOOL, "curette"):
-            page._frame = cast(
+            page._thread.last = cast(
                 DisplayedFrame, SimpleNamespace(tool=InstrumentState(tool))
             )
             QTest.keyClick(page, Qt.Key.Key_R)
             QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-        page._frame = None
+        page._thread.last = None
         QTest.keyClick(page, Qt.Key.Key_R)
     assert len(asked) == 4
     assert sum("backbiter" in detail for _, detail in said) == 2
