@@ -329,8 +329,9 @@ def _injected(
         return _at(task.place, head), math.inf
     grip = _grip(head, eye_mm, view)
     if grip is not None:
-        some = places[:: max(len(places) // head.gripped, 1)]
+        some = places[:: max(len(places) // (8 * head.gripped), 1)]
         seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
+        seen = seen[:: max(len(seen) // head.gripped, 1)]
         worths = grip(np.array(seen).reshape(-1, 3))
         if len(seen) and worths.max() > 0.0:
             good = np.array(seen)[worths > AS_GOOD * worths.max()]
