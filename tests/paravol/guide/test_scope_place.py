@@ -13,7 +13,6 @@ from paravol.guide.scope_place import (
     APART_MM,
     CLEAR_MM,
     DENT_MM,
-    DRAWN_MM,
     TURNED_MM,
     ScopePlaces,
     ScopePose,
@@ -114,7 +113,6 @@ def test_it_is_drawn_back_no_farther_than_it_needs_to_turn() -> None:
     assert places.drawn_mm(poses[0].frame, poses[0]) == pytest.approx(
         float(np.linalg.norm(poses[0].frame[:3, 3] - poses[0].entry_mm)), abs=8.0
     )
-    assert max(DRAWN_MM) < 60.0
 
 
 def seen_from(pose: NDArray[np.float64], scope: Endoscope, tool: str) -> View:

@@ -114,13 +114,13 @@ def test_jaws_hold_what_is_asked_for_and_spare_the_rest(name: str, turn: float) 
 
 
 @pytest.mark.parametrize("name", ["straight forceps", "backbiter", "curette"])
-@given(st.floats(-6.5, 6.5), st.floats(-6.5, 6.5))
+@given(st.floats(1.8, 2.8), st.floats(-6.5, 6.5))
 @settings(max_examples=8, deadline=None)
 def test_no_shaft_leans_on_what_must_not_be_hurt(name: str, x: float, y: float) -> None:
     """Its lining yields by more than it is thick."""
     side = across(0.0)
-    air = volume(np.abs(side) - 7.0)
-    near = air.with_values((100.0 * (7.3 - volume(side).values)).astype(np.int16), 9000)
+    air = volume(np.abs(side) - 3.0)
+    near = air.with_values((100.0 * (3.2 - volume(side).values)).astype(np.int16), 9000)
     plan = ToolPlan(FULCRUM, air, None, HazardVolumes({"septum": near}))
     pose = laid(plan, name, np.array([x, y, 0.0]))
     if math.isinf(pose.off_mm):
@@ -129,7 +129,7 @@ def test_no_shaft_leans_on_what_must_not_be_hurt(name: str, x: float, y: float) 
         contact_table(name, 14 / 16), tool_of_shaft(name, frame_of(pose))
     )
     ends = np.concatenate([table[:, :3], table[:, 3:6]])
-    gaps = 7.3 - ends[:, 0] - np.tile(table[:, 6], 2)
+    gaps = 3.2 - ends[:, 0] - np.tile(table[:, 6], 2)
     assert gaps[ends[:, 2] < FULCRUM.pivot_mm[2]].min() > 0.0
 
 
