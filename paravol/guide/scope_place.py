@@ -214,7 +214,9 @@ class ScopePlaces:
         back = entries - tips
         back *= self._radius_mm / np.linalg.norm(back, axis=1, keepdims=True)
         ends = tips[:, None] + END_RADII * back[:, None]
-        points = np.concatenate([ends, self._lines.points(entries, tips)], axis=1)
+        points = np.concatenate(
+            [ends, self._lines.points(entries, tips, is_whole=True)], axis=1
+        )
         lacks = self._lines.lacks_mm(points, self._radius_mm + ROOM_MM)
         ways = place - tips
         lengths = np.linalg.norm(ways, axis=1)

@@ -77,16 +77,23 @@ class NostrilLines:
         self.places_mm: Doubles = fulcrum.pivot_mm + self.off
 
     def points(
-        self, places_mm: Doubles, ends_mm: Doubles, outside_mm: float = 0.0
+        self,
+        places_mm: Doubles,
+        ends_mm: Doubles,
+        outside_mm: float = 0.0,
+        *,
+        is_whole: bool = False,
     ) -> Doubles:
         """Return points of the lines from places to their ends, ``(n, m, 3)``.
 
         places_mm, ends_mm: ``(n, 3)``, or one end for all. outside_mm: they run on so
-        far before the places.
+        far before the places. is_whole: each as far as it is long, all as far as the
+        shortest else.
         """
         ways = ends_mm - places_mm
         lengths = np.linalg.norm(ways, axis=1, keepdims=True)
-        back_mm = np.minimum(self._back_mm, lengths.min() + outside_mm)
+        most_mm = lengths if is_whole else lengths.min()
+        back_mm = np.minimum(self._back_mm, most_mm + outside_mm)
         share = 1.0 - back_mm / np.maximum(lengths, 1e-9)
         found: Doubles = places_mm[:, None] + share[..., None] * ways[:, None]
         return found
