@@ -3,11 +3,12 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices.controls.fulcrum import Fulcrum
@@ -19,11 +20,15 @@ from scenarios.tasks import Task, TaskState
 
 _Doubles = NDArray[np.float64]
 
-AWAY_MM = 11.0, 14.0, 17.0, 21.0, 9.0
+NEAR_MM, FAR_MM = 8.0, 20.0
 """From the lens to what is operated; nearer the scope leaves a tool no room."""
 
-ROUND = 24
-"""Sides from which a place is looked at, for each distance."""
+APART_MM = 2.5
+"""Between places where a lens may lie."""
+
+ROUND, WITHIN = 12, 0.75
+"""Turns of the light post that are compared, and how far off the picture's middle a
+place counts as seen, 1 at its rim."""
 
 ROOM_MM, DENT_MM, TURNED_MM = 0.6, 0.4, 1.0
 """More air than this about a scope is not better; so deep it may press into mucosa, and
@@ -42,8 +47,9 @@ EVEN, ASIDE = 0.02, 0.3
 """What a pose loses for each mm off the nostril's middle, and for each mm that the
 shaft is dented more on average."""
 
-APART_MM = 3.0
-"""Scopes whose tips are nearer to each other see the same."""
+SEES, SEEN = 1.0, 0.5
+"""What a pose gains by e times as much that it sees; and what that counts which another
+pose has seen."""
 
 DRAWN_MM = 0.0, 4.0, 8.0, 13.0, 20.0, 30.0, 40.0
 """So far a scope is drawn back to be turned, as little as will do."""
@@ -58,9 +64,8 @@ worth so much."""
 GRIPPED = 24
 """Places at which it is tried from each, at most."""
 
-PLACES, SKIN_MM = 30, 1.2
-"""Places that are looked at where the first is seen from nowhere; they lie so deep in
-tissue at most."""
+PLACES, SKIN_MM = 200, 1.2
+"""Places of tissue that are to be seen, at most; they lie so deep in it at most."""
 
 
 class ScopePose(NamedTuple):
@@ -94,7 +99,8 @@ class ScopePlaces:
         hurt.
         """
         self._fulcrum, self._distance = fulcrum, distance
-        self._endoscope, self._cone_deg = endoscope, cone_deg
+        self._endoscope = endoscope
+        self._least = math.cos(math.radians(cone_deg))
         self._hazards = hazards.nearest if hazards and hazards.names else None
         self._radius_mm = endoscope.diameter_mm / 2
         self._lines = NostrilLines(fulcrum, distance, LEAN_MM, RINGS)
@@ -112,56 +118,52 @@ class ScopePlaces:
         None where it does nothing from any. view: as it is now. left_out: tips,
         ``(3,)``, that lead nowhere.
         """
-        tip, endoscope = view.world_from_tip[:3, 3], self._endoscope.at(view.scope_deg)
-        goal = goal_of(task, state, head, tip)
-        if goal is None:
-            return None
+        endoscope = self._endoscope.at(view.scope_deg)
         head = replace(head, gripped=GRIPPED)
         places = tool_places(task, head)
         deep = self._distance.nearest(places)
         places = places[(deep > 0.0) & (deep < SKIN_MM)]
         places = places[:: max(len(places) // PLACES, 1)]
         best, most = None, 0.0
-        tried = [*left_out]
-        for pose in chain.from_iterable(
-            self.looking_at(place, endoscope) for place in (goal.place_mm, *places)
-        ):
-            tip = pose.frame[:3, 3]
-            if any(float(np.linalg.norm(tip - each)) < APART_MM for each in tried):
-                continue
-            tried.append(tip)
-            size = view.camera.width, view.camera.height
+        size = view.camera.width, view.camera.height
+        for pose in islice(self.looking_at(places, endoscope, left_out), TRIED):
             camera = endoscope.camera(pose.frame, pose.roll_deg, size)
             seen = replace(view, camera=camera, world_from_tip=pose.frame)
+            tip = pose.frame[:3, 3]
             found = goal_of(task, state, head, tip, camera.eye_mm, seen)
             if found is not None and found.worth > most:
                 most = found.worth
                 best = pose._replace(seen=seen, goal=found)
-            if len(tried) == len(left_out) + TRIED or most > GOOD:
+            if most > GOOD:
                 break
         return best
 
-    def looking_at(self, place: _Doubles, endoscope: Endoscope) -> Iterator[ScopePose]:
-        """Give poses that see a place, ``(3,)``, in the picture's middle, best first.
+    def looking_at(
+        self, places: _Doubles, endoscope: Endoscope, left_out: Sequence[_Doubles] = ()
+    ) -> Iterator[ScopePose]:
+        """Give poses that see places, ``(n, 3)``, best first, each lying elsewhere.
 
-        Each lies elsewhere than those before. None are given that dent walls deeper
-        than `DENT_MM`.
+        What one has seen counts less for the next. None dents walls deeper than
+        `DENT_MM`. left_out: tips, ``(3,)``, near which none lies.
         """
-        entries, tips = self._candidates(place, endoscope.angle_deg)
-        ways = tips - entries
-        lengths = np.linalg.norm(ways, axis=1)
-        axis = self._fulcrum.axis
-        is_in = ways @ axis >= lengths * math.cos(math.radians(self._cone_deg))
-        entries, tips = entries[is_in], tips[is_in]
-        worth = self._worth(entries, tips, place)
-        taken: list[_Doubles] = []
-        for number in np.argsort(-worth):
-            if not np.isfinite(worth[number]):
+        if not len(places):
+            return
+        tips, entries, worth = self._lying(places)
+        frames, sees = self._sees(tips, entries, places, endoscope)
+        for tip in left_out:
+            worth[np.linalg.norm(tips - tip, axis=1) < APART_MM] = -math.inf
+        fresh = np.ones(len(places))
+        while len(tips):
+            with np.errstate(divide="ignore"):
+                total = worth + SEES * np.log(sees @ fresh)
+            turn, number = np.unravel_index(int(np.argmax(total)), total.shape)
+            if not np.isfinite(total[turn, number]):
                 return
-            tip = tips[number]
-            if all(float(np.linalg.norm(tip - each)) > APART_MM for each in taken):
-                taken.append(tip)
-                yield self._pose(entries[number], tip, place)
+            roll_deg = math.remainder(int(turn) * 360.0 / ROUND, 360.0)
+            yield ScopePose(frames[turn, number], entries[number], roll_deg)
+            fresh[sees[turn, number]] *= SEEN
+            near_mm = np.linalg.norm(tips - tips[number], axis=1)
+            worth[near_mm < APART_MM + 1e-6] = -math.inf
 
     def drawn_mm(self, now: _Doubles, pose: ScopePose) -> float:
         """Return the depth at which a scope turns freely from a frame to a pose's line.
@@ -188,56 +190,66 @@ class ScopePlaces:
                 return at_mm
         return 0.0
 
-    def _candidates(
-        self, place: _Doubles, angle_deg: float
-    ) -> tuple[_Doubles, _Doubles]:
-        """Return entries and tips, ``(n, 3)`` each, that see a place as scopes do."""
-        entries = self._lines.places_mm
-        shafts = np.broadcast_to(place - entries, (len(AWAY_MM), ROUND, *entries.shape))
-        turns = np.arange(ROUND) * (2.0 * math.pi / ROUND)
-        cosine, sine = np.cos(turns)[:, None, None], np.sin(turns)[:, None, None]
-        angle = math.radians(angle_deg)
-        away = np.array(AWAY_MM)[:, None, None, None]
-        for _ in range(3):
-            # who looks aside lies beside the line to the place, and leans there
-            shafts = shafts / np.linalg.norm(shafts, axis=-1, keepdims=True)
-            right = np.cross(shafts, self._fulcrum.up)
-            right /= np.linalg.norm(right, axis=-1, keepdims=True)
-            post = cosine * np.cross(right, shafts) + sine * right
-            tips = place - away * (math.cos(angle) * shafts + math.sin(angle) * post)
-            shafts = tips - entries
-        tips = tips.reshape(-1, 3)
-        return np.tile(entries, (len(tips) // len(entries), 1)), tips
+    def _lying(self, places: _Doubles) -> tuple[_Doubles, _Doubles, _Doubles]:
+        """Return tips about places and their entries, ``(n, 3)``, and how they lie."""
+        low, high = places.min(axis=0) - FAR_MM, places.max(axis=0) + FAR_MM
+        axes = [np.arange(a, b, APART_MM) for a, b in zip(low, high, strict=True)]
+        tips = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        air = -self._distance.sample(tips) > self._radius_mm - DENT_MM
+        inside = (tips - self._lines.middle_mm) @ self._fulcrum.axis > END_RADII.max()
+        tips = tips[air & inside]
+        near_mm, _ = cKDTree(places).query(tips)
+        tips = tips[(near_mm > NEAR_MM) & (near_mm < FAR_MM)]
+        most = np.full(len(tips), -math.inf)
+        entries = np.zeros_like(tips)
+        for entry in self._lines.places_mm:
+            worth = self._worth(np.broadcast_to(entry, tips.shape), tips)
+            is_better = worth > most
+            most[is_better], entries[is_better] = worth[is_better], entry
+        lies = np.isfinite(most)
+        return tips[lies], entries[lies], most[lies]
 
-    def _worth(self, entries: _Doubles, tips: _Doubles, place: _Doubles) -> _Doubles:
-        """Return how well scopes lie and see, ``(n,)``; -inf for those that do not."""
-        back = entries - tips
-        back *= self._radius_mm / np.linalg.norm(back, axis=1, keepdims=True)
-        ends = tips[:, None] + END_RADII * back[:, None]
+    def _sees(
+        self, tips: _Doubles, entries: _Doubles, places: _Doubles, endoscope: Endoscope
+    ) -> tuple[_Doubles, NDArray[np.bool_]]:
+        """Return frames of scopes, ``(turns, n, 4, 4)``, and which places they see."""
+        ways = places - tips[:, None]
+        lengths = np.linalg.norm(ways, axis=2)
+        share = np.linspace(0.0, 1.0, SIGHT) * (1.0 - SIGHT_MM / lengths)[..., None]
+        near = (lengths > NEAR_MM) & (lengths < FAR_MM)
+        rays = tips[:, None, None] + share[..., None] * ways[:, :, None]
+        walls = self._distance.sample(rays[near].reshape(-1, 3))
+        near[near] = walls.reshape(-1, SIGHT).max(axis=1) < 0.0
+        ways /= lengths[..., None]
+        turns = ROUND if endoscope.angle_deg else 1
+        frames = np.empty((turns, len(tips), 4, 4))
+        sees = np.zeros((turns, len(tips), len(places)), dtype=bool)
+        angle = math.radians(endoscope.angle_deg)
+        least = math.cos(math.radians(WITHIN * endoscope.field_of_view_deg / 2))
+        for turn in range(turns):
+            for number, (tip, entry) in enumerate(zip(tips, entries, strict=True)):
+                frame = tip_frame(tip, tip - entry, turn * 360.0 / ROUND)
+                look = math.sin(angle) * frame[:3, 1] - math.cos(angle) * frame[:3, 2]
+                frames[turn, number] = frame
+                sees[turn, number] = near[number] & (ways[number] @ look > least)
+        return frames, sees
+
+    def _worth(self, entries: _Doubles, tips: _Doubles) -> _Doubles:
+        """Return how well scopes lie, ``(n,)``; -inf for those that do not."""
+        ways = tips - entries
+        lengths = np.linalg.norm(ways, axis=1, keepdims=True)
+        ends = tips[:, None] - END_RADII * (ways * self._radius_mm / lengths)[:, None]
         points = np.concatenate(
             [ends, self._lines.points(entries, tips, is_whole=True)], axis=1
         )
         lacks = self._lines.lacks_mm(points, self._radius_mm + ROOM_MM)
-        ways = place - tips
-        lengths = np.linalg.norm(ways, axis=1)
-        share = np.linspace(0.0, 1.0, SIGHT) * (1.0 - SIGHT_MM / lengths)[:, None]
-        rays = tips[:, None] + share[..., None] * ways[:, None]
-        seen = self._distance.sample(rays.reshape(-1, 3)).reshape(share.shape)
         off = np.linalg.norm(entries - self._lines.middle_mm, axis=1)
         worth = -lacks.max(axis=1) - ASIDE * lacks.mean(axis=1) - EVEN * off
         if self._hazards is not None:
             near_mm = UNIT_MM * self._hazards.sample(points).min(axis=1)
             near_mm -= self._radius_mm
             worth -= CLEAR * np.maximum(CLEAR_MM - near_mm, 0.0)
-        is_good = (lacks.max(axis=1) < ROOM_MM + DENT_MM) & (seen.max(axis=1) < 0.0)
+        is_in = ways @ self._fulcrum.axis >= lengths[:, 0] * self._least
+        is_good = is_in & (lacks.max(axis=1) < ROOM_MM + DENT_MM)
         found: _Doubles = np.where(is_good, worth, -math.inf)
         return found
-
-    def _pose(self, entry: _Doubles, tip: _Doubles, place: _Doubles) -> ScopePose:
-        """Return a scope whose light post is turned so that it sees a place."""
-        upright = tip_frame(tip, tip - entry)
-        right, up = upright[:3, 0], upright[:3, 1]
-        roll_deg = math.degrees(
-            math.atan2(float((place - tip) @ right), float((place - tip) @ up))
-        )
-        return ScopePose(tip_frame(tip, tip - entry, roll_deg), entry, roll_deg)

@@ -40,7 +40,7 @@ BESIDE_MM = 8.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the vestibule, which yields to both, and one hand gives way to the other."""
 
-YIELDS_MM = 1.5
+YIELDS_MM = 2.0
 """So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
 shaft gets into a meatus."""
 

@@ -65,9 +65,8 @@ END_MM = 15.0
 SHUT_STEPS = 14
 """Of `JAW_STEPS`: jaws that go somewhere are closed so far; farther they would bite."""
 
-DENTS_MM, PRESSES_MM, REACHED_MM = 1.0, 1.6, 1.0
-"""So deep a shaft may press into mucosa and turbinates, which yield; and the second
-where it would end farther before its place than the third."""
+DENTS_MM = 2.0
+"""So deep a shaft may press into mucosa and turbinates, which yield."""
 
 FREE_MM = 0.8
 """No deeper it presses while it is turned."""
@@ -152,7 +151,6 @@ class _Look(NamedTuple):
     now: tuple[Doubles, float]
     vain: Sequence[Pose]
     is_at_tissue: bool
-    dents_mm: float = DENTS_MM
 
 
 class ToolPlan:
@@ -204,10 +202,6 @@ class ToolPlan:
         """
         look = _Look(name, _guard(scope, radius_mm), up, now, vain, is_at_tissue)
         found = self._best(look, place)
-        if beside and not found.worth and found.off_mm > REACHED_MM:
-            pressed = self._best(look._replace(dents_mm=PRESSES_MM), place)
-            if pressed.worth or pressed.off_mm < found.off_mm - REACHED_MM:
-                found = pressed
         if beside and is_at_tissue and has_jaws(name):
             # who points beside a good bite means that
             right = np.cross(up, scope[:3, 2])
@@ -289,7 +283,7 @@ class ToolPlan:
         frames: Doubles,
         backs_mm: Doubles,
         guard: Doubles,
-        dents_mm: float = DENTS_MM,
+        most_mm: float = DENTS_MM,
         free_mm: float = -math.inf,
     ) -> Doubles:
         """Return how deep a closed tool lies in walls, ``(n, m)``; see `depths`."""
@@ -314,7 +308,7 @@ class ToolPlan:
             tool_balls(name, SHUT_STEPS),
             END_MM,
             free_mm,
-            dents_mm,
+            most_mm,
             found,
         )
         return found
@@ -324,7 +318,7 @@ class ToolPlan:
         name, guard = look.name, look.guard
         poses = self._poses(name, place, look.now)
         frames = poses[0]
-        deep = self._depths(name, frames, BACKS_MM, guard, look.dents_mm)
+        deep = self._depths(name, frames, BACKS_MM, guard)
         # what is narrow on the way is so for what lies behind
         deep = np.maximum.accumulate(deep, axis=1)
         worth = self._loss(look, deep, BACKS_MM, poses)
@@ -345,7 +339,7 @@ class ToolPlan:
         if not len(at):
             return found
         lines = [each[at] for each in poses]
-        bitten = self._depths(name, lines[0], BITES_MM, guard, look.dents_mm, JAWS_MM)
+        bitten = self._depths(name, lines[0], BITES_MM, guard, free_mm=JAWS_MM)
         pairs = np.argwhere(np.isfinite(bitten))
         way = deep[at, far[at]][:, None]
         loss = self._loss(look, np.maximum(bitten, way), BITES_MM, lines)
@@ -378,7 +372,7 @@ class ToolPlan:
         guard, up, (entry, roll) = look.guard, look.up, look.now
         worth = np.where(np.isfinite(deep), 0.0, -math.inf)
         worth -= OFF * np.abs(backs)
-        worth -= DEEP * np.clip(deep, 0.0, PRESSES_MM)
+        worth -= DEEP * np.clip(deep, 0.0, DENTS_MM)
         worth -= EVEN * np.linalg.norm(entries - self._lines.middle_mm, axis=1)[:, None]
         away_mm = np.linalg.norm(entries - entry, axis=1)
         worth -= (TURNED * _apart_deg(rolls, roll) / 180.0 + MOVED * away_mm)[:, None]

@@ -29,8 +29,8 @@ AT_MM, NEAR_MM = 3.0, 6.5
 between."""
 
 BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
-WORTH_IT = 0.008
-"""A bite that brings less is not worth many more from there."""
+WORTH_IT, POOR = 0.012, 1
+"""A bite that brings less is not worth many more from there: so many."""
 
 LEAST_MM3, SPARES_MM3 = 1.0, 1.0
 """A bite that is worth it where larger ones are not found; and what he risks of what is
@@ -54,6 +54,9 @@ LAYS_S, STILL_S, STILL = 20.0, 1.2, 0.01
 has not moved for the second, by the third at most."""
 
 LOOKS = "looks for a place"
+
+TAKEN_S = 2.0
+"""He waits so long to see what he has taken."""
 
 ELSEWHERE = 2
 """Places of the scope that lead to nothing, before another tool is tried."""
@@ -130,8 +133,9 @@ class Surgeon:
         for _ in range(14):
             if _in_hand(person.look()) == wanted:
                 break
+            before = person.eyes.sight.tool
             person.hand.tap(Key.Key_T)
-            person.wait(0.15)
+            self._until(TAKEN_S, lambda: person.eyes.sight.tool != before)
         else:
             raise LostError(f"there is no {wanted}")
         person.say(f"takes the {wanted}")
@@ -139,6 +143,11 @@ class Surgeon:
             person.hand.tap(Key.Key_N)
         self._renew()
         person.wait(1.0)
+
+    def _until(self, limit_s: float, holds: Callable[[], bool]) -> None:
+        began = time.monotonic()
+        while not holds() and time.monotonic() - began < limit_s:
+            self._person.wait(0.05)
 
     def put_away(self) -> None:
         """Empty the hand."""
@@ -234,7 +243,7 @@ class Surgeon:
             self._vain = self._lays = 0
             return
         self._vain += 1
-        if self._vain > VAIN and "inject" not in self._task.lower():
+        if self._vain > POOR and "inject" not in self._task.lower():
             self._elsewhere()
 
     def _is_ready(self, sight: Sight) -> bool:

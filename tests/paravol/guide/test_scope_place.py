@@ -28,8 +28,10 @@ AXIS = (np.arange(101) - 50) * H
 FULCRUM = Fulcrum(np.array([0.0, 38.0, 0.0]), np.array([0.0, -1.0, 0.0]))
 """A nostril that is gone into along -y."""
 
-WIDE_MM, WALL_MM = 9.0, -25.0
-PLACES = [(0.0, -15.0, 0.0), (6.0, -15.0, 3.0), (-5.0, -22.0, -6.0)]
+WIDE_MM, WALL_MM = 6.5, -25.0
+PLACES = np.array([(4.0, -15.0, 3.0), (0.0, -12.0, 5.0), (-3.0, -22.0, -4.0)])
+OFF_DEG = 32.0
+"""Off a picture's middle, at most; its rim lies at 40."""
 
 
 def cave() -> Volume:
@@ -50,33 +52,47 @@ def line_of(pose: ScopePose, radius_mm: float) -> NDArray[np.float64]:
     )
 
 
+def sees(pose: ScopePose, scope: Endoscope, place: NDArray[np.float64]) -> bool:
+    """Return whether a place lies well inside the picture."""
+    camera = scope.camera(pose.frame, pose.roll_deg, (64, 64))
+    way = place - camera.eye_mm
+    across = float(np.linalg.norm(np.cross(camera.frame[3], way)))
+    off = math.atan2(across, float(camera.frame[3] @ way))
+    return math.degrees(off) < OFF_DEG
+
+
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0, 70.0])
-@pytest.mark.parametrize("place", PLACES)
-def test_it_lies_in_air_and_has_the_place_in_its_pictures_middle(
-    angle_deg: float, place: tuple[float, float, float]
-) -> None:
+def test_it_lies_in_air_and_sees_a_place(angle_deg: float) -> None:
     scope, air = Endoscope(angle_deg=angle_deg), cave()
-    poses = list(
-        ScopePlaces(FULCRUM, air, scope, 40.0).looking_at(np.array(place), scope)
-    )
+    poses = list(ScopePlaces(FULCRUM, air, scope, 40.0).looking_at(PLACES, scope))
     assert poses
     radius_mm = scope.diameter_mm / 2
     for number, pose in enumerate(poses):
-        camera = scope.camera(pose.frame, pose.roll_deg, (64, 64))
-        way = np.array(place) - camera.eye_mm
-        across = np.linalg.norm(np.cross(camera.frame[3], way))
-        off = math.atan2(float(across), float(camera.frame[3] @ way))
-        assert math.degrees(off) < 5.0
+        assert any(sees(pose, scope, place) for place in PLACES)
         deepest = air.sample(line_of(pose, radius_mm)).max() + radius_mm
-        assert deepest < DENT_MM + 0.4 * H
+        assert deepest < DENT_MM + 0.2
         for other in poses[:number]:
-            assert np.linalg.norm(pose.frame[:3, 3] - other.frame[:3, 3]) >= APART_MM
+            away = np.linalg.norm(pose.frame[:3, 3] - other.frame[:3, 3])
+            assert away >= APART_MM
+
+
+def test_what_sees_most_comes_first_and_then_what_sees_the_rest() -> None:
+    scope = Endoscope(angle_deg=70.0)
+    right, left = np.array([6.0, -15.0, 0.0]), np.array([-6.0, -15.0, 0.0])
+    many = right + np.linspace(-1.0, 1.0, 9)[:, None] * np.array([0.0, 1.0, 0.0])
+    found = ScopePlaces(FULCRUM, cave(), scope, 40.0).looking_at(
+        np.vstack([left, many]), scope
+    )
+    first = next(found)
+    assert all(sees(first, scope, place) for place in many)
+    assert not sees(first, scope, left)
+    assert any(sees(next(found), scope, left) for _ in range(6))
 
 
 def test_nothing_is_seen_through_a_wall() -> None:
     scope = Endoscope(angle_deg=30.0)
     places = ScopePlaces(FULCRUM, cave(), scope, 40.0)
-    assert not list(places.looking_at(np.array([0.0, WALL_MM - 8.0, 0.0]), scope))
+    assert not list(places.looking_at(np.array([[0.0, WALL_MM - 8.0, 0.0]]), scope))
 
 
 def test_it_keeps_away_from_what_must_not_be_hurt() -> None:
@@ -86,9 +102,8 @@ def test_it_keeps_away_from_what_must_not_be_hurt() -> None:
         (100.0 * np.clip(x + 3.0, -90.0, 90.0)).astype(np.int16), 9000
     )
     hazards = HazardVolumes({"artery": near})
-    place = np.array([0.0, -15.0, 0.0])
     first = next(
-        ScopePlaces(FULCRUM, air, scope, 40.0, hazards).looking_at(place, scope)
+        ScopePlaces(FULCRUM, air, scope, 40.0, hazards).looking_at(PLACES, scope)
     )
     gap = line_of(first, 0.0)[:, 0].min() + 3.0 - scope.diameter_mm / 2
     assert gap > CLEAR_MM - H
@@ -97,8 +112,7 @@ def test_it_keeps_away_from_what_must_not_be_hurt() -> None:
 def test_it_is_drawn_back_no_farther_than_it_needs_to_turn() -> None:
     scope, air = Endoscope(angle_deg=30.0), cave()
     places = ScopePlaces(FULCRUM, air, scope, 40.0)
-    poses = [*places.looking_at(np.array(PLACES[1]), scope)]
-    poses += places.looking_at(np.array(PLACES[2]), scope)
+    poses = list(places.looking_at(PLACES, scope))[:12]
     for start in poses[::3]:
         for goal in poses:
             drawn_mm = places.drawn_mm(start.frame, goal)
