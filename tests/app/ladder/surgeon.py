@@ -133,9 +133,8 @@ class Surgeon:
         for _ in range(14):
             if _in_hand(person.look()) == wanted:
                 break
-            before = person.eyes.sight.tool
             person.hand.tap(Key.Key_T)
-            self._until(TAKEN_S, lambda: person.eyes.sight.tool != before)
+            self._see_change(person.eyes.sight.tool)
         else:
             raise LostError(f"there is no {wanted}")
         person.say(f"takes the {wanted}")
@@ -144,10 +143,13 @@ class Surgeon:
         self._renew()
         person.wait(1.0)
 
-    def _until(self, limit_s: float, holds: Callable[[], bool]) -> None:
-        began = time.monotonic()
-        while not holds() and time.monotonic() - began < limit_s:
-            self._person.wait(0.05)
+    def _see_change(self, tool: str) -> None:
+        """Wait until another tool is named than before."""
+        person, began = self._person, time.monotonic()
+        while person.eyes.sight.tool == tool:
+            person.wait(0.05)
+            if time.monotonic() - began > TAKEN_S:
+                return
 
     def put_away(self) -> None:
         """Empty the hand."""
