@@ -25,8 +25,8 @@ STILL, SAME = 0.02, 12
 """What is left to go must become less by so much; so often it may not, before one takes
 oneself for stuck."""
 
-KEPT = "Keep away", "Spare"
-"""What is only to be kept has no end but the flight's."""
+KEPT, SHOWN_S = ("Keep away", "Spare"), 1.0
+"""What is only to be kept has no end but the flight's, where it stays so long."""
 
 Skill = Callable[["Trainee", Sight], None]
 
@@ -62,8 +62,14 @@ class Trainee:
             sight = self.person.look()
             if sight.page != "FlightPage":
                 raise LostError(f"the window shows {sight.page}")
-            if ALL_DONE in sight.task or sight.task.startswith(KEPT):
+            if ALL_DONE in sight.task:
                 return
+            if sight.task.startswith(KEPT):
+                # what comes after a task that is done may not stand there yet
+                self.person.wait(SHOWN_S)
+                sight = self.person.look()
+                if sight.task.startswith(KEPT):
+                    return
             if "failed" in sight.done:
                 raise LostError(sight.done)
             if sight.task != self._task:
