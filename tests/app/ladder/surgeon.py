@@ -206,12 +206,16 @@ class Surgeon:
             if sight.mark is not None and sight.mark.mm > SHORT_MM:
                 # the wheel lets it go as far as tissue
                 person.hand.wheel(4)
-            began = time.monotonic()
-            while time.monotonic() - began < SETTLES_S:
+            began = moved_s = time.monotonic()
+            least_mm = math.inf
+            while time.monotonic() - moved_s < SETTLES_S:
                 person.wait(0.1)
                 sight = person.eyes.sight
                 if sight.mark is None or sight.task != self._task:
                     return
+                if sight.mark.mm < least_mm:
+                    # it is still coming
+                    least_mm, moved_s = sight.mark.mm, time.monotonic()
                 if sight.at_s > began + SEEN_S and self._is_ready(sight):
                     self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
                     return
