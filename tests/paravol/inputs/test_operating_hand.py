@@ -61,3 +61,22 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     after = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     assert after.instrument.jaw == SHUT
     assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)
+
+
+def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
+    """Nobody was told what it would be; let go and pressed there it does."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    end_s = settled(hand)
+    hand.point(0.5, 0.4)
+    for on_the_way_s, bites in ((0.05, False), (3.0, True)):
+        end_s = settled(hand, end_s, on_the_way_s)
+        hand.work(True)
+        jaws = []
+        for _ in range(150):
+            end_s += 0.01
+            sample = hand.complete(Pose(end_s, end_s, np.eye(4), 0))
+            jaws.append(sample.instrument.jaw)
+        hand.work(False)
+        assert (min(jaws) < 0.5) is bites
