@@ -14,8 +14,9 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices.controls.fulcrum import Fulcrum
 from paravol.guide.goals import Goal, GuidedHead, goal_of, tool_places
 from paravol.inputs.nostril_lines import LEAN_MM, RINGS, NostrilLines
+from paravol.inputs.tool_plan import tip_frames
 from renderers.scene import Volume
-from scenarios import Endoscope, View, tip_frame
+from scenarios import Endoscope, View
 from scenarios.tasks import Task, TaskState
 
 _Doubles = NDArray[np.float64]
@@ -23,8 +24,8 @@ _Doubles = NDArray[np.float64]
 NEAR_MM, FAR_MM = 8.0, 20.0
 """From the lens to what is operated; nearer the scope leaves a tool no room."""
 
-APART_MM = 2.5
-"""Between places where a lens may lie."""
+STEP_MM, APART_MM = 2.5, 3.0
+"""Between places where a lens may lie; nearer than the second they see the same."""
 
 ROUND, WITHIN = 12, 0.75
 """Turns of the light post that are compared, and how far off the picture's middle a
@@ -163,7 +164,7 @@ class ScopePlaces:
             yield ScopePose(frames[turn, number], entries[number], roll_deg)
             fresh[sees[turn, number]] *= SEEN
             near_mm = np.linalg.norm(tips - tips[number], axis=1)
-            worth[near_mm < APART_MM + 1e-6] = -math.inf
+            worth[near_mm < APART_MM] = -math.inf
 
     def drawn_mm(self, now: _Doubles, pose: ScopePose) -> float:
         """Return the depth at which a scope turns freely from a frame to a pose's line.
@@ -193,10 +194,10 @@ class ScopePlaces:
     def _lying(self, places: _Doubles) -> tuple[_Doubles, _Doubles, _Doubles]:
         """Return tips about places and their entries, ``(n, 3)``, and how they lie."""
         low, high = places.min(axis=0) - FAR_MM, places.max(axis=0) + FAR_MM
-        axes = [np.arange(a, b, APART_MM) for a, b in zip(low, high, strict=True)]
+        axes = [np.arange(a, b, STEP_MM) for a, b in zip(low, high, strict=True)]
         tips = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         air = -self._distance.sample(tips) > self._radius_mm - DENT_MM
-        inside = (tips - self._lines.middle_mm) @ self._fulcrum.axis > END_RADII.max()
+        inside = (tips - self._lines.middle_mm) @ self._fulcrum.axis > self._radius_mm
         tips = tips[air & inside]
         near_mm, _ = cKDTree(places).query(tips)
         tips = tips[(near_mm > NEAR_MM) & (near_mm < FAR_MM)]
@@ -215,24 +216,29 @@ class ScopePlaces:
         """Return frames of scopes, ``(turns, n, 4, 4)``, and which places they see."""
         ways = places - tips[:, None]
         lengths = np.linalg.norm(ways, axis=2)
-        share = np.linspace(0.0, 1.0, SIGHT) * (1.0 - SIGHT_MM / lengths)[..., None]
         near = (lengths > NEAR_MM) & (lengths < FAR_MM)
-        rays = tips[:, None, None] + share[..., None] * ways[:, :, None]
-        walls = self._distance.sample(rays[near].reshape(-1, 3))
-        near[near] = walls.reshape(-1, SIGHT).max(axis=1) < 0.0
+        of = np.nonzero(near)[0]
+        share = np.linspace(0.0, 1.0, SIGHT) * (1.0 - SIGHT_MM / lengths[near])[:, None]
+        rays = tips[of, None] + share[..., None] * ways[near][:, None]
+        walls = self._distance.sample(rays.reshape(-1, 3)).reshape(share.shape)
+        near[near] = walls.max(axis=1) < 0.0
         ways /= lengths[..., None]
         turns = ROUND if endoscope.angle_deg else 1
-        frames = np.empty((turns, len(tips), 4, 4))
-        sees = np.zeros((turns, len(tips), len(places)), dtype=bool)
+        frames = np.stack(
+            [
+                tip_frames(tips, tips - entries, np.full(len(tips), turn_deg))
+                for turn_deg in np.arange(turns) * (360.0 / ROUND)
+            ]
+        )
         angle = math.radians(endoscope.angle_deg)
+        looks = math.sin(angle) * frames[..., 1] - math.cos(angle) * frames[..., 2]
         least = math.cos(math.radians(WITHIN * endoscope.field_of_view_deg / 2))
-        for turn in range(turns):
-            for number, (tip, entry) in enumerate(zip(tips, entries, strict=True)):
-                frame = tip_frame(tip, tip - entry, turn * 360.0 / ROUND)
-                look = math.sin(angle) * frame[:3, 1] - math.cos(angle) * frame[:3, 2]
-                frames[turn, number] = frame
-                sees[turn, number] = near[number] & (ways[number] @ look > least)
-        return frames, sees
+        # turn by turn: all at once would be much to hold
+        sees = [
+            near & (np.einsum("npc,nc->np", ways, look[:, :3]) > least)
+            for look in looks
+        ]
+        return frames, np.stack(sees)
 
     def _worth(self, entries: _Doubles, tips: _Doubles) -> _Doubles:
         """Return how well scopes lie, ``(n,)``; -inf for those that do not."""

@@ -133,7 +133,7 @@ class PointedTool:
         self._vain_at = self._pivot
         self.has_come = self.is_stuck = False
         self._is_held = self._is_resting = False
-        self._was_working = self._may_bite = False
+        self._may_bite: bool | None = None
         self.bite: tuple[Doubles, float] | None = None
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
         self._least_mm, self._still_s = math.inf, 0.0
@@ -179,12 +179,11 @@ class PointedTool:
         self.reach_mm = reach_mm(self._distance, eye, ray)
         bites = state.is_working and has_jaws(state.name)
         if not bites:
-            self._may_bite = False
-        elif not self._was_working:
+            self._may_bite = None
+        elif self._may_bite is None:
             # who presses on the way there was told of no bite
             self._may_bite = self.bite is not None
-        self._was_working = bites
-        self._is_biting = bites and self._may_bite and self.bite is not None
+        self._is_biting = bool(self._may_bite) and self.bite is not None
         if self._is_biting or self._stroke > 0.0:
             return self._bites(state, time_s)
         if self.withdraws:

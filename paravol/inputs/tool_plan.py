@@ -272,9 +272,9 @@ class ToolPlan:
         ends = np.broadcast_to(place, entries.shape)
         for _ in range(2):
             # a bent tool's shaft passes beside its tip
-            frames = _frames(ends, ends - entries, rolls)
+            frames = tip_frames(ends, ends - entries, rolls)
             ends = place + frames[:, :3, :3] @ off
-        frames = _frames(ends, ends - entries, rolls)
+        frames = tip_frames(ends, ends - entries, rolls)
         return [frames, entries, rolls]
 
     def _depths(
@@ -493,7 +493,7 @@ def _is_turned(name: str) -> bool:
     return has_jaws(name) or any(bool(place.any()) for place in aside)
 
 
-def _frames(ends: Doubles, ways: Doubles, rolls_deg: Doubles) -> Doubles:
+def tip_frames(ends: Doubles, ways: Doubles, rolls_deg: Doubles) -> Doubles:
     """Return `scenarios.tip_frame` of many, ``(n, 4, 4)``."""
     back = -ways / np.linalg.norm(ways, axis=1, keepdims=True)
     is_steep = np.abs(back @ SUPERIOR) >= PARALLEL
