@@ -30,14 +30,17 @@ FULCRUM = Fulcrum(np.array([0.0, 38.0, 0.0]), np.array([0.0, -1.0, 0.0]))
 
 WIDE_MM, WALL_MM = 6.5, -25.0
 PLACES = np.array([(4.0, -15.0, 3.0), (0.0, -12.0, 5.0), (-3.0, -22.0, -4.0)])
+VALVE_MM = 2.5
 OFF_DEG = 32.0
 """Off a picture's middle, at most; its rim lies at 40."""
 
 
-def cave() -> Volume:
-    """A round way of air along y, with an end."""
+def cave(valve_mm: float = WIDE_MM) -> Volume:
+    """A round way of air along y, with an end; as wide as told at y = 15."""
     z, y, x = np.meshgrid(AXIS, AXIS, AXIS, indexing="ij")
-    deep = np.maximum(np.hypot(x, z) - WIDE_MM, WALL_MM - y)
+    away = np.hypot(x, z)
+    deep = np.maximum(away - WIDE_MM, WALL_MM - y)
+    deep = np.maximum(deep, np.minimum(away - valve_mm, 3.0 - np.abs(y - 15.0)))
     return Volume(
         deep.astype(np.float32), np.full(3, H), np.full(3, AXIS[0]), background=9.0
     )
@@ -63,7 +66,7 @@ def sees(pose: ScopePose, scope: Endoscope, place: NDArray[np.float64]) -> bool:
 
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0, 70.0])
 def test_it_lies_in_air_and_sees_a_place(angle_deg: float) -> None:
-    scope, air = Endoscope(angle_deg=angle_deg), cave()
+    scope, air = Endoscope(angle_deg=angle_deg), cave(VALVE_MM)
     poses = list(ScopePlaces(FULCRUM, air, scope, 40.0).looking_at(PLACES, scope))
     assert poses
     radius_mm = scope.diameter_mm / 2
@@ -95,35 +98,60 @@ def test_nothing_is_seen_through_a_wall() -> None:
     assert not list(places.looking_at(np.array([[0.0, WALL_MM - 8.0, 0.0]]), scope))
 
 
-def test_it_keeps_away_from_what_must_not_be_hurt() -> None:
-    scope, air = Endoscope(angle_deg=30.0), cave()
-    x = np.broadcast_to(AXIS, air.shape)
-    near = air.with_values(
-        (100.0 * np.clip(x + 3.0, -90.0, 90.0)).astype(np.int16), 9000
-    )
+@pytest.mark.parametrize("side", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_it_keeps_away_from_what_must_not_be_hurt(side: tuple[float, float]) -> None:
+    """On whichever side it lies."""
+    scope, air = Endoscope(angle_deg=0.0), cave()
+    away = side[0] * AXIS + (side[1] * AXIS)[:, None, None] + 1.5
+    steps = np.broadcast_to(100.0 * np.clip(away, -90.0, 90.0), air.shape)
+    near = air.with_values(np.ascontiguousarray(steps, dtype=np.int16), 9000)
     hazards = HazardVolumes({"artery": near})
     first = next(
-        ScopePlaces(FULCRUM, air, scope, 40.0, hazards).looking_at(PLACES, scope)
+        ScopePlaces(FULCRUM, air, scope, 40.0, hazards).looking_at(
+            np.array([[0.0, WALL_MM, 0.0]]), scope
+        )
     )
-    gap = line_of(first, 0.0)[:, 0].min() + 3.0 - scope.diameter_mm / 2
-    assert gap > CLEAR_MM - H
+    gaps = line_of(first, 0.0)[:, ::2] @ np.array(side) + 1.5 - scope.diameter_mm / 2
+    assert gaps.min() > CLEAR_MM - 0.1
 
 
-def test_it_is_drawn_back_no_farther_than_it_needs_to_turn() -> None:
+def test_no_shaft_leans_out_of_its_cone() -> None:
+    scope = Endoscope(angle_deg=30.0)
+    poses = list(ScopePlaces(FULCRUM, cave(), scope, 6.0).looking_at(PLACES, scope))
+    assert poses
+    for pose in poses:
+        cosine = -pose.frame[:3, 2] @ FULCRUM.axis
+        assert math.degrees(math.acos(cosine)) < 6.0 + 1e-6
+
+
+def test_it_is_drawn_back_until_it_turns_in_air() -> None:
+    """From one side of a plate to the other."""
     scope, air = Endoscope(angle_deg=30.0), cave()
+    y, x = AXIS[:, None], AXIS
+    plate = np.minimum(1.0 - np.abs(x), 10.0 - y)
+    air = air.with_values(np.maximum(air.values, plate.astype(np.float32)), 9.0)
     places = ScopePlaces(FULCRUM, air, scope, 40.0)
     poses = list(places.looking_at(PLACES, scope))[:12]
+    turned = 0
     for start in poses[::3]:
         for goal in poses:
             drawn_mm = places.drawn_mm(start.frame, goal)
             depth_mm = float(np.linalg.norm(goal.frame[:3, 3] - goal.entry_mm))
             assert 0.0 <= drawn_mm <= depth_mm + 1e-9
-            if drawn_mm > 0.0:
-                # there it lies in air on its new line, too
-                way = -goal.frame[:3, 2]
-                along = goal.entry_mm + np.linspace(5.0, drawn_mm, 30)[:, None] * way
-                deep = air.sample(along).max() + scope.diameter_mm / 2
-                assert deep < TURNED_MM + H
+            turned += drawn_mm > 0.0 and start.frame[0, 3] * goal.frame[0, 3] < 0.0
+            for share in np.linspace(0.0, 1.0, 5):
+                # its own line passes the plane of the nostril's middle
+                way = -start.frame[:3, 2]
+                depth = (start.frame[:3, 3] - FULCRUM.pivot_mm) @ way
+                entry = start.frame[:3, 3] - depth * way
+                entry = entry + share * (goal.entry_mm - entry)
+                line = way + share * (-goal.frame[:3, 2] - way)
+                line /= np.linalg.norm(line)
+                along = np.arange(0.0, drawn_mm - 3.0, 1.0)[:, None]
+                deep = air.sample(entry + along * line) + scope.diameter_mm / 2
+                assert deep.max(initial=-1.0) < TURNED_MM + 0.4
+    assert turned
+    # who lies there already is not drawn back far
     assert places.drawn_mm(poses[0].frame, poses[0]) == pytest.approx(
         float(np.linalg.norm(poses[0].frame[:3, 3] - poses[0].entry_mm)), abs=8.0
     )
@@ -173,12 +201,12 @@ def test_without_a_way_for_the_tool_there_is_no_place() -> None:
         None,
         None,
         FULCRUM.pivot_mm,
-        plan=ToolPlan(FULCRUM, air),
+        # a tool gets nowhere, whatever a scope sees
+        plan=ToolPlan(FULCRUM, air.with_values(np.full_like(air.values, 5.0), 9.0)),
         scope_mm=1.35,
     )
-    # behind the wall no needle gets
     task = Inject(
-        name="wall", title="", place=(0.0, WALL_MM - 9.0, 0.0), tool="injection needle"
+        name="wall", title="", place=(0.0, WALL_MM, 0.0), tool="injection needle"
     )
     view = seen_from(
         tip_frame(FULCRUM.pivot_mm, FULCRUM.axis), scope, "injection needle"
