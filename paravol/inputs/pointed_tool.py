@@ -381,7 +381,7 @@ class PointedTool:
             self.depth_mm = float((tip - self._entry) @ self._way)
 
     def _go_back(self, way_mm: float) -> None:
-        """Go out the way that it came in, and on along its line."""
+        """Go out the way that it came in, and on along its line and walls."""
         while way_mm > 0.0 and self._trail:
             entry, way, depth_mm, roll_deg, frame = self._trail.pop()
             way_mm -= float(np.linalg.norm(frame[:3, 3] - self.frame[:3, 3]))
@@ -389,12 +389,16 @@ class PointedTool:
             way_mm -= abs(roll_deg - self._roll_deg) * TIP_MM_S / TURN_DEG_S
             self._entry, self._way, self.depth_mm = entry, way, depth_mm
             self._roll_deg, self.frame = roll_deg, frame
-        if way_mm > 0.0 and self.depth_mm > -OUTSIDE_MM:
+        if way_mm <= 0.0 or self.depth_mm <= -OUTSIDE_MM:
+            return
+        before, entry, way = self.frame, self._entry, self._way
+        depth_mm = self.depth_mm - way_mm
+        self._step(entry, way, -way_mm, self._roll_deg)
+        gone_mm = float((self.frame[:3, 3] - before[:3, 3]) @ before[:3, 2])
+        if gone_mm < way_mm / 2.0:
             # out along its own line nothing keeps it
-            self.depth_mm -= way_mm
-            self.frame = self._rod(
-                self._entry, self._way, self.depth_mm, self._roll_deg
-            )
+            self._entry, self._way, self.depth_mm = entry, way, depth_mm
+            self.frame = self._rod(entry, way, depth_mm, self._roll_deg)
 
     def _leave_trail(self) -> None:
         """Remember the way in, without what was gone twice."""

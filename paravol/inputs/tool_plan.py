@@ -47,8 +47,9 @@ tried. The phantom's nostril is 9 mm high and 6 mm wide, and soft."""
 TURNS = 16
 """Turns about a line that are compared."""
 
-BACKS_MM = np.array([40.0, 30.0, 22.0, 16.0, 11.0, 8.0, 6.0, 4.0, 2.0, 1.0, 0.0])
-"""Places on a line that are looked at, back from where it was meant to end."""
+BACKS_MM = np.concatenate([np.arange(40.0, 10.0, -2.0), np.arange(10.0, -0.1, -1.0)])
+"""Places on a line that are looked at, back from where it was meant to end: so near to
+one another that no head of a turbinate lies between them."""
 
 BITES_MM = np.array([2.0, 1.0, 0.0, -1.5, -3.0, -4.5])
 """The same for open jaws, which go on about what they bite."""
