@@ -133,6 +133,30 @@ def test_no_shaft_leans_on_what_must_not_be_hurt(name: str, x: float, y: float) 
     assert gaps[ends[:, 2] < FULCRUM.pivot_mm[2]].min() > 0.0
 
 
+@pytest.mark.parametrize(
+    ("name", "hole_mm"), [("upturned forceps", 3.5), ("curved suction", 2.2)]
+)
+@given(st.floats(6.0, 34.0))
+@settings(max_examples=12, deadline=None)
+def test_no_end_passes_what_only_its_shaft_does(
+    name: str, hole_mm: float, back_mm: float
+) -> None:
+    """Wherever a plate with a hole crosses the way to a place."""
+    middle = -20.0 + back_mm
+    plate = 3.0 - np.abs(AXIS - middle)[:, None, None]
+    round_mm = np.hypot(AXIS, AXIS[:, None])
+    air = volume(np.maximum(np.minimum(plate, round_mm - hole_mm), round_mm - 20.0))
+    pose = laid(ToolPlan(FULCRUM, air), name, np.array([0.0, 0.0, -20.0]))
+    if math.isinf(pose.off_mm):
+        return
+    table = placed_table(
+        contact_table(name, 14 / 16), tool_of_shaft(name, frame_of(pose))
+    )
+    ends = table[:, [2, 5]].min(axis=1)
+    aside = np.hypot(*table[:, 3:5].T) > hole_mm + 3.0
+    assert ends[aside].min(initial=math.inf) > middle - 1.0
+
+
 @pytest.mark.parametrize("name", BITING)
 def test_nothing_is_bitten_beside_a_hazard(name: str) -> None:
     front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
