@@ -30,7 +30,7 @@ MOST_BALLS = 200
 APART = 0.8
 """Balls along a capsule are so many radii apart: one is a twelfth thinner between."""
 
-SLIPS_MM, YIELDS_MM = 2.5, 0.9
+SLIPS_MM, YIELDS_MM = 1.2, 0.9
 """A proxy farther from the hand than the first lost its way, if the hand's own tool is
 no deeper in walls than the second."""
 
