@@ -144,14 +144,17 @@ class Pose(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """Hold what a pose is looked for with; see `ToolPlan.choose`."""
+    """Hold what a pose is looked for with; see `ToolPlan.choose`.
+
+    wanted: the label of what is bitten, None for nothing.
+    """
 
     name: str
     guard: Doubles
     up: Doubles
     now: tuple[Doubles, float]
     vain: Sequence[Pose]
-    is_at_tissue: bool
+    wanted: int | None
 
 
 class ToolPlan:
@@ -201,10 +204,11 @@ class ToolPlan:
         vain: poses that it did not get to. is_at_tissue: it is brought to tissue, and
         turned for it. beside: where it does not get there, it may go beside its place.
         """
-        look = _Look(name, _guard(scope, radius_mm), up, now, vain, is_at_tissue)
+        wanted = self._label(place) if is_at_tissue and has_jaws(name) else None
+        look = _Look(name, _guard(scope, radius_mm), up, now, vain, wanted)
         found = self._best(look, place)
-        if beside and is_at_tissue and has_jaws(name):
-            # who points beside a good bite means that
+        if beside and wanted is not None:
+            # who points beside a good bite of the same means that
             right = np.cross(up, scope[:3, 2])
             for aside in (right, -right, up, -up):
                 other = self._best(look, place + ABOUT_MM * aside)
@@ -323,15 +327,13 @@ class ToolPlan:
         # what is narrow on the way is so for what lies behind
         deep = np.maximum.accumulate(deep, axis=1)
         worth = self._loss(look, deep, BACKS_MM, poses)
-        into = self._normal(place) if look.is_at_tissue else None
         n, m = divmod(int(np.argmax(worth)), len(BACKS_MM))
-        jawed = has_jaws(name)
         if not np.isfinite(worth[n, m]):
             # nothing gets in: it waits outside
             return Pose(self._lines.middle_mm, place, look.now[1], math.inf)
-        near = 0.0 if jawed else max(REACHED - BACKS_MM[m], 0.0)
+        near = 0.0 if has_jaws(name) else max(REACHED - BACKS_MM[m], 0.0)
         found = _pose(poses, n, BACKS_MM[m], worth=near)
-        if into is None or not jawed:
+        if look.wanted is None:
             return found
         # before a bite it lies on the same line, as far in as walls let it
         far = len(BACKS_MM) - 1 - np.isfinite(deep)[:, ::-1].argmax(axis=1)
@@ -348,7 +350,7 @@ class ToolPlan:
         frames = lines[0][pairs[:, 0]]
         frames[:, :3, 3] += BITES_MM[pairs[:, 1], None] * frames[:, :3, 2]
         for steps in OPENINGS if len(pairs) else ():
-            held = self._held(name, frames, steps, place, into)
+            held = self._held(name, frames, steps, look.wanted)
             total = np.where(held > 0.0, held + loss[tuple(pairs.T)], -math.inf)
             first = int(np.argmax(total))
             if total[first] > best:
@@ -390,12 +392,9 @@ class ToolPlan:
         found: Doubles = worth - ABOVE * (1.0 + passing @ up)[:, None]
         return found
 
-    def _held(
-        self, name: str, frames: Doubles, steps: int, place: Doubles, into: Doubles
-    ) -> Doubles:
+    def _held(self, name: str, frames: Doubles, steps: int, wanted: int) -> Doubles:
         """Return what jaws at some poses hold, ``(n,)``, less what they should not."""
         counts = np.empty((len(frames), 2))
-        wanted = self._label(place, into)
         head = kernel.Head(
             self._distance.values,
             np.ascontiguousarray(self._distance.voxel_from_world[:3]),
@@ -425,11 +424,12 @@ class ToolPlan:
         found: Doubles = into / max(float(np.linalg.norm(into)), 1e-9)
         return found
 
-    def _label(self, place: Doubles, into: Doubles) -> int:
+    def _label(self, place: Doubles) -> int:
         """Return the label of what is pointed at: what is asked for, if it is near.
 
         Else what lies below the lining.
         """
+        into = self._normal(place)
         near = place + into + _BALL
         is_asked = self._labels.nearest(near, 0) == ASKED
         if (is_asked & (self._distance.nearest(near) > 0.0)).any():
