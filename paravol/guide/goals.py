@@ -145,7 +145,7 @@ def tool_places(task: Task, head: GuidedHead) -> _Doubles:
             return _injectable(task, head)
         case tasks.Remove(parts=parts) if parts and head.structures is not None:
             known = Head(head.distance, head.structures)
-            found = [known.places(p.voxels) for p in _wanted_parts(task, head).values()]
+            found = [known.places(p.voxels) for p in wanted_parts(task, head).values()]
             return np.vstack([np.zeros((0, 3)), *found])
         case tasks.Remove() if head.structures is not None:
             return _wanted_tissue(task, head, head.structures)
@@ -286,7 +286,7 @@ def _left_of_parts(
     """Return where to bite of a task's parts: of what is seen, the nearest part."""
     known = Head(head.distance, head.structures)
     goals: list[tuple[bool, Goal]] = []
-    for name, part in _wanted_parts(task, head).items():
+    for name, part in wanted_parts(task, head).items():
         best = _bite(head, known.places(part.voxels), tip_mm, eye_mm, view)
         if best is not None:
             goal = Goal(name, best.place_mm, best.worth)
@@ -296,8 +296,11 @@ def _left_of_parts(
     return min(goals, key=lambda found: (found[0], _away_mm(found[1], tip_mm)))[1]
 
 
-def _wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, Part]:
-    """Return the parts that are to be taken, by name."""
+def wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, Part]:
+    """Return the parts that are to be taken, by name.
+
+    They are known from the first time on: of a head that was cut they would be others.
+    """
     known = Head(head.distance, head.structures)
     found = {}
     for name, share in task.parts.items():

@@ -17,7 +17,13 @@ from paravol.guide.air_way import (
     first_of,
     length_mm,
 )
-from paravol.guide.goals import Goal, GuidedHead, goal_of, open_task
+from paravol.guide.goals import (
+    Goal,
+    GuidedHead,
+    goal_of,
+    open_task,
+    wanted_parts,
+)
 from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera
 from scenarios import View
@@ -272,6 +278,11 @@ class Guide:
                 self._wakes.notify()
 
     def _run(self) -> None:
+        assert self._head is not None
+        for task in self._tasks:
+            if isinstance(task, tasks.Remove):
+                # before anything is cut
+                wanted_parts(task, self._head)
         while True:
             with self._wakes:
                 while not (self._wanted or self._to_lay or self._is_closed):
@@ -280,7 +291,6 @@ class Guide:
                     return
                 to_lay, self._to_lay = self._to_lay, None
                 ask, self._wanted = self._wanted, None
-            assert self._head is not None
             if to_lay is not None:
                 self._lay(*to_lay, self._head)
             if ask is None:
