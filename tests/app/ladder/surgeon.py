@@ -32,9 +32,9 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-LEAST_MM3, SPARES_MM3 = 1.0, 1.0
-"""A bite that is worth it where larger ones are not found; and what he risks of what is
-to be spared, as it is told."""
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3 = 3.0, 1.0, 4, 1.0
+"""A bite that is worth it, and one where larger ones are not found from so many places
+of the scope; and what he risks of what is to be spared, as it is told."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
@@ -262,7 +262,8 @@ class Surgeon:
         if sum(spared) > SPARES_MM3:
             return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        return sum(wanted.values()) >= LEAST_MM3
+        least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
+        return sum(wanted.values()) >= least_mm3
 
     def _elsewhere(self) -> None:
         """Have the scope laid elsewhere; now and then take another tool."""
