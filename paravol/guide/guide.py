@@ -176,7 +176,7 @@ class Guide:
             self._thread.start()
 
     def close(self) -> None:
-        """End the thread, soon."""
+        """End the thread, soon; nobody hears of anything from now on."""
         with self._wakes:
             self._is_closed = True
             self._wakes.notify()
@@ -301,8 +301,13 @@ class Guide:
                 continue
 
     def _lay(
-        self, ask: _Ask, tools: Sequence[str], heard: Laid, head: GuidedHead
+        self, ask: _Ask, tools: Sequence[str], told: Laid, head: GuidedHead
     ) -> None:
+        def heard(pose: ScopePose | None, drawn_mm: float, other: str) -> None:
+            with self._wakes:
+                if not self._is_closed:
+                    told(pose, drawn_mm, other)
+
         scopes, now = self._scopes, ask.view.world_from_tip
         assert scopes is not None
         same = ask.task.name, ask.view.instrument, ask.cuts

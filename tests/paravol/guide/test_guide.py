@@ -1,3 +1,4 @@
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -213,3 +214,37 @@ def test_no_assistant_looks_for_who_is_to_look(air: Volume) -> None:
     )
     assert asked(guide, "injection needle") is None
     guide.close()
+
+
+class SlowPlaces(TwoPlaces):
+    """Find a place only once somebody lets them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.looks, self.may = threading.Event(), threading.Event()
+
+    def drawn_mm(self, now: NDArray[np.float64], pose: ScopePose) -> float:
+        self.looks.set()
+        assert self.may.wait(60.0)
+        return 12.5
+
+
+def test_nobody_hears_of_a_place_after_the_flight(air: Volume) -> None:
+    """Who would hear of it is gone by then."""
+    places = SlowPlaces()
+    heard: list[object] = []
+    before = threading.enumerate()
+    guide = Guide([Inject(name="do", title="", place=FREE, tool="injection needle")])
+    guide.take_head(
+        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, places)
+    )
+    (thread,) = (each for each in threading.enumerate() if each not in before)
+    seen = replace(view((0.0, 1.0, 0.1)), instrument="injection needle")
+    states = [TaskState("do", Status.OPEN)]
+    guide.lay_scope(seen, states, 0, (), lambda *all: heard.append(all))
+    assert places.looks.wait(60.0)
+    guide.close()
+    places.may.set()
+    thread.join(60.0)
+    assert not thread.is_alive()
+    assert heard == []

@@ -23,6 +23,7 @@ from scenarios.instruments.contact_shape import (
     shaft_mm,
     works_at_mm,
 )
+from surgery.solids import in_capsules
 
 H = 0.8
 AXIS = (np.arange(101) - 50) * H
@@ -111,6 +112,27 @@ def test_jaws_hold_what_is_asked_for_and_spare_the_rest(name: str, turn: float) 
     assert len(held)
     assert held.min() > -0.5
     assert pose.worth > 0.0
+
+
+@pytest.mark.parametrize("name", BITING)
+def test_who_points_at_what_is_asked_for_bites_nothing_else(name: str) -> None:
+    """However much there is of other tissue beside it."""
+    front = np.minimum(1.5 - np.abs(AXIS), (-12.0 - AXIS)[:, None, None])
+    strip = np.where(np.abs(AXIS + 2.0)[:, None] < 0.5, ASKED, Label.MUSCLE)
+    labels = volume(strip)
+    labels = labels.with_values(labels.values.astype(np.uint8), 0)
+    air = volume(front)
+    pose = ToolPlan(FULCRUM, air, labels).choose(
+        name, np.array([0.0, 0.0, -12.0]), FAR_SCOPE, 2.0, UP, NOW, is_at_tissue=True
+    )
+    if pose.jaw == 1.0:
+        return
+    tool = tool_of_shaft(name, frame_of(pose, pose.bite_mm))
+    rows = INSTRUMENTS[name].working_volume(tool, pose.jaw)
+    rows[:, 7] += 0.8
+    matrix = labels.world_from_voxel
+    asked = np.argwhere((labels.values == ASKED) & (air.values > 0.0))[:, ::-1]
+    assert in_capsules(rows, asked @ matrix[:3, :3].T + matrix[:3, 3]).any()
 
 
 @pytest.mark.parametrize("name", ["straight forceps", "backbiter", "curette"])
