@@ -85,6 +85,9 @@ TRIES = 4
 NEARER_MM, PATIENCE_S = 0.5, 0.5
 """A tip that comes no nearer to its place by this for so long is stuck."""
 
+TOLD_S = 0.5
+"""Who presses so soon after a bite was told, so near to its place, means that one."""
+
 HELD_MM = 8.0
 """One that is still there has come as far as it can."""
 
@@ -134,7 +137,9 @@ class PointedTool:
         self.has_come = self.is_stuck = False
         self._is_held = self._is_resting = False
         self._may_bite: bool | None = None
+        self._told_s, self._told_at = -math.inf, self._pivot
         self.bite: tuple[Doubles, float] | None = None
+        self._told = self.bite
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
         self._least_mm, self._still_s = math.inf, 0.0
         self._trail: list[tuple[Doubles, Doubles, float, float, Doubles]] = []
@@ -182,6 +187,9 @@ class PointedTool:
             self._may_bite = None
         elif self._may_bite is None:
             # who presses on the way there was told of no bite
+            away_mm = float(np.linalg.norm(eye + self.reach_mm * ray - self._told_at))
+            if time_s < self._told_s + TOLD_S and away_mm < NEAR_MM:
+                self.bite = self._told
             self._may_bite = self.bite is not None
         self._is_biting = bool(self._may_bite) and self.bite is not None
         if self._is_biting or self._stroke > 0.0:
@@ -216,7 +224,8 @@ class PointedTool:
             way, depth_mm, roll_deg = self._wanted(state)
             end = self._rod(pose.entry_mm, way, depth_mm + pose.bite_mm, roll_deg)
             if float(np.linalg.norm(pose.end_mm - self.frame[:3, 3])) < NEAR_MM:
-                self.bite = end, pose.jaw
+                self.bite = self._told = end, pose.jaw
+                self._told_s, self._told_at = time_s, self._planned_for[:3]
         return self.frame
 
     def _bites(self, state: InstrumentState, time_s: float) -> Doubles:

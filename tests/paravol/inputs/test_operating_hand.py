@@ -63,6 +63,28 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)
 
 
+@pytest.mark.parametrize(("away", "after_s"), [(0.05, 0.02), (0.12, 0.2), (0.16, 0.1)])
+def test_a_pedal_bites_what_was_told_before_a_tremor(
+    away: float, after_s: float
+) -> None:
+    """A hand that trembles as it presses means what it was told of."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    end_s = settled(hand)
+    hand.point(away, -0.4)
+    end_s = settled(hand, end_s, after_s)
+    assert hand.pointed is not None
+    assert hand.pointed.bite is None
+    hand.work(True)
+    jaws = []
+    for _ in range(150):
+        end_s += 0.01
+        sample = hand.complete(Pose(end_s, end_s, np.eye(4), 0))
+        jaws.append(sample.instrument.jaw)
+    assert min(jaws) < 0.5
+
+
 def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
     """Nobody was told what it would be; let go and pressed there it does."""
     hand = hand_before(-14.0)
