@@ -234,15 +234,20 @@ class ToolPlan:
         """Return what a tool is worth at tissue at places ``(n, 3)`` that an eye sees.
 
         That is what its jaws would hold of it, less of the rest; of a tool without
-        jaws how near it comes. 0 where it can do nothing.
+        jaws how near it comes. 0 where it can do nothing, and where who points at what
+        is asked for points at something else before it.
         """
         now = self._lines.middle_mm, 0.0
         found = np.zeros(len(places))
+        is_asked = self._labels.nearest(places, 0) == ASKED
+        is_asked &= has_jaws(name)
         for number, place in enumerate(places):
             way = place - eye
             ray = way / np.linalg.norm(way)
             seen_mm = reach_mm(self._distance, eye, ray)
             if abs(seen_mm - float(np.linalg.norm(way))) < SKIN_MM:
+                if is_asked[number] and self._label(eye + seen_mm * ray) != ASKED:
+                    continue
                 pose = self.choose(
                     name,
                     eye + seen_mm * ray,

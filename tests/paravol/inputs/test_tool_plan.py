@@ -135,6 +135,23 @@ def test_who_points_at_what_is_asked_for_bites_nothing_else(name: str) -> None:
     assert in_capsules(rows, asked @ matrix[:3, :3].T + matrix[:3, 3]).any()
 
 
+def test_what_is_seen_only_through_other_tissue_is_worth_nothing() -> None:
+    """Who points at it points at what lies before it."""
+    front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
+    eye, place = np.array([-5.55, 0.0, -9.9]), np.array([[0.45, 0.0, -13.2]])
+    found = []
+    for asked_from in (0.4, -50.0):
+        values = np.broadcast_to(
+            np.where(asked_from < AXIS, ASKED, Label.MUSCLE), (101,) * 3
+        )
+        labels = front.with_values(np.ascontiguousarray(values, np.uint8), 0)
+        plan = ToolPlan(FULCRUM, front, labels)
+        worth = plan.worth("straight forceps", place, FAR_SCOPE, 2.0, UP, eye)
+        found.append(float(worth[0]))
+    assert found[0] == 0.0
+    assert found[1] > 0.0
+
+
 @pytest.mark.parametrize("name", ["straight forceps", "backbiter", "curette"])
 @given(st.floats(1.8, 2.8), st.floats(-6.5, 6.5))
 @settings(max_examples=8, deadline=None)
