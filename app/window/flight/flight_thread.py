@@ -157,10 +157,11 @@ class FlightThread(QObject, FlightObserver):
     def stop(self, patience_s: float) -> bool:
         """End the flight, if it began; return whether its threads ended in time."""
         self.flight.cancel()
+        # who hears of a place for the scope may be gone before the threads are
+        self.guide.close()
         begun = [t for t in (self._thread, self._modeller) if t.ident is not None]
         for thread in begun:
             thread.join(patience_s)
-        self.guide.close()
         self._feedback.close()
         if self._queue is not None:
             self._queue.close()
