@@ -139,7 +139,7 @@ class PointedTool:
         self._may_bite: bool | None = None
         self._told_s, self._told_at = -math.inf, self._pivot
         self.bite: tuple[Doubles, float] | None = None
-        self._told = self.bite
+        self._told: tuple[Doubles, float] | None = None
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
         self._least_mm, self._still_s = math.inf, 0.0
         self._trail: list[tuple[Doubles, Doubles, float, float, Doubles]] = []
