@@ -54,10 +54,6 @@ SCOPE_MOVED_MM = 2.0
 LAYS_S = 3.0
 """So long a scope may be on its way to where it is laid."""
 
-POOR, MORE = 8.0, 2.0
-"""Where the tool in hand is worth less than the first at best, one that is worth so
-many times as much is named first."""
-
 RETRIED_MM = 6.0
 """Where there was no way, it is looked for again once the tip has gone so far."""
 
@@ -141,8 +137,7 @@ class _Next:
 
 Laid = Callable[[ScopePose | None, float, str], object]
 """Hears where a scope is to lie, and how deep it is turned, mm; None where the tool in
-hand does little or nothing from anywhere, and the name of one that does more, "" for
-none."""
+hand gets to its place from nowhere, and the name of one that does, "" for none."""
 
 
 class _OvertakenError(Exception):
@@ -165,7 +160,6 @@ class Guide:
         self._to_lay: tuple[_Ask, Sequence[str], Laid] | None = None
         self._laid: list[_Doubles] = []
         self._laid_for: tuple[object, ...] = ()
-        self._named_for: tuple[object, ...] = ()
         self._found: _Found | None = None
         self._next: _Next | None = None
         self._is_closed = False
@@ -324,16 +318,12 @@ class Guide:
             # from each of them once more
             self._laid = []
             pose = scopes.for_tool(ask.task, ask.state, head, ask.view)
-        if pose is None or (pose.worth < POOR and self._named_for != same):
-            self._named_for = same
-            least = 0.0 if pose is None else MORE * pose.worth
+        if pose is None:
             for other in _cutting(ask.task, tools):
                 view = replace(ask.view, instrument=other)
-                found = scopes.for_tool(ask.task, ask.state, head, view)
-                if found is not None and found.worth > least:
+                if scopes.for_tool(ask.task, ask.state, head, view) is not None:
                     heard(None, 0.0, other)
                     return
-        if pose is None:
             heard(None, 0.0, "")
             return
         self._laid.append(pose.frame[:3, 3])

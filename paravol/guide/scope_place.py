@@ -82,11 +82,6 @@ class ScopePose(NamedTuple):
     seen: View | None = None
     goal: Goal | None = None
 
-    @property
-    def worth(self) -> float:
-        """Return what the tool in hand is worth from there; see `ToolPlan.worth`."""
-        return math.inf if self.goal is None else self.goal.worth
-
 
 class ScopePlaces:
     """Find poses of a scope in a nostril."""

@@ -102,17 +102,11 @@ class AidKeys(QObject):
     def _tell_laid(self, is_found: bool, other: str) -> None:
         if is_found:
             self._notify(tr("The assistant lays the scope"), "")
-        elif other:
-            self._notify(
-                tr("The {tool} does more here", tool=tr(other)),
-                tr(
-                    "{tool} takes another tool; {again} lays the scope for this one.",
-                    tool=KEYS.label(Act.NEXT_TOOL),
-                    again=KEYS.label(Act.ASSIST),
-                ),
-            )
         else:
-            self._notify(tr("From nowhere this tool gets there"), "")
+            self._notify(
+                tr("From nowhere this tool gets there"),
+                tr("The {tool} does.", tool=tr(other)) if other else "",
+            )
 
     def _below_mouse(self) -> tuple[float, float]:
         """Return the mouse's place in the picture, in shares; else its middle."""

@@ -294,8 +294,8 @@ class FlightThread(QObject, FlightObserver):
     ) -> bool:
         """Let an assistant lay the scope where the tool in hand gets to its place.
 
-        told: hears, by another thread, whether it is laid, and else the name of a tool
-        that does more, "" for none. Return whether anything is done with
+        told: hears, by another thread, whether there is such a place, and else the
+        name of a tool that has one, "" for none. Return whether anything is done with
         that tool.
         """
 

@@ -95,9 +95,9 @@ class Surgeon:
             self._task, self._choice, self._told = sight.task, 0, ""
             self._renew()
         mark = sight.mark
-        if " does more here: " in sight.said:
-            # the assistant knows which tool
-            self._told = sight.said.partition(" does more here: ")[0][4:].lower()
+        if "gets there: The " in sight.said:
+            # the assistant knows which tool does
+            self._told = sight.said.partition("gets there: The ")[2][:-6].lower()
         if _in_hand(sight) != self._wanted(sight):
             self._take(sight)
         elif not self._is_laid:

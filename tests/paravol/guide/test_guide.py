@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from paravol.guide.goals import Goal, GuidedHead
+from paravol.guide.goals import GuidedHead
 from paravol.guide.guide import Guide, GuideMark
 from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera, Volume
@@ -205,46 +205,6 @@ def test_an_assistant_names_a_tool_that_gets_there(air: Volume) -> None:
     assert asked(guide, "curette", all_tools[:3]) == (None, 0.0, "")
     assert asked(guide, "") is None
     guide.close()
-
-
-class PoorPlaces(TwoPlaces):
-    """Know one place, where tools are worth what is given."""
-
-    def __init__(self, worth: dict[str, float]) -> None:
-        super().__init__()
-        self.worth = worth
-
-    def for_tool(
-        self,
-        task: Task,
-        state: TaskState,
-        head: GuidedHead,
-        view: View,
-        left_out: Sequence[NDArray[np.float64]] = (),
-    ) -> ScopePose | None:
-        goal = Goal("", np.zeros(3), self.worth[view.instrument])
-        return self.poses[0]._replace(goal=goal)
-
-
-@pytest.mark.parametrize(
-    ("curette", "backbiter", "is_named"),
-    [(3.0, 20.0, True), (3.0, 5.0, False), (30.0, 90.0, False)],
-)
-def test_an_assistant_names_a_tool_that_does_more(
-    air: Volume, curette: float, backbiter: float, is_named: bool
-) -> None:
-    """Once; who asks again for the same tool has the scope laid for it."""
-    part = {"uncinate process, right": Share(least_percent=80.0)}
-    guide = Guide([Remove(name="do", title="", parts=part)])
-    head = GuidedHead(air, {}, None, None, np.zeros(3))
-    places = PoorPlaces({"curette": curette, "backbiter": backbiter})
-    guide.take_head(head, cast(ScopePlaces, places))
-    said = [asked(guide, "curette", ("curette", "backbiter")) for _ in range(2)]
-    guide.close()
-    others = [each[2] for each in said if each is not None]
-    assert others == ["backbiter" if is_named else "", ""]
-    assert said[1] is not None
-    assert said[1][0] is not None
 
 
 def test_no_assistant_looks_for_who_is_to_look(air: Volume) -> None:
