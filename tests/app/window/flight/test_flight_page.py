@@ -275,7 +275,7 @@ def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
         page._thread.last = None
         QTest.keyClick(page, Qt.Key.Key_R)
     assert len(asked) == 4
-    assert sum("backbiter" in title for title, _ in said) == 2
+    assert sum("backbiter" in detail for _, detail in said) == 2
 
 
 def test_names_are_shown_while_their_key_is_held(page: FlightPage) -> None:
