@@ -86,7 +86,8 @@ NEARER_MM, PATIENCE_S = 0.5, 0.5
 """A tip that comes no nearer to its place by this for so long is stuck."""
 
 TOLD_S = 0.5
-"""Who presses so soon after a bite was told, so near to its place, means that one."""
+"""Who presses so soon after a bite was told means that one, where the tool and what is
+pointed at are still near."""
 
 HELD_MM = 8.0
 """One that is still there has come as far as it can."""
@@ -138,6 +139,7 @@ class PointedTool:
         self._is_held = self._is_resting = False
         self._may_bite: bool | None = None
         self._told_s, self._told_at = -math.inf, self._pivot
+        self._told_from = self._pivot
         self.bite: tuple[Doubles, float] | None = None
         self._told: tuple[Doubles, float] | None = None
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
@@ -187,7 +189,9 @@ class PointedTool:
             self._may_bite = None
         elif self._may_bite is None:
             # who presses on the way there was told of no bite
-            away_mm = float(np.linalg.norm(eye + self.reach_mm * ray - self._told_at))
+            off = eye + self.reach_mm * ray - self._told_at
+            gone = self.frame[:3, 3] - self._told_from
+            away_mm = max(float(np.linalg.norm(way)) for way in (off, gone))
             if time_s < self._told_s + TOLD_S and away_mm < NEAR_MM:
                 self.bite = self._told
             self._may_bite = self.bite is not None
@@ -226,6 +230,7 @@ class PointedTool:
             if float(np.linalg.norm(pose.end_mm - self.frame[:3, 3])) < NEAR_MM:
                 self.bite = self._told = end, pose.jaw
                 self._told_s, self._told_at = time_s, self._planned_for[:3]
+                self._told_from = self.frame[:3, 3]
         return self.frame
 
     def _bites(self, state: InstrumentState, time_s: float) -> Doubles:

@@ -63,6 +63,20 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)
 
 
+PRESSED_S = 1.5
+
+
+def opens(hand: OperatingHand, time_s: float) -> bool:
+    """Press the pedal for a while; return whether the jaws open for a bite."""
+    hand.work(True)
+    jaws = []
+    for at_s in time_s + np.arange(0.01, PRESSED_S + 0.005, 0.01):
+        sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+        jaws.append(sample.instrument.jaw)
+    hand.work(False)
+    return bool(min(jaws) < 0.5)
+
+
 @pytest.mark.parametrize(("away", "after_s"), [(0.05, 0.02), (0.12, 0.2), (0.16, 0.1)])
 def test_a_pedal_bites_what_was_told_before_a_tremor(
     away: float, after_s: float
@@ -76,13 +90,20 @@ def test_a_pedal_bites_what_was_told_before_a_tremor(
     end_s = settled(hand, end_s, after_s)
     assert hand.pointed is not None
     assert hand.pointed.bite is None
-    hand.work(True)
-    jaws = []
-    for _ in range(150):
-        end_s += 0.01
-        sample = hand.complete(Pose(end_s, end_s, np.eye(4), 0))
-        jaws.append(sample.instrument.jaw)
-    assert min(jaws) < 0.5
+    assert opens(hand, end_s)
+
+
+def test_a_tool_that_has_left_does_not_come_back_to_bite() -> None:
+    """It would come by no way that was looked at; the pointer stays where it was."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    end_s = settled(hand)
+    assert hand.pointed is not None
+    assert hand.pointed.bite is not None
+    hand.is_scope_laid = lambda: True
+    end_s = settled(hand, end_s, 0.2)
+    assert not opens(hand, end_s)
 
 
 def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
@@ -94,11 +115,5 @@ def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
     hand.point(0.5, 0.4)
     for on_the_way_s, bites in ((0.05, False), (3.0, True)):
         end_s = settled(hand, end_s, on_the_way_s)
-        hand.work(True)
-        jaws = []
-        for _ in range(150):
-            end_s += 0.01
-            sample = hand.complete(Pose(end_s, end_s, np.eye(4), 0))
-            jaws.append(sample.instrument.jaw)
-        hand.work(False)
-        assert (min(jaws) < 0.5) is bites
+        assert opens(hand, end_s) is bites
+        end_s += PRESSED_S
