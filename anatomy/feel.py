@@ -19,11 +19,16 @@ GUESS = "guess"
 PUNCH = "Am J Rhinol Allergy 2010;24 (3374), times 1.5: Allergy Rhinol 2012;3:e61"
 CURETTE = "Allergy Rhinol 2012;3:e61: 6.4 N in cadavers, times 1.5"
 
-FRICTION = {"mucosa": 0.1, "mucus": 0.02, "inspissated mucus": 0.1}
-"""Wet mucosa is slippery; other soft tissue counts as mucosa."""
-
 BARE_FRICTION = 0.25
 """Of bone and cartilage without mucosa."""
+
+FRICTION = {
+    "mucosa": 0.1,
+    "mucus": 0.02,
+    "inspissated mucus": 0.1,
+    "turbinate bone": BARE_FRICTION,
+}
+"""Wet mucosa is slippery; other soft tissue counts as mucosa."""
 
 SOFT_DAMPING_NS_MM, HARD_DAMPING_NS_MM = 5e-4, 2e-4
 """Of soft tissue, and of what has bone or cartilage under a tool's tip."""
@@ -34,6 +39,7 @@ HARD_N_MM = 1.5
 _BREAKS = {
     "uncinate": CURETTE,
     "thin bone": PUNCH,
+    "turbinate bone": PUNCH,
     "lamina papyracea": PUNCH,
     "skull base": PUNCH,
     "sphenoid canal": PUNCH,

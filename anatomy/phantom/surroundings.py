@@ -323,7 +323,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
     found = [
         Solid(Row.TORUS, "torus", Label.MUCOSA),
         Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
-        Solid(scroll, "thin bone", Label.TURBINATE_BONE, 0.0, 0.28, 1.2),
+        Solid(scroll, "turbinate bone", Label.TURBINATE_BONE, 0.0, 0.28, 1.2),
         Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
         Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
     ]
@@ -334,12 +334,19 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
         plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
         found.append(
             Solid(
-                one_side(plate, sign), "thin bone", Label.TURBINATE_BONE, 0.0, 0.2, 1.4
+                one_side(plate, sign),
+                "turbinate bone",
+                Label.TURBINATE_BONE,
+                0.0,
+                0.2,
+                1.4,
             )
         )
     superior = smooth_max(0.0, abs(u - 5.3), smooth_max(0.5, 34.5 - z, abs(y + 46) - 6))
     superior = smooth_max(0.0, superior, z - 45.0)
-    found.append(Solid(superior, "thin bone", Label.TURBINATE_BONE, 0.0, 0.15, 1.2))
+    found.append(
+        Solid(superior, "turbinate bone", Label.TURBINATE_BONE, 0.0, 0.15, 1.2)
+    )
     found.append(Solid(Row.POLYP, "polyp", Label.POLYP))
     return found
 
