@@ -84,7 +84,7 @@ class Feeling:
                 world_from_tool,
                 state.jaw,
                 state.is_sucking,
-                slips=state.is_carried,
+                held=state.is_carried,
                 bites=state.is_carried and state.is_working and held.has_jaws,
             )
         told = self.figures

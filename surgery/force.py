@@ -30,10 +30,6 @@ MOST_BALLS = 200
 APART = 0.8
 """Balls along a capsule are so many radii apart: one is a twelfth thinner between."""
 
-SLIPS_MM, YIELDS_MM = 1.2, 0.9
-"""A proxy farther from the hand than the first lost its way, if the hand's own tool is
-no deeper in walls than the second."""
-
 FELT_MM = 60.0
 """So much of a tool, from its tip, is felt: deeper no passage is."""
 
@@ -129,6 +125,36 @@ def feel_tables(layers: WallLayers) -> tuple[Doubles, Doubles]:
             kind.fracture_n if kind.bone_mm > 0 else 0.0,
         )
     return walls, ground_stiffness()
+
+
+class Yielding:
+    """Tell how deep a force presses a tool into whole walls.
+
+    walls, grounds: rows by voxel; dents_mm: ``(256, 256)`` by both. See
+    `surgery.kernels.touch_force` for how tissue feels.
+    """
+
+    def __init__(self, layers: WallLayers, newton: float) -> None:
+        """Take what walls are made of."""
+        self.walls, self.grounds = layers.wall.values, layers.ground.values
+        self._layers = layers
+        table, under = feel_tables(layers)
+        wall = table.T[..., None]
+        mucosa = wall[tick.MUCOSA_MM]
+        soft = np.where(mucosa > 0.0, wall[tick.SOFT], under)
+        share = np.minimum(wall[tick.BONE_MM] / tick.RAMP_MM, 1.0)
+        hard = under + share * (wall[tick.HARD] - under)
+        gives = np.minimum(newton / soft, tick.PRESSED * mucosa)
+        self.dents_mm: Doubles = gives + (newton - soft * gives) / hard
+
+    def at(self, places: Doubles) -> Doubles:
+        """Return how deep that is at places ``(n, 3)``, mm."""
+        wall, ground = (
+            each.nearest(places, 0).astype(np.intp)
+            for each in (self._layers.wall, self._layers.ground)
+        )
+        found: Doubles = self.dents_mm[wall, ground]
+        return found
 
 
 def whole_patch(patient: OperatedPatient) -> Patch:
@@ -232,14 +258,14 @@ class ToolForce:
         world_from_tool: Doubles,
         jaw: float = 1.0,
         is_sucking: bool = False,
-        slips: bool = False,
+        held: bool = False,
         bites: bool = False,
     ) -> Touch:
         """Take in one sample; samples come in order of time.
 
-        slips: nobody feels it, and walls hold it already: where all of it lies no
-        deeper than mucosa yields, tissue that still held its proxy slips past. bites:
-        its jaws go about what they take, and push nothing aside.
+        held: walls hold it already, and nobody feels it: no proxy stays behind, and
+        what it presses follows from how deep it lies. bites: its jaws go about what
+        they take, and push nothing aside.
 
         world_from_tool: 4x4; one that is not finite is no pose: no force. Tissue is
         read as it is now.
@@ -267,13 +293,33 @@ class ToolForce:
                 self._state[tick.HAS] = 0.0
                 self._way[0] = world_from_tool
         is_pose = bool(np.isfinite(self._way[1]).all())
+        broken = int(self._state[tick.BROKEN])
+        if held and is_pose and not bites:
+            flags = tick.press_walls(
+                self._patch,
+                self._walls,
+                self._grounds,
+                self._balls,
+                self._way[1],
+                self._state,
+                self._holes,
+                self._work,
+                self._out,
+            )
+        else:
+            flags = self._follow(elapsed_s, is_sucking)
+        self._last = time_s, self._way[1].copy()
+        self.touch = self._told(flags, broken, jaw if is_pose else None)
+        return self.touch
+
+    def _follow(self, elapsed_s: float, is_sucking: bool) -> int:
+        """Let the proxy follow the hand on its way from the sample before."""
         steps = 1
-        if is_pose and np.isfinite(self._way[0]).all():
+        if np.isfinite(self._way[:2]).all():
             steps = min(math.ceil(elapsed_s * STEPS_PER_S - 1e-6), MOST_STEPS)
         self._settings[tick.DT] = self._settings[tick.PERIOD] = elapsed_s / steps
         self._settings[tick.PULL_N] = self._pull_n if is_sucking else 0.0
-        broken = int(self._state[tick.BROKEN])
-        flags = tick.follow_way(
+        return tick.follow_way(
             self._patch,
             self._walls,
             self._grounds,
@@ -286,23 +332,6 @@ class ToolForce:
             self._work,
             self._out,
         )
-        self._last = time_s, self._way[1].copy()
-        if slips and is_pose and self._out[tick.DEPTH] > SLIPS_MM:
-            _, gap_mm = tick.place_balls(
-                self._patch.distance,
-                self._patch.voxel,
-                self._holes,
-                min(int(self._state[tick.BROKEN]), tick.MOST_HOLES),
-                self._balls,
-                self._way[1],
-                np.zeros(3),
-                0.0,
-                self._work,
-            )
-            if gap_mm > -YIELDS_MM:
-                self._state[tick.HAS] = 0.0
-        self.touch = self._told(flags, broken, jaw if is_pose else None)
-        return self.touch
 
     @property
     def has_jaws(self) -> bool:

@@ -17,6 +17,8 @@ Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 
 
+SQRT3 = math.sqrt(3.0)
+
 SHAFT_STRIDE = 2
 """Of a straight shaft's balls every second one is enough."""
 
@@ -46,13 +48,17 @@ def _nearest(
 class Around(NamedTuple):
     """Hold what is around a tool.
 
-    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. guard: of another
-    shaft, as `hold_back` takes it. hazards, hazard_voxel: distance to what must not be
-    hurt, in steps of unit_mm; no shaft comes nearer than clears_mm.
+    distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. walls, grounds: rows
+    of the same voxels, and dents: how deep each lets a tool in, mm, by wall and ground.
+    guard: of another shaft, as `hold_back` takes it. hazards, hazard_voxel: distance to
+    what must not be hurt, in steps of unit_mm; no shaft comes nearer than clears_mm.
     """
 
     distance: Floats
     voxel: Doubles
+    walls: NDArray[np.uint8]
+    grounds: NDArray[np.uint8]
+    dents: Doubles
     guard: Doubles
     hazards: NDArray[np.int16]
     hazard_voxel: Doubles
@@ -67,7 +73,7 @@ def _deepest(
 ) -> float:  # fmt: skip
     """Return how deep balls from first_mm to last_mm lie; infinite beyond most_mm.
 
-    And where one leans on what must not be hurt.
+    And where one lies deeper than its wall yields, or leans on what must not be hurt.
     """
     way, place, aside = np.empty(3), np.empty(3), np.empty(3)
     worst = -math.inf
@@ -83,6 +89,10 @@ def _deepest(
         if deep > most_mm or off_guard(around.guard, place, aside) < radius:
             return math.inf
         if deep > 0.0:
+            row = int(_nearest(around.walls, around.voxel, place, 0.0))
+            ground = int(_nearest(around.grounds, around.voxel, place, 0.0))
+            if deep > around.dents[row, ground]:
+                return math.inf
             # what must not be hurt lies below a lining
             steps = _nearest(around.hazards, around.hazard_voxel, place, math.inf)
             if steps * around.unit_mm - radius < around.clears_mm:
@@ -162,10 +172,14 @@ class Prices(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _hazard_mm(head: Head, place: Doubles) -> float:
-    """Return how far the nearest hazard is; far off the grid."""
+def _hurts(head: Head, place: Doubles, radius: float, off_mm: float, h: float) -> bool:
+    """Return whether a ball comes nearer to a hazard than off_mm; h: of its voxels."""
+    steps = _nearest(head.hazards, head.hazard_voxel, place, math.inf)
+    if steps * head.unit_mm - SQRT3 * h - radius >= off_mm:
+        # the places between voxels differ by no more
+        return False
     near = -air_mm(head.hazards, head.hazard_voxel, place[0], place[1], place[2])
-    return head.unit_mm * near if near > -FREE_MM else FREE_MM
+    return near > -FREE_MM and head.unit_mm * near - radius < off_mm
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -176,19 +190,26 @@ def held_tissue(
     """Write what jaws hold that is wanted, and what that costs, ``(n, 2)``.
 
     origins, turns: as of `depths`. places: ``(p, 3)`` between jaws; they count one by
-    one. jaws: ``(b, 5)`` their balls.
+    one. jaws: ``(b, 5)`` their balls. Where it costs more than all places are worth the
+    rest is not looked at.
     """
     way, place = np.empty(3), np.empty(3)
+    m, off_mm = head.hazard_voxel, prices.spares_mm
+    h = 1.0 / math.sqrt(m[0, 0] ** 2 + m[1, 0] ** 2 + m[2, 0] ** 2)
     for n in range(origins.shape[0]):
         held = cost = 0.0
         for b in range(jaws.shape[0]):
             way[0], way[1], way[2] = jaws[b, 2], jaws[b, 3], jaws[b, 4] + jaws[b, 0]
             _place(origins[n], turns[n], way, place)
-            if _hazard_mm(head, place) - jaws[b, 1] < prices.spares_mm:
+            if _hurts(head, place, jaws[b, 1], off_mm, h):
                 cost += prices.hurts
+            if cost > places.shape[0]:
+                break
         for p in range(places.shape[0]):
+            if cost > places.shape[0]:
+                break
             _place(origins[n], turns[n], places[p], place)
-            if _hazard_mm(head, place) < prices.spares_mm:
+            if _hurts(head, place, 0.0, off_mm, h):
                 cost += prices.hurts
             deep = _nearest(head.distance, head.distance_voxel, place, -1.0)
             if deep <= -prices.rim_mm:

@@ -723,6 +723,61 @@ def touch_tick(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def press_walls(
+    patch: Patch, walls: Doubles, grounds: Doubles, balls: Doubles, pose: Doubles,
+    state: Doubles, holes: Doubles, work: Doubles, out: Doubles,
+) -> int:  # fmt: skip
+    """Write what a tool presses that lies still where it is; returns flags.
+
+    No proxy: the wall counts that resists most, by how deep the tool lies in it.
+    Arguments as of `touch_tick`; the next tick begins anew.
+    """
+    out[:] = 0.0
+    out[ROW] = out[BROKE] = -1.0
+    state[HAS] = state[LENGTH] = state[RATE] = 0.0
+    distance, m = patch.distance, patch.voxel
+    count = min(int(state[BROKEN]), MOST_HOLES)
+    h = 1.0 / math.sqrt(m[0, 0] ** 2 + m[1, 0] ** 2 + m[2, 0] ** 2)
+    vectors = work[work.shape[0] - BEHIND :]
+    shift, touch, each, most = vectors[0, :3], vectors[1], vectors[2], vectors[3]
+    shift[:] = 0.0
+    near, _ = place_balls(distance, m, holes, count, balls, pose, shift, 0.0, work)
+    for n in range(near):
+        touch[2:5] = work[n, 0:3]
+        if not _outward(distance, m, holes, count, h, touch):
+            continue
+        radius, deep = work[n, 3], -work[n, 4]
+        x = work[n, 0] - (radius - deep) * touch[5]
+        y = work[n, 1] - (radius - deep) * touch[6]
+        z = work[n, 2] - (radius - deep) * touch[7]
+        row = _feel_at(patch, walls, grounds, x, y, z, each)
+        newton = _spring_n(each, deep, math.inf)
+        if newton > out[TISSUE_N]:
+            out[TISSUE_N], out[DEPTH], out[ROW] = newton, deep, row
+            out[PLACE], out[PLACE + 1], out[PLACE + 2] = x, y, z
+            most[5:8] = touch[5:8]
+            most[8], most[9] = radius, each[5]
+            for c in range(3):
+                # the ball as it touches
+                most[2 + c] = touch[2 + c] + deep * touch[5 + c]
+    if out[ROW] < 0.0:
+        return 0
+    newton, row = out[TISSUE_N], int(out[ROW])
+    _add_force(
+        out, pose, out[PLACE : PLACE + 3],
+        newton * most[5], newton * most[6], newton * most[7],
+    )  # fmt: skip
+    bears = (
+        walls[row, BREAK_N] * most[9] ** 2 * scatter_of(row, most[2], most[3], most[4])
+    )
+    if 0.0 < bears < newton:
+        widest = balls[:, 3].max()
+        _break(patch, walls, row, most, most[8], widest, state, holes, count)
+        out[BROKE] = row
+    return TOUCHING
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def follow_way(
     patch: Patch, walls: Doubles, grounds: Doubles, balls: Doubles, way: Doubles,
     steps: int, settings: Doubles, state: Doubles, holes: Doubles, work: Doubles,

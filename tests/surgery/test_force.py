@@ -17,6 +17,7 @@ from surgery.force import (
     NO_TOUCH,
     RigidPart,
     ToolForce,
+    Yielding,
     balls_of,
 )
 from surgery.kernels import touch_force as tick
@@ -251,35 +252,48 @@ def channel() -> OperatedPatient:
     return OperatedPatient(surface, walled(surface, PAPYRACEA))
 
 
-def test_what_tissue_yields_to_slips_past_a_tool_that_nobody_feels() -> None:
+def test_a_tool_that_walls_hold_presses_as_deep_as_it_lies() -> None:
     """A rigid proxy stays before a slit that a tool passes by denting its walls."""
     most = {}
-    for slips in (False, True):
+    for held in (False, True):
         force, felt = probe(channel()), []
         for n in range(200):
             at = pose(FLOOR_MM + 2.0 - 0.05 * n)
-            felt.append(force.step(n / 100.0, at, slips=slips).size_n)
-        most[slips] = max(felt)
+            felt.append(force.step(n / 100.0, at, held=held).size_n)
+        most[held] = max(felt)
         out = [
-            force.step(2.0 + n / 100.0, pose(FLOOR_MM - 8.0 + 0.05 * n), slips=slips)
+            force.step(2.0 + n / 100.0, pose(FLOOR_MM - 8.0 + 0.05 * n), held=held)
             for n in range(240)
         ]
         assert out[-1].size_n == 0.0
     assert most[True] < 0.6 * most[False]
 
 
-def test_what_is_deep_in_a_wall_slips_past_nothing() -> None:
+def test_a_flat_wall_feels_the_same_to_a_tool_that_walls_hold() -> None:
+    """Down to where it breaks at the same depth, by the same force."""
     felt = []
-    for slips in (False, True):
+    for held in (False, True):
         force = probe(patient())
         felt.append(
             [
-                force.step(n / 100.0, pose(FLOOR_MM + 2.0 - 0.03 * n), slips=slips)
-                for n in range(200)
+                force.step(n / 100.0, pose(FLOOR_MM + 2.0 - 0.03 * n), held=held)
+                for n in range(250)
             ]
         )
+    assert any(touch.broken for touch in felt[0])
     for one, two in zip(*felt, strict=True):
-        assert one.size_n == two.size_n
+        assert two.size_n == pytest.approx(one.size_n, abs=0.02, rel=0.02)
+        assert two.broken == one.broken
+        assert two.newton == pytest.approx(one.newton, abs=0.02, rel=0.02)
+
+
+@pytest.mark.parametrize("newton", [0.1, 1.0, 2.5, 6.0])
+def test_a_wall_yields_to_a_force_as_deep_as_it_presses_with_it(newton: float) -> None:
+    head = patient()
+    mm = float(Yielding(head.layers, newton).at(np.array([[*PLACE[:2], FLOOR_MM]]))[0])
+    force = probe(head)
+    force.step(0.0, pose(FLOOR_MM - mm), held=True)
+    assert force.touch.size_n == pytest.approx(newton, rel=0.02, abs=0.01)
 
 
 def test_jaws_that_bite_push_nothing_aside() -> None:
