@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF
 from PySide6.QtGui import QCursor, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
@@ -16,9 +16,6 @@ from scenarios.instrument_state import NO_TOOL
 
 class AidKeys(QObject):
     """Switch the guide, lay the scope, name what is seen while a key is held."""
-
-    _laid = Signal(bool, str)
-    """The assistant has looked: see `FlightThread.lay_scope`."""
 
     def __init__(
         self,
@@ -37,7 +34,7 @@ class AidKeys(QObject):
         self._picture = picture
         self._notify = notify
         self._switched = switched
-        self._laid.connect(self._tell_laid)
+        thread.laid.connect(self._tell_laid)
         self._has_tasks = bool(thread.flight.order.scenario.tasks)
         window.installEventFilter(self)
 
@@ -89,7 +86,7 @@ class AidKeys(QObject):
         frame = self._thread.last
         if frame is None:
             return
-        if self._thread.lay_scope(frame, self._laid.emit):
+        if self._thread.lay_scope(frame):
             self._notify(tr("The assistant looks for a place"), "")
         elif frame.tool.name == NO_TOOL:
             key = KEYS.label(Act.NEXT_TOOL)

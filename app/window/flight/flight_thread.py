@@ -8,7 +8,6 @@ thread; of the frames only the newest is kept for it.
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -113,6 +112,9 @@ class FlightThread(QObject, FlightObserver):
     """It is there again; the seconds it was away."""
     late = Signal(str)
     """The flight stood still: how long, and what was left out by that."""
+    laid = Signal(bool, str)
+    """The assistant has looked: whether there is a place for the scope, and else the
+    name of a tool that has one, "" for none."""
     landed = Signal(object)
     """The flight is over: the path's end was reached or the trainee ended it; the
     `FlightEnd`."""
@@ -289,21 +291,17 @@ class FlightThread(QObject, FlightObserver):
             fulcrum, self._air(patient), endoscope, cone_deg, patient.hazards
         )
 
-    def lay_scope(
-        self, frame: DisplayedFrame, told: Callable[[bool, str], object]
-    ) -> bool:
+    def lay_scope(self, frame: DisplayedFrame) -> bool:
         """Let an assistant lay the scope where the tool in hand gets to its place.
 
-        told: hears, by another thread, whether there is such a place, and else the
-        name of a tool that has one, "" for none. Return whether anything is done with
-        that tool.
+        `laid` tells. Return whether anything is done with that tool.
         """
 
         def lay(pose: ScopePose | None, drawn_mm: float, other: str) -> None:
             if pose is not None:
                 self.flight.note_aid("assistant lays the scope")
                 self.flight.order.input.lay(pose.frame, pose.entry_mm, drawn_mm)
-            told(pose is not None, other)
+            self.laid.emit(pose is not None, other)
 
         return self.guide.lay_scope(
             frame.view, frame.tasks, frame.cuts, self.flight.hand.tools, lay

@@ -3,7 +3,7 @@
 import itertools
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import cast
 from unittest.mock import patch
@@ -252,11 +252,11 @@ def test_a_key_hides_the_way_and_shows_it_again(page: FlightPage) -> None:
 def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
     asked: list[DisplayedFrame] = []
 
-    def lay(frame: DisplayedFrame, told: Callable[[bool, str], object]) -> bool:
+    def lay(frame: DisplayedFrame) -> bool:
         asked.append(frame)
         if frame.tool.name == NO_TOOL:
             return False
-        told(False, "backbiter")
+        page._thread.laid.emit(False, "backbiter")
         return True
 
     button = page._actions.bar.button(Act.ASSIST)
