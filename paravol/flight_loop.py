@@ -374,7 +374,7 @@ class _Operated:
         signs = felt_signs(operation, view.hazard, self._bites)
         if not self._tried_s <= sample.time_s < self._tried_s + TRIED_EVERY_S:
             self._tried_s = sample.time_s
-            self._bite_mm3 = operation.would_take(self._at_bite(sample))
+            self._bite_mm3 = operation.would_take(self._at_bite(sample), sample)
         signs = replace(signs, taken_mm3=self._taken_mm3, bite_mm3=self._bite_mm3)
         return _Shown(view, tissue, self._cuts, signs)
 

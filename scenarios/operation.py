@@ -303,10 +303,11 @@ class Operation:
         hurt = () if self.injuries is None else self.injuries.injuries
         return frozenset(injury.structure for injury in hurt)
 
-    def would_take(self, sample: Sample) -> dict[str, float]:
-        """Return what the tool would take where it is, mm3 by tissue.
+    def would_take(self, sample: Sample, now: Sample | None = None) -> dict[str, float]:
+        """Return what the tool would take where a sample has it, mm3 by tissue.
 
-        That is what open jaws take when they close, and what an edge takes at once.
+        That is what open jaws take when they close, and what an edge takes on its way
+        there from where it is now.
         """
         state, frame = sample.instrument, tool_frame(sample)
         if state.name == NO_TOOL or not np.isfinite(frame).all():
@@ -317,7 +318,8 @@ class Operation:
                 return {}
         elif tool.action not in SWEEPING:
             return {}
-        rows = self._at_rest(tool.working_volume(frame, state.jaw))
+        before = None if now is None else tool_frame(now)
+        rows = self._at_rest(tool.working_volume(frame, state.jaw, before))
         return self.patient.would_take(rows, tool.taker) if len(rows) else {}
 
     def wall_mm3(self) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Where an assistant lays the scope, so that a place is seen and a tool gets there."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
@@ -14,9 +14,12 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices.controls.fulcrum import Fulcrum
 from paravol.guide.goals import Goal, GuidedHead, goal_of, tool_places
 from paravol.inputs.nostril_lines import LEAN_MM, RINGS, NostrilLines
-from paravol.inputs.tool_plan import tip_frames
+from paravol.inputs.pointed_tool import thickness_mm
+from paravol.inputs.tool_hold import BESIDE_MM
+from paravol.inputs.tool_plan import ToolPlan, tip_frames
 from renderers.scene import Volume
 from scenarios import Endoscope, View
+from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks import Task, TaskState
 
 _Doubles = NDArray[np.float64]
@@ -58,14 +61,17 @@ DRAWN_MM = 0.0, 4.0, 8.0, 13.0, 20.0, 30.0, 40.0
 BETWEEN = 6
 """Poses on the way from one to another that are looked at."""
 
-TRIED, GOOD = 12, 25.0
+TRIED, GOOD = 6, 25.0
 """Poses for which a tool's ways are looked at, at most; none after one at which it is
 worth so much."""
 
-GRIPPED = 24
+GRIPPED = 12
 """Places at which it is tried from each, at most."""
 
-PLACES, SKIN_MM = 200, 1.2
+BESIDES = 5
+"""Places of a scope's end that are kept off a tool's line."""
+
+PLACES, SKIN_MM = 50, 1.2
 """Places of tissue that are to be seen, at most; they lie so deep in it at most."""
 
 
@@ -127,7 +133,11 @@ class ScopePlaces:
         places = places[:: max(len(places) // PLACES, 1)]
         best, most = None, 0.0
         size = view.camera.width, view.camera.height
-        for pose in islice(self.looking_at(places, endoscope, left_out), TRIED):
+        room = None
+        if head.plan is not None and view.instrument != NO_TOOL:
+            room = self._room(head.plan, view.instrument, places)
+        poses = self.looking_at(places, endoscope, left_out, room)
+        for pose in islice(poses, TRIED):
             camera = endoscope.camera(pose.frame, pose.roll_deg, size)
             seen = replace(view, camera=camera, world_from_tip=pose.frame)
             tip = pose.frame[:3, 3]
@@ -140,23 +150,31 @@ class ScopePlaces:
         return best
 
     def looking_at(
-        self, places: _Doubles, endoscope: Endoscope, left_out: Sequence[_Doubles] = ()
+        self,
+        places: _Doubles,
+        endoscope: Endoscope,
+        left_out: Sequence[_Doubles] = (),
+        room: Callable[[_Doubles, _Doubles], _Doubles] | None = None,
     ) -> Iterator[ScopePose]:
         """Give poses that see places, ``(n, 3)``, best first, each lying elsewhere.
 
         What one has seen counts less for the next. None dents walls deeper than
-        `DENT_MM`. left_out: tips, ``(3,)``, near which none lies.
+        `DENT_MM`. left_out: tips, ``(3,)``, near which none lies. room: tells what a
+        tool is worth at the places, ``(m, n)``, beside scopes with tips and entries
+        ``(m, 3)``; None where any place counts.
         """
         if not len(places):
             return
         tips, entries, worth = self._lying(places)
         frames, sees = self._sees(tips, entries, places, endoscope)
+        counts = np.float32(1.0) if room is None else room(tips, entries)
+        shown = (sees * counts).astype(np.float32)
         for tip in left_out:
             worth[np.linalg.norm(tips - tip, axis=1) < APART_MM] = -math.inf
-        fresh = np.ones(len(places))
+        fresh = np.ones(len(places), np.float32)
         while len(tips):
             with np.errstate(divide="ignore"):
-                total = worth + SEES * np.log(sees @ fresh)
+                total = worth + SEES * np.log(shown @ fresh)
             turn, number = np.unravel_index(int(np.argmax(total)), total.shape)
             if not np.isfinite(total[turn, number]):
                 return
@@ -165,6 +183,32 @@ class ScopePlaces:
             fresh[sees[turn, number]] *= SEEN
             near_mm = np.linalg.norm(tips - tips[number], axis=1)
             worth[near_mm < APART_MM] = -math.inf
+
+    def _room(
+        self, plan: ToolPlan, name: str, places: _Doubles
+    ) -> Callable[[_Doubles, _Doubles], _Doubles]:
+        """Return what tells `looking_at` where a scope leaves a tool room."""
+        of, entries, ends, worth = plan.lines(name, places)
+        apart_mm = self._radius_mm + thickness_mm(name)
+        along = ends - entries
+        squared = np.maximum((along**2).sum(axis=1), 1e-9)
+
+        def room(tips: _Doubles, scope_entries: _Doubles) -> _Doubles:
+            back = scope_entries - tips
+            back /= np.maximum(np.linalg.norm(back, axis=1, keepdims=True), 1e-9)
+            is_free = np.ones((len(tips), len(of)), bool)
+            for mm in np.linspace(0.0, BESIDE_MM, BESIDES):
+                ways = (tips + mm * back)[:, None] - entries
+                share = np.clip(np.einsum("nmc,mc->nm", ways, along) / squared, 0, 1)
+                off = ways - share[..., None] * along
+                is_free &= np.einsum("nmc,nmc->nm", off, off) > apart_mm**2
+            found = np.zeros((len(tips), len(places)))
+            for number in range(len(of)):
+                here = found[:, of[number]]
+                np.maximum(here, worth[number] * is_free[:, number], out=here)
+            return found
+
+        return room
 
     def drawn_mm(self, now: _Doubles, pose: ScopePose) -> float:
         """Return the depth at which a scope turns freely from a frame to a pose's line.

@@ -131,7 +131,8 @@ def tool_control(
     """
     scope = nostril_fulcrum(patient, path, start, side)
     fulcrum = Fulcrum(tool_pivot(scope.pivot_mm, scope.axis), scope.axis)
-    hold = ToolHold(patient.surface.distance, fulcrum.pivot_mm, patient.hazards)
+    distance = patient.surface.distance
+    hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards, patient.layers)
     return FulcrumControl(fulcrum, limits_about(fulcrum), hold=hold), hold
 
 
@@ -149,9 +150,9 @@ def pointed_tool(
         fulcrum = nostril_fulcrum(patient, path, scenario.start)
     except UserError:
         return None
-    hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards)
+    hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards, patient.layers)
     labels = labels_with_asked(patient, scenario.tasks)
-    plan = ToolPlan(fulcrum, distance, labels, patient.hazards)
+    plan = ToolPlan(fulcrum, distance, labels, patient.hazards, patient.layers)
     return PointedTool(fulcrum, hold, distance, plan)
 
 

@@ -31,6 +31,7 @@ from paravol.inputs.pointed_tool import (
 from paravol.inputs.pose_completer import AWAY_MM, PoseCompleter
 from paravol.inputs.second_device import SecondDevice
 from paravol.inputs.tool_hold import BITES_MM, ToolHold, roll_deg, tool_of_shaft
+from paravol.inputs.tool_plan import shaves
 from paravol.inputs.turns import DeviceTurns
 from scenarios import Endoscope, InstrumentState, Sample
 from scenarios.instrument_state import EMPTY_HAND, FIRST_TOOL, NO_TOOL
@@ -270,11 +271,14 @@ class OperatingHand:
         return self._pointed(sample, pointed, wish)
 
     def at_bite(self, sample: Sample) -> Sample:
-        """Return a sample with its pointed tool where it would bite, if anywhere."""
-        pointed = self.pointed
-        bite = None if pointed is None or not self.is_pointing else pointed.bite
-        name = sample.instrument.name
-        if bite is None or name == NO_TOOL:
+        """Return a sample with its pointed tool where its pedal would bring it."""
+        pointed, name = self.pointed, sample.instrument.name
+        if pointed is None or not self.is_pointing or name == NO_TOOL:
+            return sample
+        bite = pointed.bite
+        if shaves(name) and pointed.is_there and not sample.instrument.is_working:
+            bite = pointed.pressed, sample.instrument.jaw
+        if bite is None:
             return sample
         frame = tool_of_shaft(name, bite[0])
         state = replace(sample.instrument, jaw=bite[1])

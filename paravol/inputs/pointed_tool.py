@@ -21,6 +21,7 @@ from paravol.inputs.tool_plan import (
     Pose,
     ToolPlan,
     has_jaws,
+    shaves,
 )
 from renderers.scene import Camera, Volume
 from scenarios import InstrumentState, tip_frame
@@ -50,7 +51,7 @@ SHUT = SHUT_STEPS / JAW_STEPS
 PLANNED_S, ANEW_MM = 0.1, 0.3
 """How often poses are compared, and how far place or scope have moved then."""
 
-MOST_N = 3.0
+MOST_N = 4.0
 """Against more no hand moves on: a scope is pressed with 2.2 N on average (Eur Arch
 Otorhinolaryngol 2008)."""
 
@@ -143,6 +144,7 @@ class PointedTool:
         self.bite: tuple[Doubles, float] | None = None
         self._told: tuple[Doubles, float] | None = None
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
+        self._stroke_mm = math.inf
         self._least_mm, self._still_s = math.inf, 0.0
         self._trail: list[tuple[Doubles, Doubles, float, float, Doubles]] = []
         self.frame = self._rod(self._entry, self._way, self.depth_mm, 0.0)
@@ -151,6 +153,19 @@ class PointedTool:
     def shut(self) -> float:
         """Return how far its jaws stay closed: on its way in. 0 in its place."""
         return 0.0 if self.has_come else SHUT
+
+    @property
+    def is_there(self) -> bool:
+        """Return whether it is at its place."""
+        left_mm = float(np.linalg.norm(self._pose.end_mm - self.frame[:3, 3]))
+        return self.has_come and left_mm < NEAR_MM
+
+    @property
+    def pressed(self) -> Doubles:
+        """Return the frame to which a pedal presses it."""
+        frame = self.frame.copy()
+        frame[:3, 3] += BITES_MM * frame[:3, 1]
+        return frame
 
     @property
     def closes(self) -> bool:
@@ -208,7 +223,16 @@ class PointedTool:
         is_at_tissue = self.reach_mm - ahead_mm < lunge_mm
         bite_mm = BITES_MM * state.jaw if state.is_working and not bites else 0.0
         tip_mm = self.reach_mm if is_at_tissue else ahead_mm
-        place = eye + (tip_mm + bite_mm) * ray
+        if state.is_working and shaves(state.name):
+            # one stroke takes one layer, from where it lies: that was told
+            if math.isinf(self._stroke_mm):
+                turn_deg = self._roll_deg - state.roll_deg
+                self._pose = Pose(self._entry, self.frame[:3, 3], turn_deg, 0.0)
+            tip_mm = self._stroke_mm = min(tip_mm, self._stroke_mm)
+        else:
+            self._stroke_mm = math.inf
+        pressed = bite_mm * (self.frame[:3, 1] if shaves(state.name) else ray)
+        place = eye + tip_mm * ray + pressed
         self._choose(place, scope, camera, radius_mm, state, time_s, is_at_tissue)
         self.bite = None
         left_s = STEP_S
@@ -224,10 +248,10 @@ class PointedTool:
             )
             self._go(state, step_s, eases)
         pose = self._pose
-        if pose.jaw < 1.0 and self.has_come and not math.isfinite(self._drawn_mm):
+        if pose.jaw < 1.0 and not math.isfinite(self._drawn_mm):
             way, depth_mm, roll_deg = self._wanted(state)
             end = self._rod(pose.entry_mm, way, depth_mm + pose.bite_mm, roll_deg)
-            if float(np.linalg.norm(pose.end_mm - self.frame[:3, 3])) < NEAR_MM:
+            if self.is_there:
                 self.bite = self._told = end, pose.jaw
                 self._told_s, self._told_at = time_s, self._planned_for[:3]
                 self._told_from = self.frame[:3, 3]

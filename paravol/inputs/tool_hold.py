@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
+from anatomy.wall_layers import WallLayers
 from renderers.scene import Volume
 from scenarios import InstrumentState, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
@@ -21,6 +22,7 @@ from scenarios.instruments.contact_shape import (
     shaft_mm,
 )
 from surgery.contact import CapsuleHold, balls_along
+from surgery.force import Yielding
 
 Doubles = NDArray[np.float64]
 
@@ -32,17 +34,22 @@ BITES_MM = 1.5
 """So far into tissue a tool is pushed while it works."""
 
 
-PUSH_N, YIELDING_MM_S, EASING_MM_S = 1.5, 5.0, 20.0
-"""A hand pushes with so much against what holds the tool, at most: so fast tissue gives
-way under less, and so fast the hand eases off where it is free, or under more."""
+PRESSES_N = 2.5
+"""A hand pushes with so much against what holds the tool; each wall yields as deep as
+it does to that. A scope is pressed with 2.2 N on average (Eur Arch Otorhinolaryngol
+2008)."""
+
+PUSH_N, YIELDING_MM_S, EASING_MM_S = 3.0, 5.0, 20.0
+"""So fast tissue gives way while less is felt, and so fast the hand eases off where it
+is free, or where several walls push together."""
 
 BESIDE_MM = 8.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the vestibule, which yields to both, and one hand gives way to the other."""
 
-YIELDS_MM = 2.0
-"""So much mucosa and turbinates yield to a tool that is pushed on: without, no straight
-shaft gets into a meatus."""
+YIELDS_MM, SOFTEST_MM = 2.0, 3.0
+"""So much a wall yields to a tool that is pushed on, where nobody knows what it is made
+of, and the softest one at most: without, no straight shaft gets into a meatus."""
 
 LIP_MM = 8.0
 """So far before the nostril lip and tip of the nose are felt, too."""
@@ -64,12 +71,16 @@ class ToolHold:
         distance: Volume,
         pivot_mm: Doubles,
         hazards: HazardVolumes | None = None,
+        layers: WallLayers | None = None,
     ) -> None:
         """Take signed air distance, mm, read as it is at the time; see `CapsuleHold`.
 
         pivot_mm: ``(3,)`` where the shaft is held. hazards: what no push may reach.
+        layers: of the walls; None where all yields alike.
         """
         self._hold = CapsuleHold(distance, pivot_mm)
+        self._yields = None if layers is None else Yielding(layers, PRESSES_N)
+        self._most_mm = YIELDS_MM if layers is None else SOFTEST_MM
         self._distance, self._hazards = distance, hazards
         self.state: InstrumentState = EMPTY_HAND
         self.pushed_mm = 0.0
@@ -101,7 +112,7 @@ class ToolHold:
         bite_mm: how deep a tool that works is pushed. is_held: tissue keeps it from
         where it is wanted. felt_n: what the hand felt last.
         """
-        most = max(bite_mm, YIELDS_MM)
+        most = max(bite_mm, self._most_mm)
         if felt_n > PUSH_N or not (is_held or bite_mm):
             self.pushed_mm = max(self.pushed_mm - EASING_MM_S * elapsed_s, 0.0)
         else:
@@ -150,6 +161,8 @@ class ToolHold:
             left = self._hazards_mm(places) - balls[:, 1] - SPARES_MM
             # from the wall on: so deep it lies already, and so far it may go on
             may = np.maximum(deep, 0.0) + left - TOUCH_MM
+            if self._yields is not None and not self.state.is_working:
+                may = np.minimum(may, self._yields.at(places) - TOUCH_MM)
             sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
         return sized
 

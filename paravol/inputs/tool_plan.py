@@ -7,7 +7,7 @@ otherwise need another way in.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.tissue import Label
+from anatomy.wall_layers import WallLayers
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.asked_tissue import ASKED, SPARED
 from paravol.inputs.nostril_lines import ROUND, NostrilLines
@@ -23,18 +24,22 @@ from paravol.inputs.picture_ray import reach_mm
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
     LIP_MM,
+    PRESSES_N,
+    SOFTEST_MM,
+    YIELDS_MM,
     jaw_balls,
     tool_balls,
 )
 from renderers.scene import Volume
 from scenarios.endoscope import ANTERIOR, PARALLEL, SUPERIOR
 from scenarios.instrument_state import NO_TOOL
-from scenarios.instruments.catalogue import instrument_named
+from scenarios.instruments.catalogue import Action, instrument_named
 from scenarios.instruments.contact_shape import (
     JAW_STEPS,
     shaft_mm,
     works_at_mm,
 )
+from surgery.force import Yielding
 from surgery.kernels import tool_poses as kernel
 from surgery.solids import in_capsules
 
@@ -65,9 +70,6 @@ END_MM = 15.0
 
 SHUT_STEPS = 14
 """Of `JAW_STEPS`: jaws that go somewhere are closed so far; farther they would bite."""
-
-DENTS_MM = 2.0
-"""So deep a shaft may press into mucosa and turbinates, which yield."""
 
 FREE_MM = 0.8
 """No deeper it presses while it is turned."""
@@ -106,10 +108,13 @@ half the way between places."""
 ROUGH_MM = 0.3
 """So much farther jaws tear."""
 
+PRESSED_MM = 0.0, 0.75, 1.5
+"""Places on the way of a window that is pressed into tissue."""
+
 APART_MM = 0.8
 """Between places that are looked at between jaws."""
 
-OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 60.0, 0.5, 0.25, 40.0
+OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 20.0, 1.0, 0.25, 40.0
 """What jaws hold besides counts for so many times as much as what is pointed at: other
 structures; where an exercise asks for tissue, what it spares, and the rest; the mucosa
 that lines all; and what must not be hurt."""
@@ -121,6 +126,10 @@ what is seen."""
 
 VAIN, VAIN_MM = 12.0, 1.5
 """What it loses where it was tried in vain, and how near to that."""
+
+WAYS, ROUGHLY = 8, 5
+"""Of the ways to a place that many are told, at most; for those, of places between jaws
+one of so many is looked at."""
 
 TURNED, MOVED = 4.0, 0.3
 """What it loses by half a turn, and by each mm that the nostril's place moves."""
@@ -146,7 +155,8 @@ class Pose(NamedTuple):
 class _Look(NamedTuple):
     """Hold what a pose is looked for with; see `ToolPlan.choose`.
 
-    wanted: the label of what is bitten, None for nothing.
+    wanted: the label of what is bitten, None for nothing. stride: of the places between
+    jaws one of so many is looked at.
     """
 
     name: str
@@ -155,6 +165,22 @@ class _Look(NamedTuple):
     now: tuple[Doubles, float]
     vain: Sequence[Pose]
     wanted: int | None
+    stride: int = 1
+
+
+class _Bites(NamedTuple):
+    """Hold bites that jaws opened by so many steps may take, ``(n,)`` each.
+
+    of: numbers of the lines. waits_mm, at_mm: how far before the lines' ends jaws wait,
+    and bite. held, total: what they hold, less what they should not, and all in all.
+    """
+
+    of: NDArray[np.int64]
+    waits_mm: Doubles
+    at_mm: Doubles
+    steps: int
+    held: Doubles
+    total: Doubles
 
 
 class ToolPlan:
@@ -169,11 +195,12 @@ class ToolPlan:
         distance: Volume,
         labels: Volume | None = None,
         hazards: HazardVolumes | None = None,
+        layers: WallLayers | None = None,
     ) -> None:
         """Take the nostril, and signed air distance, mm, read as it is at the time.
 
         labels: what is where in the head; None where nobody knows. hazards: must not
-        be hurt.
+        be hurt. layers: of the walls, on the distance's voxels; None where all yields.
         """
         self._distance = distance
         if labels is None:
@@ -183,6 +210,12 @@ class ToolPlan:
         none = Volume(np.zeros((2, 2, 2), np.int16), np.ones(3), np.full(3, 1e6))
         known = hazards is not None and bool(hazards.names)
         self._hazards = hazards.nearest if hazards is not None and known else none
+        nowhere = np.zeros((1, 1, 1), np.uint8)
+        self._yields = nowhere, nowhere, np.full((1, 1), YIELDS_MM)
+        self._most_mm = YIELDS_MM if layers is None else SOFTEST_MM
+        if layers is not None:
+            walls = Yielding(layers, PRESSES_N)
+            self._yields = walls.walls, walls.grounds, walls.dents_mm
 
     def choose(
         self,
@@ -204,8 +237,9 @@ class ToolPlan:
         vain: poses that it did not get to. is_at_tissue: it is brought to tissue, and
         turned for it. beside: where it does not get there, it may go beside its place.
         """
-        wanted = self._label(place) if is_at_tissue and has_jaws(name) else None
-        look = _Look(name, _guard(scope, radius_mm), up, now, vain, wanted)
+        wanted = self._label(place) if is_at_tissue and _takes(name) else None
+        guard = _guard(scope, radius_mm)
+        look = _Look(name, guard, up, now, vain, wanted)
         found = self._best(look, place)
         if beside and wanted is not None:
             # who points beside a good bite of the same means that
@@ -240,7 +274,7 @@ class ToolPlan:
         now = self._lines.middle_mm, 0.0
         found = np.zeros(len(places))
         is_asked = self._labels.nearest(places, 0) == ASKED
-        is_asked &= has_jaws(name)
+        is_asked &= _takes(name)
         for number, place in enumerate(places):
             way = place - eye
             ray = way / np.linalg.norm(way)
@@ -293,7 +327,7 @@ class ToolPlan:
         frames: Doubles,
         backs_mm: Doubles,
         guard: Doubles,
-        most_mm: float = DENTS_MM,
+        most_mm: float = math.inf,
         free_mm: float = -math.inf,
     ) -> Doubles:
         """Return how deep a closed tool lies in walls, ``(n, m)``; see `depths`."""
@@ -305,6 +339,7 @@ class ToolPlan:
             kernel.Around(
                 self._distance.values,
                 np.ascontiguousarray(self._distance.voxel_from_world[:3]),
+                *self._yields,
                 guard,
                 self._hazards.values,
                 np.ascontiguousarray(self._hazards.voxel_from_world[:3]),
@@ -318,59 +353,109 @@ class ToolPlan:
             tool_balls(name, SHUT_STEPS),
             END_MM,
             free_mm,
-            most_mm,
+            min(most_mm, self._most_mm),
             found,
         )
         return found
 
     def _best(self, look: "_Look", place: Doubles) -> Pose:
         """Return the best pose to a place."""
-        name, guard = look.name, look.guard
+        name = look.name
         poses = self._poses(name, place, look.now)
-        frames = poses[0]
-        deep = self._depths(name, frames, BACKS_MM, guard)
-        # what is narrow on the way is so for what lies behind
-        deep = np.maximum.accumulate(deep, axis=1)
-        worth = self._loss(look, deep, BACKS_MM, poses)
+        deep, worth = self._ways(look, poses)
         n, m = divmod(int(np.argmax(worth)), len(BACKS_MM))
         if not np.isfinite(worth[n, m]):
             # nothing gets in: it waits outside
             return Pose(self._lines.middle_mm, place, look.now[1], math.inf)
-        near = 0.0 if has_jaws(name) else max(REACHED - BACKS_MM[m], 0.0)
+        near = 0.0 if look.wanted is not None else max(REACHED - BACKS_MM[m], 0.0)
         found = _pose(poses, n, BACKS_MM[m], worth=near)
+        best = -math.inf
+        for bites in self._bites(look, poses, deep):
+            first = int(np.argmax(bites.total))
+            if bites.total[first] > best:
+                best = float(bites.total[first])
+                back = float(bites.waits_mm[first])
+                held = float(bites.held[first])
+                jaw = 1.0 - bites.steps / JAW_STEPS
+                ahead_mm = back - float(bites.at_mm[first])
+                if not bites.steps:
+                    back, ahead_mm = float(bites.at_mm[first]), 0.0
+                found = _pose(poses, bites.of[first], back, jaw, ahead_mm, held)
+        return found
+
+    def lines(
+        self, name: str, places: Doubles
+    ) -> tuple[NDArray[np.int64], Doubles, Doubles, Doubles]:
+        """Return ways in to tissue at places ``(n, 3)``, the scope away, the best ones.
+
+        That is the number of the place of each, its shaft's ends in the nostril and at
+        the place, ``(m, 3)``, and what the tool is worth there.
+        """
+        of, found = [], []
+        away = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -1.0])
+        for number, inside in enumerate(places):
+            deep_mm = float(self._distance.sample(inside[None])[0])
+            place = inside - deep_mm * self._normal(inside)
+            wanted = self._label(place) if _takes(name) else None
+            now = self._lines.middle_mm, 0.0
+            look = _Look(name, away, SUPERIOR, now, (), wanted, ROUGHLY)
+            poses = self._poses(name, place, now)
+            deep, worth = self._ways(look, poses)
+            held = np.zeros(len(poses[0]))
+            if wanted is None:
+                far = np.where(np.isfinite(worth).any(axis=1), worth.argmax(axis=1), 0)
+                near = np.maximum(REACHED - BACKS_MM[far], 0.0)
+                held = np.where(np.isfinite(worth).any(axis=1), near, 0.0)
+            for bites in self._bites(look, poses, deep):
+                np.maximum.at(held, bites.of, bites.held)
+            best = np.argsort(-held)[:WAYS]
+            best = best[held[best] > 0.0]
+            of += [number] * len(best)
+            ends = poses[0][best, :3, 3]
+            found.append(np.column_stack([poses[1][best], ends, held[best]]))
+        rows = np.vstack([np.zeros((0, 7)), *found])
+        return np.array(of, np.int64), rows[:, :3], rows[:, 3:6], rows[:, 6]
+
+    def _ways(self, look: "_Look", poses: Sequence[Doubles]) -> tuple[Doubles, Doubles]:
+        """Return how deep a tool lies in walls on its ways in, and their worth."""
+        deep = self._depths(look.name, poses[0], BACKS_MM, look.guard)
+        # what is narrow on the way is so for what lies behind
+        deep = np.maximum.accumulate(deep, axis=1)
+        return deep, self._loss(look, deep, BACKS_MM, poses)
+
+    def _bites(
+        self, look: "_Look", poses: Sequence[Doubles], deep: Doubles
+    ) -> Iterator["_Bites"]:
+        """Give bites at the ends of ways in, opening by opening; `deep`: of `_ways`.
+
+        What shaves lies there as it is, and opens by no step.
+        """
         if look.wanted is None:
-            return found
+            return
+        bites = has_jaws(look.name)
         # before a bite it lies on the same line, as far in as walls let it
         far = len(BACKS_MM) - 1 - np.isfinite(deep)[:, ::-1].argmax(axis=1)
         waits_mm = BACKS_MM[far]
         at = np.flatnonzero(np.isfinite(deep[:, 0]) & (waits_mm <= WAITS_MM))
-        if not len(at):
-            return found
         lines = [each[at] for each in poses]
-        bitten = self._depths(name, lines[0], BITES_MM, guard, free_mm=JAWS_MM)
-        pairs = np.argwhere(np.isfinite(bitten))
+        bitten = self._depths(
+            look.name,
+            lines[0],
+            BITES_MM,
+            look.guard,
+            free_mm=JAWS_MM if bites else -math.inf,
+        )
+        rows, columns = np.nonzero(np.isfinite(bitten))
         way = deep[at, far[at]][:, None]
         loss = self._loss(look, np.maximum(bitten, way), BITES_MM, lines)
-        best = -math.inf
-        frames = lines[0][pairs[:, 0]]
-        frames[:, :3, 3] += BITES_MM[pairs[:, 1], None] * frames[:, :3, 2]
-        for steps in OPENINGS if len(pairs) else ():
-            held = self._held(name, frames, steps, look.wanted)
-            total = np.where(held > 0.0, held + loss[tuple(pairs.T)], -math.inf)
-            first = int(np.argmax(total))
-            if total[first] > best:
-                best = float(total[first])
-                n, m = pairs[first]
-                back = float(waits_mm[at[n]])
-                found = _pose(
-                    lines,
-                    n,
-                    back,
-                    1.0 - steps / JAW_STEPS,
-                    back - float(BITES_MM[m]),
-                    float(held[first]),
-                )
-        return found
+        at_mm = BITES_MM[columns]
+        frames = lines[0][rows]
+        frames[:, :3, 3] += at_mm[:, None] * frames[:, :3, 2]
+        openings = OPENINGS if bites else (0,)
+        for steps in openings if len(rows) else ():
+            held = self._held(look, frames, steps, look.wanted)
+            total = np.where(held > 0.0, held + loss[rows, columns], -math.inf)
+            yield _Bites(at[rows], waits_mm[at[rows]], at_mm, steps, held, total)
 
     def _loss(
         self, look: "_Look", deep: Doubles, backs: Doubles, poses: Sequence[Doubles]
@@ -380,7 +465,7 @@ class ToolPlan:
         guard, up, (entry, roll) = look.guard, look.up, look.now
         worth = np.where(np.isfinite(deep), 0.0, -math.inf)
         worth -= OFF * np.abs(backs)
-        worth -= DEEP * np.clip(deep, 0.0, DENTS_MM)
+        worth -= DEEP * np.clip(deep, 0.0, self._most_mm)
         worth -= EVEN * np.linalg.norm(entries - self._lines.middle_mm, axis=1)[:, None]
         away_mm = np.linalg.norm(entries - entry, axis=1)
         worth -= (TURNED * _apart_deg(rolls, roll) / 180.0 + MOVED * away_mm)[:, None]
@@ -397,8 +482,9 @@ class ToolPlan:
         found: Doubles = worth - ABOVE * (1.0 + passing @ up)[:, None]
         return found
 
-    def _held(self, name: str, frames: Doubles, steps: int, wanted: int) -> Doubles:
+    def _held(self, look: _Look, frames: Doubles, steps: int, wanted: int) -> Doubles:
         """Return what jaws at some poses hold, ``(n,)``, less what they should not."""
+        name, stride = look.name, look.stride
         counts = np.empty((len(frames), 2))
         head = kernel.Head(
             self._distance.values,
@@ -413,12 +499,12 @@ class ToolPlan:
             head,
             np.ascontiguousarray(frames[:, :3, 3]),
             np.ascontiguousarray(frames[:, :3, :3]),
-            _between_jaws(name, 1.0 - steps / JAW_STEPS) - shaft_mm(name),
-            np.concatenate(jaw_balls(name)[JAW_STEPS - SHUT_STEPS : steps + 1 : 3]),
+            _between_jaws(name, 1.0 - steps / JAW_STEPS)[::stride] - shaft_mm(name),
+            _between(name, steps)[::stride],
             kernel.Prices(wanted, _costs(wanted), HURTS, CLEARS_MM, RIM_MM),
             counts,
         )
-        held, cost = counts.T
+        held, cost = stride * counts.T
         return np.where(held > 0.0, held - cost, np.minimum(-cost, 0.0))
 
     def _normal(self, place: Doubles) -> Doubles:
@@ -493,6 +579,12 @@ def has_jaws(name: str) -> bool:
 
 
 @lru_cache(maxsize=64)
+def shaves(name: str) -> bool:
+    """Return whether a tool takes what lies in a window at its side, towards its y."""
+    return name != NO_TOOL and instrument_named(name).action is Action.POWERED
+
+
+@lru_cache(maxsize=64)
 def _is_turned(name: str) -> bool:
     """Return whether it matters how a tool is turned about its shaft."""
     aside = shaft_mm(name), works_at_mm(name)
@@ -514,13 +606,33 @@ def tip_frames(ends: Doubles, ways: Doubles, rolls_deg: Doubles) -> Doubles:
     return frames
 
 
+def _takes(name: str) -> bool:
+    """Return whether a tool takes what is at its place."""
+    return has_jaws(name) or shaves(name)
+
+
+def _between(name: str, steps: int) -> Doubles:
+    """Return the balls of jaws that open by so many steps; none of what has none."""
+    if not has_jaws(name):
+        return np.zeros((0, 5))
+    return np.concatenate(jaw_balls(name)[JAW_STEPS - SHUT_STEPS : steps + 1 : 3])
+
+
 @lru_cache(maxsize=256)
 def _between_jaws(name: str, jaw: float) -> Doubles:
-    """Return places of what jaws take, ``(n, 3)`` in the tool's frame.
+    """Return places of what a tool takes, ``(n, 3)`` in its frame.
 
-    jaw: how far they are closed, 0 to 1.
+    jaw: how far its jaws are closed, 0 to 1. What shaves is pressed on by `BITES_MM` of
+    `tool_hold`.
     """
     rows = instrument_named(name).working_volume(np.eye(4), jaw)
+    if shaves(name):
+        # an edge at rest is a capsule
+        rows[:, 7] = rows[:, 13]
+        pressed = [rows.copy() for _ in PRESSED_MM]
+        for row, mm in zip(pressed, PRESSED_MM, strict=True):
+            row[:, [2, 5]] += mm
+        rows = np.concatenate(pressed)
     rows[:, 7] += ROUGH_MM
     starts, ends, radii = rows[:, 1:4], rows[:, 4:7], rows[:, 7]
     if not len(rows):

@@ -166,7 +166,7 @@ class Operating(Still):
     def take_edits(self) -> list[Any]:
         return []
 
-    def would_take(self, sample: Sample) -> dict[str, float]:
+    def would_take(self, sample: Sample, now: Sample) -> dict[str, float]:
         return {"mucosa": sample.time_s}
 
     def take_injuries(self) -> list[Injury]:

@@ -32,9 +32,10 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3 = 3.0, 1.0, 4, 1.0
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 3.0, 1.0, 4, 1.0, 0.03
 """A bite that is worth it, and one where larger ones are not found from so many places
-of the scope; and what he risks of what is to be spared, as it is told."""
+of the scope; and what he risks of what is to be spared, as it is told, or so much of
+what he wants."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
@@ -259,9 +260,9 @@ class Surgeon:
         words = f"{sight.mark.words} {self._task}".lower()
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
         spared = [v for n, v in sight.bite.items() if n not in named and _is_spared(n)]
-        if sum(spared) > SPARES_MM3:
-            return False
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
+        if sum(spared) > max(SPARES_MM3, SPARES * sum(wanted.values())):
+            return False
         least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
         return sum(wanted.values()) >= least_mm3
 

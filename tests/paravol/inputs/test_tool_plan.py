@@ -12,8 +12,8 @@ from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.asked_tissue import ASKED, SPARED
-from paravol.inputs.tool_hold import tool_of_shaft
-from paravol.inputs.tool_plan import BITES_MM, DENTS_MM, ENTRY_MM, Pose, ToolPlan
+from paravol.inputs.tool_hold import YIELDS_MM, tool_of_shaft
+from paravol.inputs.tool_plan import BITES_MM, ENTRY_MM, Pose, ToolPlan
 from renderers.scene import Volume
 from scenarios import tip_frame
 from scenarios.instruments import INSTRUMENTS
@@ -87,7 +87,7 @@ def test_where_it_waits_it_presses_nothing_hard(
     table = placed_table(contact_table(name, 14 / 16), tool)
     ends = np.concatenate([table[:, :3], table[:, 3:6]])
     deep = air.sample(ends) + np.tile(table[:, 6], 2)
-    assert deep[ends[:, 2] < FULCRUM.pivot_mm[2]].max() < DENTS_MM + 0.2
+    assert deep[ends[:, 2] < FULCRUM.pivot_mm[2]].max() < YIELDS_MM + 0.2
     assert np.linalg.norm(pose.entry_mm - FULCRUM.pivot_mm) < ENTRY_MM + 1e-6
 
 
