@@ -42,6 +42,9 @@ POINTS = 40
 BLOCKED_PER_MM = 0.08
 """A place is worth so much less for each mm of tissue on the straightest way there."""
 
+AS_GOOD, SAME_MM = 0.7, 0.3
+"""Places that are worth so much of the best are as good; nearer ones are the same."""
+
 GRIPPED = 40
 """Places at which a tool in hand is tried, at most."""
 
@@ -72,6 +75,7 @@ def bite_place(
     hazards: HazardVolumes | None = None,
     grip: Callable[[_Doubles], _Doubles] | None = None,
     most: int = GRIPPED,
+    kept_mm: _Doubles | None = None,
 ) -> BitePlace | None:
     """Return the place for the next bite; see `BitePlace`.
 
@@ -80,8 +84,9 @@ def bite_place(
     to air the one is best that has much of it around and little of what is spared, no
     hazard near and nothing before it on a straight way from the nostril; what the eye
     sees goes before the rest. grip: tells what the tool in hand is worth at places
-    ``(n, 3)``; of those that are seen the one is best then at which it is worth most,
-    of so many at most. None for no places.
+    ``(n, 3)``; of those that are seen, of so many at most, one is best then at which it
+    is worth nearly the most: kept_mm, ``(3,)``, where it was sent before, or else the
+    nearest. None for no places.
     """
     deep = distance.nearest(places)
     places = places[deep > 0.0]
@@ -106,10 +111,16 @@ def bite_place(
         some = some[:: max(len(some) // (4 * GRIPPED), 1)]
         seen = [n for n in some if is_in_sight(distance, eye_mm, places[n])]
         seen = seen[:: max(len(seen) // most, 1)]
+        if kept_mm is not None:
+            same = np.linalg.norm(places - kept_mm, axis=1) < SAME_MM
+            seen += list(np.flatnonzero(same & skin)[:1])
         if seen:
             worths = grip(places[seen])
-            best = int(np.argmax(worths))
-            if worths[best] > 0.0:
+            near = kept_mm if kept_mm is not None else tip_mm
+            away = np.linalg.norm(places[seen] - near, axis=1)
+            good = worths >= max(AS_GOOD * worths.max(), 1e-9)
+            if good.any():
+                best = int(np.argmin(np.where(good, away, np.inf)))
                 return BitePlace(places[seen[best]], True, float(worths[best]))
     blocked_mm = _blocked_mm(distance, places[order], nostril_mm)
     order = order[np.argsort(BLOCKED_PER_MM * blocked_mm - worth[order])]

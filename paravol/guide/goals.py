@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
-from paravol.guide.bite_place import GRIPPED, BitePlace, bite_place
+from paravol.guide.bite_place import AS_GOOD, GRIPPED, BitePlace, bite_place
 from paravol.inputs.asked_tissue import around_way
 from paravol.inputs.tool_plan import ToolPlan
 from renderers.scene import Camera, Volume
@@ -38,9 +38,6 @@ gone to as if it lay so much farther away."""
 ENOUGH, STEP_MM = 0.8, 0.6
 """A needle is led to so much of the radius and the depth that count, at most; places
 for it are so far apart."""
-
-AS_GOOD = 0.7
-"""Of places that are worth so much of the best the nearest is taken."""
 
 WELL_INSIDE = 0.85
 """Tools are sent to what lies no farther off the picture's middle, 1 at its rim."""
@@ -76,7 +73,7 @@ class GuidedHead:
     seen so far; None where nobody watches. nostril_mm: where the scope goes in. parts:
     those that were asked for so far, by name. plan: tells where tools get to; None
     where nobody knows. scope_mm: radius of the scope. gripped: places at which a tool
-    in hand is tried, at most.
+    in hand is tried, at most. kept_mm: where a tool was sent before, ``(3,)``.
     """
 
     distance: Volume
@@ -89,6 +86,7 @@ class GuidedHead:
     plan: ToolPlan | None = None
     scope_mm: float = 2.0
     gripped: int = GRIPPED
+    kept_mm: _Doubles | None = None
     parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
@@ -260,6 +258,7 @@ def _bite(
         head.hazards,
         _grip(head, eye_mm, view),
         head.gripped,
+        head.kept_mm,
     )
 
 

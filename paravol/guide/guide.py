@@ -336,8 +336,13 @@ class Guide:
         heard(pose, scopes.drawn_mm(now, pose), "")
 
     def _find(self, ask: _Ask, head: GuidedHead) -> None:
-        goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm, ask.view)
         before = self._found
+        if before is not None and before.goal is not None:
+            is_same = before.ask.view.instrument == ask.view.instrument
+            if is_same and before.ask.key == ask.key:
+                # who is on the way there is not sent elsewhere for a little more
+                head = replace(head, kept_mm=before.goal.place_mm)
+        goal = goal_of(ask.task, ask.state, head, ask.tip_mm, ask.eye_mm, ask.view)
         found = _Found(ask, time.monotonic(), goal)
         if before is not None and before.goal is not None and goal is not None:
             is_same = bool((before.goal.place_mm == goal.place_mm).all())

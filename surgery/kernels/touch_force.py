@@ -367,10 +367,11 @@ def scatter_of(row: int, x: float, y: float, z: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _feel_at(
     patch: Patch, walls: Doubles, grounds: Doubles,
-    x: float, y: float, z: float, feel: Doubles,
+    x: float, y: float, z: float, below: float, feel: Doubles,
 ) -> int:  # fmt: skip
     """Write how tissue feels at a place of its surface; returns the wall there.
 
+    below: so far it lies below the surface, mm, where a thin wall yields as a whole.
     feel: mm by which its mucosa gives way, stiffness until and after that, friction,
     damping, share of the bone that is left. Averaged over the eight voxels around: no
     step between two walls.
@@ -383,7 +384,7 @@ def _feel_at(
     u = min(max(u, 0.0), nx - 1.0)
     v = min(max(v, 0.0), ny - 1.0)
     w = min(max(w, 0.0), nz - 1.0)
-    depth = max(_tri(patch.pristine, u, v, w), 0.0)
+    depth = max(_tri(patch.pristine, u, v, w) - below, 0.0)
     i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
     u, v, w = u - i, v - j, w - k
     for c in range(6):
@@ -518,7 +519,7 @@ def _sum_up(
         x = touch[2] - radius * touch[5]
         y = touch[3] - radius * touch[6]
         z = touch[4] - radius * touch[7]
-        touch[9] = _feel_at(patch, walls, grounds, x, y, z, each)
+        touch[9] = _feel_at(patch, walls, grounds, x, y, z, 0.0, each)
         for c in range(5):
             feel[c] += share * each[c]
         out[PLACE] += share * x
@@ -750,7 +751,8 @@ def press_walls(
         x = work[n, 0] - (radius - deep) * touch[5]
         y = work[n, 1] - (radius - deep) * touch[6]
         z = work[n, 2] - (radius - deep) * touch[7]
-        row = _feel_at(patch, walls, grounds, x, y, z, each)
+        below = max(-air_mm(distance, m, holes, count, x, y, z), 0.0)
+        row = _feel_at(patch, walls, grounds, x, y, z, below, each)
         newton = _spring_n(each, deep, math.inf)
         if newton > out[TISSUE_N]:
             out[TISSUE_N], out[DEPTH], out[ROW] = newton, deep, row

@@ -161,7 +161,8 @@ class FlightPage(Page):
         self._injury = ""
         self._injured_until_s = 0.0
         self._stuck = ""
-        self._taken_mm3: Mapping[str, float] | None = None
+        self._taken_mm3: Mapping[str, float] = {}
+        self._has_worked = False
         # not before anything is flown or touched: its libraries take a second
         self._overview_due_s = math.inf
         self._is_overview_stale = True
@@ -550,16 +551,15 @@ class FlightPage(Page):
 
     def _tell_taken(self, frame: DisplayedFrame) -> None:
         """Say what a tool took, when its pedal is let go."""
-        if frame.tool.is_working:
-            if self._taken_mm3 is None:
-                self._taken_mm3 = frame.signs.taken_mm3
-        elif self._taken_mm3 is not None:
-            before, self._taken_mm3 = self._taken_mm3, None
-            if takes_tissue(frame.tool.name):
+        if not frame.tool.is_working:
+            # what is pressed may have taken tissue by the first frame
+            before, self._taken_mm3 = self._taken_mm3, frame.signs.taken_mm3
+            if self._has_worked and takes_tissue(frame.tool.name):
                 self._notices.notify(
                     tr(taken_text(before, frame.signs.taken_mm3)),
                     tr(frame.tool.name.capitalize()),
                 )
+        self._has_worked = frame.tool.is_working
 
     def _tell_stuck(self) -> None:
         """Say once that scope or tool cannot go on, and the way out."""

@@ -32,10 +32,13 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 3.0, 1.0, 4, 1.0, 0.03
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 5.0, 1.0, 3, 1.0, 0.03
 """A bite that is worth it, and one where larger ones are not found from so many places
 of the scope; and what he risks of what is to be spared, as it is told, or so much of
 what he wants."""
+
+CAREFUL_MM3, RARELY_MM3 = 2.5, 0.5
+"""Once he has risked the first in all, he risks no more than the second at a time."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
@@ -54,7 +57,8 @@ LAYS_S, STILL_S, STILL = 20.0, 1.2, 0.01
 """An assistant who lays the scope is waited for so long at most: until what is marked
 has not moved for the second, by the third at most."""
 
-LOOKS = "looks for a place"
+FOUND = "lays the scope", "From nowhere", "There is no tool", "No tool is needed"
+"""What is said once it is known where the scope is to lie."""
 
 TAKEN_S = 2.0
 """He waits so long to see what he has taken."""
@@ -89,11 +93,13 @@ class Surgeon:
         self._task = ""
         self._choice = self._vain = self._waits = self._shots = 0
         self._lays, self._is_laid, self._told = 0, False, ""
+        self._risked_mm3 = 0.0
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
         if sight.task != self._task:
             self._task, self._choice, self._told = sight.task, 0, ""
+            self._risked_mm3 = 0.0
             self._renew()
         mark = sight.mark
         if "gets there: The " in sight.said:
@@ -165,12 +171,12 @@ class Surgeon:
         person = self._person
         person.hand.tap(Key.Key_R)
         began = still = time.monotonic()
-        before = None
-        person.wait(0.8)
+        before, has_found = None, False
         while time.monotonic() - began < LAYS_S:
             person.wait(0.1)
             now = person.eyes.sight
-            mark = None if LOOKS in now.said else now.mark
+            has_found |= any(words in now.said for words in FOUND)
+            mark = now.mark if has_found else None
             if mark is None or before is None or not _is_same(mark, before):
                 still, before = time.monotonic(), mark
             if time.monotonic() - still > STILL_S:
@@ -261,10 +267,14 @@ class Surgeon:
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
         spared = [v for n, v in sight.bite.items() if n not in named and _is_spared(n)]
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        if sum(spared) > max(SPARES_MM3, SPARES * sum(wanted.values())):
-            return False
+        risks = max(SPARES_MM3, SPARES * sum(wanted.values()))
+        if self._risked_mm3 > CAREFUL_MM3:
+            # of what must stay he has taken enough
+            risks = RARELY_MM3
         least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
-        return sum(wanted.values()) >= least_mm3
+        is_good = sum(spared) <= risks and sum(wanted.values()) >= least_mm3
+        self._risked_mm3 += sum(spared) * is_good
+        return is_good
 
     def _elsewhere(self) -> None:
         """Have the scope laid elsewhere; now and then take another tool."""

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
+from anatomy.wall_layers import WallKind, WallLayers
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.asked_tissue import ASKED, SPARED
-from paravol.inputs.tool_hold import YIELDS_MM, tool_of_shaft
+from paravol.inputs.tool_hold import PRESSES_N, YIELDS_MM, tool_of_shaft
 from paravol.inputs.tool_plan import BITES_MM, ENTRY_MM, Pose, ToolPlan
 from renderers.scene import Volume
 from scenarios import tip_frame
@@ -23,6 +24,7 @@ from scenarios.instruments.contact_shape import (
     shaft_mm,
     works_at_mm,
 )
+from surgery.force import Yielding
 from surgery.solids import in_capsules
 
 H = 0.8
@@ -246,3 +248,75 @@ def test_what_is_pointed_at_is_bitten_where_nothing_is_asked_for() -> None:
     )
     assert pose.jaw < 1.0
     assert pose.bite_mm <= 6.0 - BITES_MM.min()
+
+
+FREE_AIR = volume(np.full((101, 101, 101), -90.0))
+SHAFT_MM = 1.6
+"""Radius of the forceps' shaft; their closed jaws are hardly wider."""
+
+
+def layers_of(kind: WallKind, ground: Label) -> WallLayers:
+    none = WallKind("", 0.0, 0.0, Label.MUCOSA, Label.MUCOSA)
+    row = FREE_AIR.with_values(np.full((101,) * 3, 1, np.uint8), 0)
+    below = FREE_AIR.with_values(np.full((101,) * 3, ground, np.uint8), 0)
+    return WallLayers(row, below, (none, kind))
+
+
+@pytest.mark.parametrize("lacks_mm", [0.05, 1.2])
+def test_a_tool_presses_between_soft_walls_and_not_between_hard_ones(
+    lacks_mm: float,
+) -> None:
+    """A slit that is too narrow on either side, and a place behind it."""
+    half = SHAFT_MM - lacks_mm
+    slit = np.minimum(np.abs(AXIS) - half, (8.0 - np.abs(AXIS - 4.0))[:, None, None])
+    front = np.maximum(slit, (-20.0 - AXIS)[:, None, None])
+    reached = {}
+    for kind, ground in (
+        (WallKind("", 2.0, 0.0, Label.MUCOSA, Label.MUCOSA), Label.MIDDLE_TURBINATE),
+        (WallKind("bone", 0.3, 2.0, Label.MUCOSA, Label.THICK_BONE), Label.FAT),
+    ):
+        layers = layers_of(kind, ground)
+        plan = ToolPlan(FULCRUM, volume(front), None, None, layers)
+        pose = plan.choose(
+            "straight forceps",
+            np.array([0.0, 0.0, -19.0]),
+            FAR_SCOPE,
+            2.0,
+            UP,
+            NOW,
+            is_at_tissue=False,
+        )
+        reached[ground] = pose.off_mm < 2.0
+        yields_mm = Yielding(layers, PRESSES_N).at(np.zeros((1, 3)))[0]
+        assert reached[ground] == (lacks_mm < yields_mm)
+    assert reached[Label.MIDDLE_TURBINATE]
+    assert reached[Label.FAT] == (lacks_mm < 0.3)
+
+
+def test_a_window_turns_to_what_is_asked_for_and_away_from_what_is_spared() -> None:
+    """Between two walls of a slit, of which one is asked for."""
+    slit = volume(np.maximum(np.abs(AXIS) - 3.0, (-22.0 - AXIS)[:, None, None]))
+    for side in (1.0, -1.0):
+        labels = slit.with_values(
+            volume(np.where(side * AXIS > 0.0, ASKED, SPARED)).values.astype(np.uint8),
+            0,
+        )
+        plan = ToolPlan(FULCRUM, slit, labels)
+        pose = laid(plan, "microdebrider", np.array([side * 3.0, 0.0, -14.0]))
+        assert pose.worth > 0.0
+        assert side * frame_of(pose)[0, 1] > 0.8
+
+
+def test_ways_are_told_where_there_are_some_and_end_at_their_places() -> None:
+    front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
+    labels = front.with_values(np.full((101,) * 3, Label.UNCINATE, np.uint8), 0)
+    places = np.array([[2.0, 0.0, -13.0], [0.0, 60.0, -13.0], [-3.0, 1.0, -12.5]])
+    of, entries, ends, worth = ToolPlan(FULCRUM, front, labels).lines(
+        "straight forceps", places
+    )
+    assert set(of) == {0, 2}
+    assert (worth > 0.0).all()
+    away = np.linalg.norm((ends - places[of])[:, :2], axis=1)
+    assert away.max() < 1.0
+    off = np.linalg.norm(entries - FULCRUM.pivot_mm, axis=1)
+    assert off.max() < ENTRY_MM + 1e-6
