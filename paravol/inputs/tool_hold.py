@@ -23,6 +23,7 @@ from scenarios.instruments.contact_shape import (
 )
 from surgery.contact import CapsuleHold, balls_along
 from surgery.force import Yielding
+from surgery.kernels.tool_poses import BEYOND_MM
 
 Doubles = NDArray[np.float64]
 
@@ -163,6 +164,7 @@ class ToolHold:
             may = np.maximum(deep, 0.0) + left - TOUCH_MM
             if self._yields is not None and not self.state.is_working:
                 may = np.minimum(may, self._yields.at(places) - TOUCH_MM)
+                may = np.minimum(may, balls[:, 1] + BEYOND_MM - TOUCH_MM)
             sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
         return sized
 

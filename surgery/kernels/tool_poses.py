@@ -19,6 +19,10 @@ Doubles = NDArray[np.float64]
 
 SQRT3 = math.sqrt(3.0)
 
+BEYOND_MM = 0.8
+"""So far the middle of a ball may get into tissue: deeper it would come out behind a
+thin wall."""
+
 SHAFT_STRIDE = 2
 """Of a straight shaft's balls every second one is enough."""
 
@@ -91,7 +95,7 @@ def _deepest(
         if deep > 0.0:
             row = int(_nearest(around.walls, around.voxel, place, 0.0))
             ground = int(_nearest(around.grounds, around.voxel, place, 0.0))
-            if deep > around.dents[row, ground]:
+            if deep > min(around.dents[row, ground], radius + BEYOND_MM):
                 return math.inf
             # what must not be hurt lies below a lining
             steps = _nearest(around.hazards, around.hazard_voxel, place, math.inf)

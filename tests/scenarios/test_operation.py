@@ -1,6 +1,7 @@
 """Samples become cuts: when, how many, and always the same ones."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -81,6 +82,27 @@ def test_a_debrider_needs_pedal_and_suction(is_working: bool, is_sucking: bool) 
     assert hand.edits == 0
     hand.step(is_working=True, is_sucking=True)
     assert hand.edits == 1
+
+
+@pytest.mark.parametrize("pressed_mm", [0.0, 0.7, 1.5])
+def test_what_a_window_would_take_on_a_way_is_what_it_takes(pressed_mm: float) -> None:
+    hand = Hand(tip_mm=(8.0, 11.0, FLOOR_MM + 2.0), pointing=(1.0, 0.0, 0.0))
+    hand.step(name=DEBRIDER, roll_deg=180.0)
+    now = hand.samples[-1]
+    state = replace(now.instrument, is_working=True, is_sucking=True)
+    there = replace(
+        now,
+        time_s=now.time_s + 0.2,
+        instrument=state,
+        instrument_tip_mm=now.instrument_tip_mm - np.array([0.0, 0.0, pressed_mm]),
+    )
+    told = hand.operation.would_take(there, now)
+    hand.step(is_working=True, is_sucking=True)
+    hand.go((8.0, 11.0, FLOOR_MM + 2.0 - pressed_mm), 0.1, 100)
+    taken = hand.operation.patient.books.tissues()
+    assert sum(told.values()) > 0.0
+    for name, mm3 in told.items():
+        assert taken[name] == pytest.approx(mm3, rel=0.15, abs=0.5)
 
 
 @pytest.mark.parametrize("name", sorted(INSTRUMENTS))

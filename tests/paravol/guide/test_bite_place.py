@@ -122,3 +122,28 @@ def test_where_a_tool_is_worth_nothing_it_is_told() -> None:
     assert plain is not None
     assert plain.worth == math.inf
     assert (plain.place_mm == found.place_mm).all()
+
+
+@pytest.mark.parametrize(("kept", "stays"), [(6.0, True), (21.0, True), (15.0, False)])
+def test_who_is_on_the_way_is_not_sent_elsewhere_for_little(
+    kept: float, stays: bool
+) -> None:
+    """Both blocks are worth much; between them there is nothing to bite."""
+    distance, labels, places = wall()
+
+    def grip(some: np.ndarray) -> np.ndarray:
+        return np.where(some[:, 0] < 12.0, 10.0, 8.0)
+
+    kept_mm = np.array([kept, 20.5, 15.0])
+    place = where(distance, labels, places, grip=grip, kept_mm=kept_mm)
+    assert (np.linalg.norm(place - kept_mm) < 1e-9) == stays
+
+
+def test_a_better_place_is_worth_the_way() -> None:
+    distance, labels, places = wall()
+
+    def grip(some: np.ndarray) -> np.ndarray:
+        return np.where(some[:, 0] < 12.0, 10.0, 2.0)
+
+    kept_mm = np.array([21.0, 20.5, 15.0])
+    assert where(distance, labels, places, grip=grip, kept_mm=kept_mm)[0] < 12.0

@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
+from anatomy.tissue import Label
+from anatomy.wall_layers import WallKind, WallLayers
 from paravol.inputs.tool_hold import (
+    PRESSES_N,
     SPARES_MM,
     TOUCH_MM,
     YIELDS_MM,
@@ -22,6 +25,8 @@ from scenarios.clearance import shaft_clearance, tool_clearance
 from scenarios.endoscope import Endoscope
 from scenarios.instruments.contact_shape import contact_table, placed_table
 from scenarios.nostril import Nostrils
+from surgery.force import Yielding
+from surgery.kernels.tool_poses import BEYOND_MM
 from tests.paravol.inputs.pointing import shaft_of_tool
 
 H = 0.5
@@ -104,6 +109,37 @@ def test_a_push_yields_but_stops_before_what_must_not_be_hurt(name: str) -> None
     # 0.8 mm to the hazard, of which the last 0.4 are kept
     assert spared == pytest.approx(-(0.8 - SPARES_MM), abs=2 * LOOSE_MM)
     assert free == pytest.approx(-YIELDS_MM - TOUCH_MM, abs=2 * LOOSE_MM)
+
+
+@pytest.mark.parametrize("bone_mm", [0.0, 1.5])
+def test_each_wall_yields_as_deep_as_it_does_to_the_force(bone_mm: float) -> None:
+    """A plate of soft tissue and one of bone below a little mucosa."""
+    bone = Label.THICK_BONE if bone_mm else Label.MUCOSA
+    kind = WallKind("", 0.4, bone_mm, Label.MUCOSA, bone)
+    rows = np.full(PLATE.shape, 1, np.uint8)
+    grounds = np.full(PLATE.shape, Label.MIDDLE_TURBINATE, np.uint8)
+    layers = WallLayers(
+        PLATE.with_values(rows, 0), PLATE.with_values(grounds, 0), (kind, kind)
+    )
+    start, aim = (
+        shaft_of_tool(
+            "microdebrider",
+            tip_frame(np.array([x, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])),
+        )
+        for x in (14.0, -5.0)
+    )
+    hold = ToolHold(PLATE, np.array([14.0, -60.0, 0.0]), None, layers)
+    hold.state = InstrumentState("microdebrider", jaw=1.0)
+    shaft = start
+    for _ in range(200):
+        hold.push(0.0, 0.0, 0.01, is_held=True)
+        shaft = hold(shaft, aim)
+    deep_mm = -gap_mm("microdebrider", tool_of_shaft("microdebrider", shaft))
+    yields_mm = Yielding(layers, PRESSES_N).at(np.zeros((1, 3)))[0]
+    # what is soft is not gone through: the middle of a tool stays on its side
+    radius_mm = 2.0
+    limit_mm = min(yields_mm, radius_mm + BEYOND_MM)
+    assert deep_mm == pytest.approx(limit_mm, abs=2 * LOOSE_MM)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(-0.3, 0.3), st.floats(0.4, 2.0))
