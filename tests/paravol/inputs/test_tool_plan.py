@@ -262,7 +262,7 @@ def layers_of(kind: WallKind, ground: Label) -> WallLayers:
     return WallLayers(row, below, (none, kind))
 
 
-@pytest.mark.parametrize("lacks_mm", [0.05, 1.2])
+@pytest.mark.parametrize("lacks_mm", [0.05, 0.7])
 def test_a_tool_presses_between_soft_walls_and_not_between_hard_ones(
     lacks_mm: float,
 ) -> None:
