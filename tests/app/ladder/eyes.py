@@ -158,9 +158,9 @@ def _task(panel: TaskPanel | None) -> tuple[str, str, float]:
 
 
 def _bite(words: str) -> dict[str, float]:
-    """Read "uncinate 12 mm³, mucosa 4 mm³"."""
-    read = re.findall(r"([^,]+?) (?:< )?(\d+) mm³", words)
-    return {name.strip(): float(mm3) for name, mm3 in read}
+    """Read "uncinate 12 mm³, mucosa < 1 mm³"; of less than 1 a third is thought."""
+    read = re.findall(r"([^,]+?) (< )?(\d+) mm³", words)
+    return {n.strip(): float(mm3) / (3.0 if less else 1.0) for n, less, mm3 in read}
 
 
 def _hazard_mm(bars: TouchBars | None) -> float:
