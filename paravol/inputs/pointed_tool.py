@@ -232,7 +232,8 @@ class PointedTool:
                 )
                 before_mm = float(np.linalg.norm(self._planned_for[:3] - eye))
                 self._stroke_mm = min(before_mm, FARTHEST_MM)
-            tip_mm = self._stroke_mm = min(tip_mm, self._stroke_mm)
+            # a ray that trembles over an edge moves it no nearer and no farther
+            tip_mm = self._stroke_mm
         else:
             self._stroke_mm = math.inf
         pressed = bite_mm * ray

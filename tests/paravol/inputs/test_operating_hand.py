@@ -1,5 +1,7 @@
 """The second hand: what it takes, and its jaw in the samples' time."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 
@@ -149,3 +151,20 @@ def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
         hand.work(False)
         end_s = settled(hand, end_s + 2.0)
     assert np.linalg.norm(tips[1] - tips[0]) > 5.0
+
+
+def test_a_stroke_goes_to_nothing_nearer_that_comes_before_the_pointer() -> None:
+    hand = hand_before(-14.0, "microdebrider")
+    hand.suck(True)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    end_s = settled(hand)
+    idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    told_mm = hand.at_bite(idle).instrument_tip_mm
+    hand.work(True)
+    hand.complete(Pose(end_s + 0.02, end_s + 0.02, np.eye(4), 0))
+    assert hand.pointed is not None
+    with patch("paravol.inputs.pointed_tool.reach_mm", lambda *_: 8.0):
+        for at_s in end_s + np.arange(0.03, 1.5, 0.01):
+            sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+    assert np.linalg.norm(sample.instrument_tip_mm - told_mm) < 0.3
