@@ -123,13 +123,18 @@ def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
         end_s += PRESSED_S
 
 
-def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
-    """However much of the wall is gone by then; pressed anew it goes on."""
+def shaver_at_wall() -> tuple[OperatingHand, float]:
+    """Return a hand whose shaver has come, and the time of its last sample."""
     hand = hand_before(-14.0, "microdebrider")
     hand.suck(True)
     hand.point(0.0, -0.4)
     hand.advance(20.0)
-    end_s = settled(hand)
+    return hand, settled(hand)
+
+
+def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
+    """However much of the wall is gone by then; pressed anew it goes on."""
+    hand, end_s = shaver_at_wall()
     assert hand.pointed is not None
     wall, tips = hand.pointed._distance.values, []
     for _ in range(2):
@@ -154,11 +159,7 @@ def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
 
 
 def test_a_stroke_goes_to_nothing_nearer_that_comes_before_the_pointer() -> None:
-    hand = hand_before(-14.0, "microdebrider")
-    hand.suck(True)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    end_s = settled(hand)
+    hand, end_s = shaver_at_wall()
     idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     told_mm = hand.at_bite(idle).instrument_tip_mm
     hand.work(True)

@@ -278,6 +278,25 @@ def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
     assert sum("backbiter" in detail for _, detail in said) == 2
 
 
+def test_what_is_taken_in_the_first_frame_of_a_press_is_told(page: FlightPage) -> None:
+    """A shaver takes tissue before any frame shows that it works."""
+    said: list[str] = []
+    with patch.object(page._notices, "notify", lambda words, _: said.append(words)):
+        for is_working, mm3 in (
+            (False, 4.0),
+            (True, 16.0),
+            (True, 16.0),
+            (False, 16.0),
+        ):
+            state = InstrumentState("microdebrider", is_working=is_working)
+            signs = SimpleNamespace(taken_mm3={"polyp": mm3})
+            page._tell_taken(
+                cast(DisplayedFrame, SimpleNamespace(tool=state, signs=signs))
+            )
+    assert len(said) == 1
+    assert "12" in said[0]
+
+
 def test_names_are_shown_while_their_key_is_held(page: FlightPage) -> None:
     QTest.keyPress(page, Qt.Key.Key_E)
     assert page._thread.names_at is not None
