@@ -297,11 +297,17 @@ SIDED_VARIANTS = (
     "retrobulbar-recess",
     "supraorbital-cell",
     "suprabullar-cell",
+    "medialised-turbinate",
 )
-"""Variants of anatomy that a side has or has not."""
+"""Variants of anatomy that a side has or has not; the last is a surgeon's work."""
 
-EXCLUSIVE = (SPHENOID_KINDS, ("conchal-sphenoid", "lateral-recess"))
-"""Groups of variants of which a side has one at most; a conchal sinus has no recess."""
+EXCLUSIVE = (
+    SPHENOID_KINDS,
+    ("conchal-sphenoid", "lateral-recess"),
+    ("medialised-turbinate", "concha-bullosa"),
+)
+"""Groups of variants of which a side has one at most; a conchal sinus has no recess,
+and a turbinate full of air leaves no room beside the septum."""
 
 _RANGES = (
     ("seed", 0, 2**63 - 1),

@@ -317,9 +317,7 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
         dz=-inferior_lift(),
     )
     scroll = smooth_max(0.0, scroll, smooth_max(0.0, abs(y + 27.5) - 20.5))
-    bowed = u - middle_bow()
     roof = ethmoid_roof(parameters)
-    lean = [middle_lean(parameters, side) for side in (Side.RIGHT, Side.LEFT)]
     found = [
         Solid(Row.TORUS, "torus", Label.MUCOSA),
         Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
@@ -327,10 +325,11 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
         Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
         Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
     ]
-    for field, sign in zip(lean, (1.0, -1.0), strict=True):
+    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         # It ends where it hangs from the skull base, beside the olfactory fossa.
         height = smooth_max(1.0, 22.0 - z, z - roof + keros_depth(parameters))
-        plate = smooth_max(0.0, abs(bowed - field), height)
+        bowed = u - middle_bow(parameters, side)
+        plate = smooth_max(0.0, abs(bowed - middle_lean(parameters, side)), height)
         plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
         found.append(
             Solid(

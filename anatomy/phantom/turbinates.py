@@ -7,6 +7,7 @@ import numpy as np
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
+    Affine,
     Chain,
     Field,
     FlatTube,
@@ -32,11 +33,26 @@ class Turbinates:
     uncinate: Field
 
 
-def middle_bow() -> Field:
-    """Return how far the middle turbinate's lamella is bowed sideways."""
-    return depth_table(
+MEDIAL_MM = 2.8
+"""A surgeon pushes a middle turbinate so far towards the septum at most: nearly to
+it."""
+
+
+def middle_bow(parameters: PhantomParameters, side: Side) -> Field:
+    """Return how far the middle turbinate's lamella is bowed sideways.
+
+    One that was medialised is bent about its roots at skull base, axilla and basal
+    lamella, which stay.
+    """
+    bow: Field = depth_table(
         [10, 16, 24, 33, 42, 51], [-0.4, 0.0, 0.6, 0.9, 0.6, 0.0], 3.0
     ) * height_table([12, 22, 30, 38, 46], [0.1, 0.7, 1.0, 0.7, 0.1], 3.0)
+    if parameters.has("medialised-turbinate", side):
+        bow = bow - Affine(MEDIAL_MM) * (
+            depth_table([12, 18, 23, 31, 40], [0.3, 0.5, 0.9, 1.0, 0.0], 3.0)
+            * height_table([22, 28, 35, 45], [0.6, 1.0, 0.8, 0.0], 3.0)
+        )
+    return bow
 
 
 def middle_lean(parameters: PhantomParameters, side: Side) -> Field:
@@ -92,7 +108,7 @@ def _middle(parameters: PhantomParameters, side: Side) -> Field:
     g = parameters.congestion
     # The middle turbinate has a bulbous head, a curled lower edge, and a lamella that
     # leans and is bowed along y.
-    bowed = u - middle_bow() + (1.0 if parameters.is_operated(side) else 0.0)
+    bowed = u - middle_bow(parameters, side) + (1.0 if parameters.is_operated(side) else 0.0)
     depths = [14.5, 16.5, 20, 28, 42, 51, 53]
     centers = (5.9, 6.0, 6.3, 6.6, 6.7, 6.7, 6.8)
     curl = 0.9 if parameters.has("paradoxical-turbinate", side) else 0.0

@@ -37,6 +37,7 @@ PREVALENCE = {
     "retrobulbar-recess": 0.94,
     "supraorbital-cell": 0.07,
     "suprabullar-cell": 0.66,
+    "medialised-turbinate": 0.0,
 }
 """Share of sides with each variant; drawn in this order, so a name is added at the end.
 
@@ -194,7 +195,7 @@ def draw_variants(rng: np.random.Generator) -> tuple[str, ...]:
     """
     found: set[str] = set()
     for name, share in PREVALENCE.items():
-        if name in SPHENOID_KINDS:
+        if name in SPHENOID_KINDS or share == 0.0:
             continue
         for side, hidden in _both_sides(rng):
             if hidden < share:
