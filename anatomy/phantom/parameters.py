@@ -298,13 +298,14 @@ SIDED_VARIANTS = (
     "supraorbital-cell",
     "suprabullar-cell",
     "medialised-turbinate",
+    "lateralised-turbinate",
 )
-"""Variants of anatomy that a side has or has not; the last is a surgeon's work."""
+"""Variants of anatomy that a side has or has not; the last two are surgeons' work."""
 
 EXCLUSIVE = (
     SPHENOID_KINDS,
     ("conchal-sphenoid", "lateral-recess"),
-    ("medialised-turbinate", "concha-bullosa"),
+    ("medialised-turbinate", "lateralised-turbinate", "concha-bullosa"),
 )
 """Groups of variants of which a side has one at most; a conchal sinus has no recess,
 and a turbinate full of air leaves no room beside the septum."""

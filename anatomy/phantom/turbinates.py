@@ -33,16 +33,16 @@ class Turbinates:
     uncinate: Field
 
 
-MEDIAL_MM = 2.8
-"""A surgeon pushes a middle turbinate so far towards the septum at most: nearly to
-it."""
+MEDIAL_MM, LATERAL_MM = 2.8, 2.5
+"""A surgeon pushes a middle turbinate so far towards the septum at most, nearly to it;
+and its lower part so far away from it."""
 
 
 def middle_bow(parameters: PhantomParameters, side: Side) -> Field:
     """Return how far the middle turbinate's lamella is bowed sideways.
 
-    One that was medialised is bent about its roots at skull base, axilla and basal
-    lamella, which stay.
+    One that a surgeon has put to a side is bent about its roots at skull base, axilla
+    and basal lamella, which stay.
     """
     bow: Field = depth_table(
         [10, 16, 24, 33, 42, 51], [-0.4, 0.0, 0.6, 0.9, 0.6, 0.0], 3.0
@@ -51,6 +51,11 @@ def middle_bow(parameters: PhantomParameters, side: Side) -> Field:
         bow = bow - Affine(MEDIAL_MM) * (
             depth_table([12, 18, 23, 31, 40], [0.3, 0.5, 0.9, 1.0, 0.0], 3.0)
             * height_table([22, 28, 35, 45], [0.6, 1.0, 0.8, 0.0], 3.0)
+        )
+    if parameters.has("lateralised-turbinate", side):
+        bow = bow + Affine(LATERAL_MM) * (
+            depth_table([15, 22, 30, 46, 54], [0.2, 0.5, 1.0, 1.0, 0.6], 3.0)
+            * height_table([27, 34], [1.0, 0.0], 2.0)
         )
     return bow
 
@@ -108,7 +113,11 @@ def _middle(parameters: PhantomParameters, side: Side) -> Field:
     g = parameters.congestion
     # The middle turbinate has a bulbous head, a curled lower edge, and a lamella that
     # leans and is bowed along y.
-    bowed = u - middle_bow(parameters, side) + (1.0 if parameters.is_operated(side) else 0.0)
+    bowed = (
+        u
+        - middle_bow(parameters, side)
+        + (1.0 if parameters.is_operated(side) else 0.0)
+    )
     depths = [14.5, 16.5, 20, 28, 42, 51, 53]
     centers = (5.9, 6.0, 6.3, 6.6, 6.7, 6.7, 6.8)
     curl = 0.9 if parameters.has("paradoxical-turbinate", side) else 0.0

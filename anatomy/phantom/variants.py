@@ -38,6 +38,7 @@ PREVALENCE = {
     "supraorbital-cell": 0.07,
     "suprabullar-cell": 0.66,
     "medialised-turbinate": 0.0,
+    "lateralised-turbinate": 0.0,
 }
 """Share of sides with each variant; drawn in this order, so a name is added at the end.
 

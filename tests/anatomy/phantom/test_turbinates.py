@@ -3,12 +3,13 @@ import pytest
 
 from anatomy.phantom.nose import septum_face
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.turbinates import MEDIAL_MM, turbinates
+from anatomy.phantom.turbinates import LATERAL_MM, MEDIAL_MM, turbinates
 from anatomy.phantom.variants import with_variants
 from anatomy.tissue import Side
 
 PLAIN = PhantomParameters()
 MEDIAL = with_variants(PLAIN, ["medialised-turbinate:right"])
+LATERAL = with_variants(PLAIN, ["lateralised-turbinate:right"])
 U = np.arange(0.0, 12.0, 0.01)
 
 
@@ -30,15 +31,21 @@ def test_a_medialised_turbinate_leaves_the_meatus_wider(height: float) -> None:
     assert medial[0] > face + 0.3
 
 
+def test_a_lateralised_turbinate_leaves_the_way_to_the_sphenoid_wider() -> None:
+    plain, lateral = (_faces(head, 38.0, 23.5) for head in (PLAIN, LATERAL))
+    assert 0.7 * LATERAL_MM < lateral[0] - plain[0] <= LATERAL_MM + 0.05
+
+
+@pytest.mark.parametrize("head", [MEDIAL, LATERAL])
 @pytest.mark.parametrize("place", [(4.9, -30, 47), (5.0, -45, 36), (5.2, -10, 36)])
-def test_the_roots_of_a_medialised_turbinate_stay(
-    place: tuple[float, float, float],
+def test_the_roots_of_a_bent_turbinate_stay(
+    place: tuple[float, float, float], head: PhantomParameters
 ) -> None:
-    plain, medial = (
-        turbinates(head, Side.RIGHT).middle.evaluate(np.array(place)[:, None])[0]
-        for head in (PLAIN, MEDIAL)
+    plain, bent = (
+        turbinates(each, Side.RIGHT).middle.evaluate(np.array(place)[:, None])[0]
+        for each in (PLAIN, head)
     )
-    assert medial == pytest.approx(plain, abs=0.45)
+    assert bent == pytest.approx(plain, abs=0.45)
 
 
 def test_only_the_side_asked_for_is_medialised() -> None:

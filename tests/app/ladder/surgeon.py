@@ -49,9 +49,10 @@ STEPS, WIDER, GOLDEN = 2, 0.02, 2.4
 SHORT_MM = 2.5
 """A tool that stops so far before the mark is moved on."""
 
-SETTLES_S, SEEN_S, MOVED = 1.8, 0.45, 0.04
+SETTLES_S, SEEN_S, GROWS_S, MOVED = 1.8, 0.45, 0.35, 0.04
 """He waits so long for the tool to say what it would take; what it said before he
-points does not count. And a mark that has moved so far is another."""
+points does not count; and what it says has not grown for the third. And a mark that has
+moved so far is another."""
 
 LAYS_S, STILL_S, STILL = 20.0, 1.2, 0.01
 """An assistant who lays the scope is waited for so long at most: until what is marked
@@ -213,8 +214,8 @@ class Surgeon:
             if sight.mark is not None and sight.mark.mm > SHORT_MM:
                 # the wheel lets it go as far as tissue
                 person.hand.wheel(4)
-            began = moved_s = time.monotonic()
-            least_mm = math.inf
+            began = moved_s = grown_s = time.monotonic()
+            least_mm, most_mm3 = math.inf, 0.0
             while time.monotonic() - moved_s < SETTLES_S:
                 person.wait(0.1)
                 sight = person.eyes.sight
@@ -223,7 +224,15 @@ class Surgeon:
                 if sight.mark.mm < least_mm:
                     # it is still coming
                     least_mm, moved_s = sight.mark.mm, time.monotonic()
-                if sight.at_s > began + SEEN_S and self._is_ready(sight):
+                mm3, risked_mm3 = self._worth(sight)
+                if sight.at_s < began + SEEN_S or not mm3:
+                    continue
+                if mm3 > most_mm3 + 1.0:
+                    # it is still coming
+                    most_mm3, grown_s = mm3, time.monotonic()
+                    moved_s = grown_s
+                elif time.monotonic() - grown_s > GROWS_S:
+                    self._risked_mm3 += risked_mm3
                     self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
                     return
             if sight.mark is None:
@@ -259,10 +268,13 @@ class Surgeon:
         if self._vain > POOR and "inject" not in self._task.lower():
             self._elsewhere()
 
-    def _is_ready(self, sight: Sight) -> bool:
-        """Return whether what the tool would take is wanted, and nothing else is."""
+    def _worth(self, sight: Sight) -> tuple[float, float]:
+        """Return what the tool would take of what is wanted and of what is spared, mm3.
+
+        Nothing of the first where the second is too much for it.
+        """
         if sight.mark is None or not sight.bite:
-            return False
+            return 0.0, 0.0
         words = f"{sight.mark.words} {self._task}".lower()
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
         spared = [v for n, v in sight.bite.items() if n not in named and _is_spared(n)]
@@ -272,9 +284,9 @@ class Surgeon:
             # of what must stay he has taken enough
             risks = RARELY_MM3
         least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
-        is_good = sum(spared) <= risks and sum(wanted.values()) >= least_mm3
-        self._risked_mm3 += sum(spared) * is_good
-        return is_good
+        mm3 = sum(wanted.values())
+        is_good = sum(spared) <= risks and mm3 >= least_mm3
+        return mm3 * is_good, sum(spared)
 
     def _elsewhere(self) -> None:
         """Have the scope laid elsewhere; now and then take another tool."""
