@@ -55,7 +55,7 @@ def middle_bow(parameters: PhantomParameters, side: Side) -> Field:
     if parameters.has("lateralised-turbinate", side):
         bow = bow + Affine(LATERAL_MM) * (
             depth_table([15, 22, 30, 46, 54], [0.2, 0.5, 1.0, 1.0, 0.6], 3.0)
-            * height_table([27, 34], [1.0, 0.0], 2.0)
+            * height_table([31, 39], [1.0, 0.0], 2.0)
         )
     return bow
 

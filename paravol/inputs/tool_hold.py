@@ -59,7 +59,7 @@ LIP_MM = 8.0
 """So far before the nostril lip and tip of the nose are felt, too."""
 
 SPARES_MM = 0.4
-"""So far from what must not be hurt a tool stops that is pushed on."""
+"""So far from what must not be hurt a tool stops."""
 
 
 class ToolHold:
@@ -92,9 +92,16 @@ class ToolHold:
     def __call__(self, start: Doubles, wanted: Doubles) -> Doubles:
         """Return the shaft's frame, 4x4, that it gets to on its way to a wanted one."""
         balls = self._inside(self._balls(), start)
-        if len(balls):
-            balls = self._sparing(start, balls)
-        return self._hold.go(start, wanted, balls, self._give_mm)
+        if not len(balls):
+            return self._hold.go(start, wanted, balls, self._give_mm)
+        held = self._hold.go(start, wanted, self._sparing(start, balls), self._give_mm)
+        before, after = (
+            self._hazards_mm(self._places(frame, balls)) - balls[:, 1]
+            for frame in (start, held)
+        )
+        # some lie at a wall's face: nothing slides onto them
+        is_hurt = (after < SPARES_MM) & (after < before)
+        return start if is_hurt.any() else held
 
     def move_to(self, pivot_mm: Doubles) -> None:
         """Hold the shaft at another place of the nostril, ``(3,)``, from now on."""

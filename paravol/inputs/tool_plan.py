@@ -98,8 +98,9 @@ GRADIENT_MM, POINTED_MM = 0.5, 1.5
 """A wall's normal is taken from distances so far off; what is pointed at lies so deep
 below its surface, or less."""
 
-CLEARS_MM, LEANS_MM = 0.5, 0.4
-"""Nearer to what must not be hurt nothing is bitten, and no shaft leans on it."""
+CLEARS_MM, LEANS_MM = 0.7, 0.4
+"""Nearer to what must not be hurt nothing is bitten, half a diagonal between places,
+and no shaft leans on it."""
 
 RIM_MM = 0.4
 """So far before the surface of other tissue a bite may take of it: half a voxel's, and
@@ -115,10 +116,10 @@ into it."""
 APART_MM = 0.8
 """Between places that are looked at between jaws."""
 
-OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 20.0, 1.0, 0.25, 40.0
+OTHERS, SPARES, BESIDE, LINED, HURTS = 2.0, 20.0, 1.0, 0.25, 1e4
 """What jaws hold besides counts for so many times as much as what is pointed at: other
 structures; where an exercise asks for tissue, what it spares, and the rest; the mucosa
-that lines all; and what must not be hurt."""
+that lines all. What must not be hurt outweighs all that jaws can hold."""
 
 DEEP, OFF, EVEN, ABOVE = 6.0, 0.5, 0.05, 0.6
 """What a pose loses for each mm that it dents walls, that it ends off its place, and

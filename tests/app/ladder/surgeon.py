@@ -43,6 +43,9 @@ CAREFUL_MM3, RARELY_MM3 = 3.5, 0.5
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
 
+MAY_GO = {"ostium": "superior turbinate"}
+"""What may go in part while a task is done, as its exercise says."""
+
 STEPS, WIDER, GOLDEN = 2, 0.02, 2.4
 """Places about the mark at which he points, in shares of the picture."""
 
@@ -277,7 +280,12 @@ class Surgeon:
             return 0.0, 0.0
         words = f"{sight.mark.words} {self._task}".lower()
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
-        spared = [v for n, v in sight.bite.items() if n not in named and _is_spared(n)]
+        may_go = [n for word, n in MAY_GO.items() if word in words]
+        spared = [
+            mm3
+            for name, mm3 in sight.bite.items()
+            if name not in named and name not in may_go and _is_spared(name)
+        ]
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
         risks = max(SPARES_MM3, SPARES * sum(wanted.values()))
         if self._risked_mm3 > CAREFUL_MM3:

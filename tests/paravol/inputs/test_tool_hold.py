@@ -113,6 +113,33 @@ def test_a_push_yields_but_stops_before_what_must_not_be_hurt(name: str) -> None
         assert free == pytest.approx(-YIELDS_MM - TOUCH_MM, abs=2 * LOOSE_MM)
 
 
+@pytest.mark.parametrize("name", TOOLS)
+@given(st.lists(st.tuples(st.floats(-9.0, 3.0), st.floats(-9.0, 9.0)), max_size=12))
+@settings(max_examples=15, deadline=None)
+def test_nothing_slides_onto_what_lies_at_a_walls_face(
+    name: str, script: list[tuple[float, float]]
+) -> None:
+    """A duct of 1 mm opens at the plate's face; a tool that presses goes past it."""
+    duct = np.hypot(AXIS, (AXIS - 4.0)[:, None, None]) - 1.0
+    steps = np.broadcast_to(duct / UNIT_MM, (121, 121, 121)).astype(np.int16)
+    volume = Volume(steps, np.full(3, H), np.full(3, AXIS[0]), background=2500.0)
+    hold = ToolHold(PLATE, np.array([14.0, -60.0, 0.0]), HazardVolumes({"duct": volume}))
+    hold.state = InstrumentState(name, jaw=1.0)
+    frame = tip_frame(np.array([14.0, 0.0, -8.0]), np.array([0.0, 1.0, 0.0]))
+    shaft = shaft_of_tool(name, frame)
+    table = contact_table(name, 1.0, INSIDE_MM)
+    for x_mm, z_mm in script:
+        aim = tip_frame(np.array([x_mm, 0.0, z_mm]), np.array([0.0, 1.0, 0.0]))
+        for share in np.linspace(0.1, 1.0, 10):
+            hold.push(0.0, 0.0, 0.05, is_held=True)
+            wanted = shaft + share * (shaft_of_tool(name, aim) - shaft)
+            shaft = hold(shaft, wanted)
+            rows = placed_table(table, tool_of_shaft(name, shaft))
+            places = np.concatenate([rows[:, :3], rows[:, 3:6]])
+            gaps = np.hypot(places[:, 0], places[:, 2] - 4.0) - 1.0
+            assert (gaps - np.tile(rows[:, 6], 2)).min() > SPARES_MM - 2 * LOOSE_MM
+
+
 @pytest.mark.parametrize("bone_mm", [0.0, 1.5])
 def test_each_wall_yields_as_deep_as_it_does_to_the_force(bone_mm: float) -> None:
     """A plate of soft tissue and one of bone below a little mucosa."""

@@ -208,6 +208,32 @@ def test_nothing_is_bitten_beside_a_hazard(name: str) -> None:
     assert pose.worth == 0.0
 
 
+@pytest.mark.parametrize("name", BITING)
+@given(st.floats(-4.0, 4.0), st.floats(0.2, 1.5))
+@settings(max_examples=12, deadline=None)
+def test_no_bite_is_large_enough_to_pay_for_an_artery(
+    name: str, aside_mm: float, radius_mm: float
+) -> None:
+    """However much jaws hold, no point of an artery lies between them."""
+    front = volume(np.minimum(3.0 - np.abs(AXIS), (-12.0 - AXIS)[:, None, None]))
+    artery = np.hypot(AXIS[:, None] - aside_mm, AXIS[:, None, None] + 14.0) - radius_mm
+    near = volume(artery)
+    near = near.with_values((100.0 * near.values).astype(np.int16), 2500)
+    plan = ToolPlan(FULCRUM, front, None, HazardVolumes({"artery": near}))
+    pose = laid(plan, name, np.array([0.0, 0.0, -12.0]))
+    if pose.jaw == 1.0:
+        return
+    tool = tool_of_shaft(name, frame_of(pose, pose.bite_mm))
+    rows = INSTRUMENTS[name].working_volume(tool, pose.jaw)
+    low = np.minimum(rows[:, 1:4], rows[:, 4:7]).min(axis=0) - rows[:, 7].max()
+    high = np.maximum(rows[:, 1:4], rows[:, 4:7]).max(axis=0) + rows[:, 7].max()
+    axes = [np.arange(a, b, 0.25) for a, b in zip(low, high, strict=True)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    held = places[in_capsules(rows, places)]
+    apart = np.hypot(held[:, 1] - aside_mm, held[:, 2] + 14.0) - radius_mm
+    assert apart.min() > -0.1
+
+
 def test_a_scope_in_the_way_is_passed() -> None:
     """Its last eight millimetres touch no shaft."""
     front = volume(np.broadcast_to((-25.0 - AXIS)[:, None, None], (101,) * 3))
