@@ -98,6 +98,7 @@ class Surgeon:
         self._choice = self._vain = self._waits = self._shots = 0
         self._lays, self._is_laid, self._told = 0, False, ""
         self._risked_mm3 = 0.0
+        self._missing: set[str] = set()
 
     def operate(self, sight: Sight) -> None:
         """Do one act of the task."""
@@ -135,7 +136,9 @@ class Surgeon:
             return self._told
         for words, tools in TOOLS:
             if words in low:
-                return tools[self._choice % len(tools)]
+                there = [tool for tool in tools if tool not in self._missing]
+                if there:
+                    return there[self._choice % len(there)]
         raise LostError(f"no tool for: {sight.task}")
 
     def _take(self, sight: Sight) -> None:
@@ -147,7 +150,10 @@ class Surgeon:
             person.hand.tap(Key.Key_T)
             self._see_change(person.eyes.sight.tool)
         else:
-            raise LostError(f"there is no {wanted}")
+            person.say(f"there is no {wanted}")
+            self._missing.add(wanted)
+            self._told = ""
+            return
         person.say(f"takes the {wanted}")
         if "suction off" in person.look().tool:
             person.hand.tap(Key.Key_N)
