@@ -16,7 +16,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.window.panels.guide_marks import paint_guide, paint_names, paint_words
+from app.window.panels.guide_marks import (
+    paint_guide,
+    paint_names,
+    paint_words,
+    say_beside,
+)
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
 from app.window.panels.side_marks import paint_heading, paint_letters, paint_place
@@ -234,18 +239,7 @@ class PictureView(QWidget):
             if pointer.begin is not None:
                 painter.drawLine(place(pointer.begin), end)
             painter.drawPolygon(diamond)
-        painter.setFont(font_of(10, scale, bold=True))
-        width = painter.fontMetrics().horizontalAdvance(words) + 2.0 * half
-        height = 2.2 * half
-        left = end.x() + 1.5 * half
-        if left + width > square.right():
-            left = end.x() - 1.5 * half - width
-        box = QRectF(left, end.y() - height / 2.0, width, height)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(panel_colour())
-        painter.drawRoundedRect(box, 4.0 * scale, 4.0 * scale)
-        painter.setPen(OVER.ink)
-        painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), words)
+        say_beside(painter, square, end, words, scale, 1.5 * half / scale)
 
     def message_box(self, room: QRect, scale: float) -> tuple[QRectF, QRectF, QRectF]:
         """Return the box of the message in a room, and within it title and detail.

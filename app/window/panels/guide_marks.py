@@ -72,7 +72,7 @@ def paint_words(
     inwards = min(RIM / max(math.hypot(x, y), 1e-9), 1.0)
     painter.save()
     place = _place(square, 0.5 + inwards * x, 0.5 + inwards * y)
-    _say(painter, square, place, words, scale, 14.0)
+    say_beside(painter, square, place, words, scale, 14.0)
     painter.restore()
 
 
@@ -90,7 +90,9 @@ def _paint_goal(
         painter.drawArc(round_, 90 * 16, -round(360 * 16 * min(mark.progress, 1.0)))
     painter.setPen(QPen(QColor(GUIDE), 3.0 * scale))
     painter.drawPoint(place)
-    _say(painter, square, place, f"{tr(mark.what)} · {tr(mark.text())}", scale, 18.0)
+    say_beside(
+        painter, square, place, f"{tr(mark.what)} · {tr(mark.text())}", scale, 18.0
+    )
 
 
 def _paint_next(
@@ -113,7 +115,7 @@ def _paint_next(
             pen.setStyle(Qt.PenStyle.DashLine)
             painter.setPen(pen)
             painter.drawLine(middle, place)
-    _say(painter, square, place, tr(mark.text()), scale, 14.0)
+    say_beside(painter, square, place, tr(mark.text()), scale, 14.0)
 
 
 def _paint_arrow(
@@ -132,7 +134,7 @@ def _paint_arrow(
     text = (
         tr(mark.text()) if not mark.is_goal else f"{tr(mark.what)} · {tr(mark.text())}"
     )
-    _say(painter, square, foot - along * half, text, scale, 8.0)
+    say_beside(painter, square, foot - along * half, text, scale, 8.0)
 
 
 def _place(square: QRectF, x: float, y: float) -> QPointF:
@@ -141,7 +143,7 @@ def _place(square: QRectF, x: float, y: float) -> QPointF:
     )
 
 
-def _say(
+def say_beside(
     painter: QPainter,
     square: QRectF,
     place: QPointF,
@@ -149,6 +151,7 @@ def _say(
     scale: float,
     off: float,
 ) -> None:
+    """Write words beside a place, so far off it, within the picture's square."""
     _write(painter, _box(painter, square, place, words, scale, off), words, scale)
 
 
@@ -164,10 +167,15 @@ def _box(
     painter.setFont(font_of(10, scale, bold=True))
     width = painter.fontMetrics().horizontalAdvance(words) + 14.0 * scale
     height = 20.0 * scale
-    left = place.x() + off * scale
+    left, middle = place.x() + off * scale, place.y()
     if left + width > square.right():
         left = place.x() - off * scale - width
-    top = min(max(place.y() - height / 2.0, square.top()), square.bottom() - height)
+    if left < square.left():
+        # neither side has room: below, or above
+        left = max(min(place.x() - width / 2.0, square.right() - width), square.left())
+        down = off * scale + height / 2.0
+        middle += down if middle + down + height < square.bottom() else -down
+    top = min(max(middle - height / 2.0, square.top()), square.bottom() - height)
     return QRectF(left, top, width, height)
 
 
