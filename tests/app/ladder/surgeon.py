@@ -16,7 +16,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("backbiter", "through-cutting punch")),
+    ("uncinate", ("backbiter", "through-cutting punch", "microdebrider")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
