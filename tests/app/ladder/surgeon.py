@@ -57,6 +57,10 @@ SETTLES_S, SEEN_S, GROWS_S, MOVED = 1.8, 0.45, 0.35, 0.04
 points does not count; and what it says has not grown for the third. And a mark that has
 moved so far is another."""
 
+COMING_MM, COMES_S, FAR_MM = 1.5, 7.0, 10.0
+"""A tool that has moved by so much still comes, or is turned; so long at most. One that
+is so far away then comes nowhere near."""
+
 LAYS_S, STILL_S, STILL = 20.0, 1.2, 0.01
 """An assistant who lays the scope is waited for so long at most: until what is marked
 has not moved for the second, by the third at most."""
@@ -224,15 +228,14 @@ class Surgeon:
                 # the wheel lets it go as far as tissue
                 person.hand.wheel(4)
             began = moved_s = grown_s = time.monotonic()
-            least_mm, most_mm3 = math.inf, 0.0
-            while time.monotonic() - moved_s < SETTLES_S:
+            before_mm, most_mm3 = math.inf, 0.0
+            while time.monotonic() < min(moved_s + SETTLES_S, began + COMES_S):
                 person.wait(0.1)
                 sight = person.eyes.sight
                 if sight.mark is None or sight.task != self._task:
                     return
-                if sight.mark.mm < least_mm:
-                    # it is still coming
-                    least_mm, moved_s = sight.mark.mm, time.monotonic()
+                if abs(sight.mark.mm - before_mm) >= COMING_MM:
+                    before_mm, moved_s = sight.mark.mm, time.monotonic()
                 mm3, risked_mm3 = self._worth(sight)
                 if sight.at_s < began + SEEN_S or not mm3:
                     continue
@@ -250,6 +253,8 @@ class Surgeon:
             if moved > MOVED:
                 # it is marked elsewhere by now
                 return
+            if sight.mark.mm > FAR_MM:
+                break
         person.say(f"    nothing here: {sight.mark.mm if sight.mark else 0:.0f} mm")
         self._vain += 1
         if self._vain >= VAIN:
