@@ -24,6 +24,9 @@ AHEAD_MM, DEEPENS_MM, GRADIENT_MM = 0.6, 0.3, 0.4
 is near: the middle of a ball that got there would come out behind. Its gradient is
 taken from places so far off."""
 
+WHOLE_MM = 0.25
+"""Tissue so deep counts whole: a film that is thinner than a voxel fills less of it."""
+
 SHAFT_STRIDE = 2
 """Of a straight shaft's balls every second one is enough."""
 
@@ -241,7 +244,7 @@ def held_tissue(
                 continue
             label = int(_nearest(head.labels, head.label_voxel, place, 0.0))
             if label == prices.wanted:
-                held += 1.0 if deep > 0.0 else 0.0
+                held += min(max(deep / WHOLE_MM, 0.0), 1.0)
             elif deep > 0.0 or prices.costs[label] > 1.0:
                 cost += prices.costs[label]
         found[n, 0], found[n, 1] = held, cost

@@ -137,6 +137,26 @@ def test_who_points_at_what_is_asked_for_bites_nothing_else(name: str) -> None:
     assert in_capsules(rows, asked @ matrix[:3, :3].T + matrix[:3, 3]).any()
 
 
+@pytest.mark.parametrize("name", BITING)
+def test_a_film_thinner_than_a_voxel_is_worth_less_than_a_whole_one(name: str) -> None:
+    """A plate that fills the same voxels to an eighth, and wholly."""
+    labels = volume(np.full(101, ASKED))
+    labels = labels.with_values(labels.values.astype(np.uint8), 0)
+    film, whole = (
+        laid(
+            ToolPlan(
+                FULCRUM,
+                volume(np.minimum(mm - np.abs(AXIS), (-12.0 - AXIS)[:, None, None])),
+                labels,
+            ),
+            name,
+            np.array([0.0, 0.0, -12.0]),
+        ).worth
+        for mm in (0.05, 0.4)
+    )
+    assert 0.0 < film < 0.5 * whole
+
+
 def test_what_is_seen_only_through_other_tissue_is_worth_nothing() -> None:
     """Who points at it points at what lies before it."""
     front = volume(np.broadcast_to((-12.0 - AXIS)[:, None, None], (101,) * 3))
