@@ -16,7 +16,7 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("backbiter", "through-cutting punch", "microdebrider")),
+    ("uncinate", ("backbiter", "through-cutting punch")),
     ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
     ("bulla", ("microdebrider", "straight forceps", "curette")),
     ("cells", ("microdebrider", "upturned forceps", "curette")),
@@ -77,8 +77,10 @@ ELSEWHERE = 2
 PRICKS = 5
 """Tries with a needle, before the scope goes elsewhere."""
 
-VAIN = 2
-"""Rounds in which nothing was found, before another tool is tried."""
+VAIN, BITES, FEW_MM3 = 1, 3, 15.0
+"""Rounds in which nothing was found, before the scope is laid elsewhere; it is, too,
+after so many bites: what is left lies elsewhere then. Where they brought less than the
+third, another tool may bring more."""
 
 Key, Button = Qt.Key, Qt.MouseButton
 
@@ -100,6 +102,7 @@ class Surgeon:
         self._person, self._shoot = person, shoot
         self._task = ""
         self._choice = self._vain = self._waits = self._shots = 0
+        self._bites: list[float] = []
         self._lays, self._is_laid, self._told = 0, False, ""
         self._risked_mm3 = 0.0
         self._missing: set[str] = set()
@@ -132,7 +135,7 @@ class Surgeon:
 
     def _renew(self) -> None:
         self._waits = self._vain = 0
-        self._is_laid = False
+        self._is_laid, self._bites = False, []
 
     def _wanted(self, sight: Sight) -> str:
         low = sight.task.lower()
@@ -246,6 +249,10 @@ class Surgeon:
                 elif time.monotonic() - grown_s > GROWS_S:
                     self._risked_mm3 += risked_mm3
                     self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
+                    self._bites.append(mm3)
+                    if len(self._bites) >= BITES:
+                        self._choice += sum(self._bites) < FEW_MM3
+                        self._renew()
                     return
             if sight.mark is None:
                 return
