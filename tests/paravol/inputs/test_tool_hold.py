@@ -123,7 +123,9 @@ def test_nothing_slides_onto_what_lies_at_a_walls_face(
     duct = np.hypot(AXIS, (AXIS - 4.0)[:, None, None]) - 1.0
     steps = np.broadcast_to(duct / UNIT_MM, (121, 121, 121)).astype(np.int16)
     volume = Volume(steps, np.full(3, H), np.full(3, AXIS[0]), background=2500.0)
-    hold = ToolHold(PLATE, np.array([14.0, -60.0, 0.0]), HazardVolumes({"duct": volume}))
+    hold = ToolHold(
+        PLATE, np.array([14.0, -60.0, 0.0]), HazardVolumes({"duct": volume})
+    )
     hold.state = InstrumentState(name, jaw=1.0)
     frame = tip_frame(np.array([14.0, 0.0, -8.0]), np.array([0.0, 1.0, 0.0]))
     shaft = shaft_of_tool(name, frame)

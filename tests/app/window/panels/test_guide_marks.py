@@ -26,7 +26,7 @@ def test_words_stand_in_the_picture_and_not_on_their_place(
     shown = np.frombuffer(grey.constBits(), np.uint8).reshape(EDGE, EDGE) < 200
     rows, columns = np.nonzero(shown)
     for places in (rows, columns):
-        assert LOW - 1 <= places.min()
+        assert places.min() >= LOW - 1
         assert places.max() <= LOW + SIDE + 1
     away = np.hypot(rows - place.y(), columns - place.x())
     assert away.min() > 10.0
