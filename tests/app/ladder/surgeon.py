@@ -16,10 +16,10 @@ from tests.app.ladder.person import LostError, Person
 TOOLS = (
     ("inject", ("injection needle",)),
     ("polyp", ("straight forceps", "microdebrider")),
-    ("uncinate", ("backbiter", "through-cutting punch")),
-    ("ostium", ("backbiter", "through-cutting punch", "straight forceps")),
-    ("bulla", ("microdebrider", "straight forceps", "curette")),
-    ("cells", ("microdebrider", "upturned forceps", "curette")),
+    ("uncinate", ("through-cutting punch", "backbiter", "straight forceps")),
+    ("ostium", ("through-cutting punch", "backbiter", "straight forceps")),
+    ("bulla", ("through-cutting punch", "straight forceps", "backbiter")),
+    ("cells", ("through-cutting punch", "straight forceps", "upturned forceps")),
     ("superior turbinate", ("through-cutting punch", "straight forceps")),
 )
 """What a person takes first for what a task speaks of, and what then."""
@@ -77,7 +77,7 @@ ELSEWHERE = 2
 PRICKS = 5
 """Tries with a needle, before the scope goes elsewhere."""
 
-VAIN, BITES, FEW_MM3 = 1, 3, 15.0
+VAIN, BITES, FEW_MM3 = 1, 3, 25.0
 """Rounds in which nothing was found, before the scope is laid elsewhere; it is, too,
 after so many bites: what is left lies elsewhere then. Where they brought less than the
 third, another tool may bring more."""
@@ -317,9 +317,9 @@ class Surgeon:
     def _elsewhere(self) -> None:
         """Have the scope laid elsewhere; now and then take another tool."""
         self._lays += 1
-        self._renew()
-        if self._lays % ELSEWHERE == 0:
+        if self._lays % ELSEWHERE == 0 or 0.0 < sum(self._bites) < FEW_MM3:
             self._choice, self._told = self._choice + 1, ""
+        self._renew()
 
 
 def _is_same(mark: Mark, other: Mark) -> bool:
