@@ -32,12 +32,12 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 3.0, 1.0, 3, 1.0, 0.04
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 3.0, 1.0, 3, 0.5, 0.03
 """A bite that is worth it, and one where larger ones are not found from so many places
 of the scope; and what he risks of what is to be spared, as it is told, or so much of
 what he wants."""
 
-CAREFUL_MM3, RARELY_MM3 = 3.5, 0.5
+CAREFUL_MM3, RARELY_MM3 = 1.8, 0.3
 """Once he has risked the first in all, he risks no more than the second at a time."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
@@ -111,7 +111,6 @@ class Surgeon:
         """Do one act of the task."""
         if sight.task != self._task:
             self._task, self._choice, self._told = sight.task, 0, ""
-            self._risked_mm3 = 0.0
             self._renew()
         mark = sight.mark
         if "gets there: The " in sight.said:
