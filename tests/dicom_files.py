@@ -19,14 +19,22 @@ def write_slice(
     series: str = "1.2.3",
     orientation: tuple[float, ...] = (1, 0, 0, 0, 1, 0),
     spacing: tuple[float, float] = (0.5, 0.7),
+    syntax: UID = ExplicitVRLittleEndian,
     **more: Any,
 ) -> None:
     """Write a slice; spacing is between rows, between columns, as in the standard."""
     meta = FileMetaDataset()
     meta.MediaStorageSOPClassUID = CT
     meta.MediaStorageSOPInstanceUID = generate_uid()
-    meta.TransferSyntaxUID = ExplicitVRLittleEndian
-    image = FileDataset(str(file), {}, file_meta=meta, preamble=b"\0" * 128)
+    meta.TransferSyntaxUID = syntax
+    image = FileDataset(
+        str(file),
+        {},
+        file_meta=meta,
+        preamble=b"\0" * 128,
+        is_implicit_VR=syntax.is_implicit_VR,
+        is_little_endian=syntax.is_little_endian,
+    )
     image.SOPClassUID = CT
     image.SOPInstanceUID = meta.MediaStorageSOPInstanceUID
     image.SeriesInstanceUID = series
@@ -41,7 +49,9 @@ def write_slice(
     image.ImageOrientationPatient = list(orientation)
     image.PixelSpacing = list(spacing)
     image.RescaleSlope, image.RescaleIntercept = 1, -1024
-    image.PixelData = pixels.tobytes()
+    image.PixelData = pixels.astype(
+        pixels.dtype.newbyteorder("<" if syntax.is_little_endian else ">")
+    ).tobytes()
     for name, value in more.items():
         setattr(image, name, value)
     image.save_as(file, enforce_file_format=True)

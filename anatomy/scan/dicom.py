@@ -4,9 +4,11 @@ Nothing is guessed: a series that lacks a position, a size or a piece of a file 
 refused with the file's name.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +21,15 @@ from anatomy.scan.dicom_frames import (
     frame_values,
     frames_of,
     has_many_frames,
+    kind_of,
 )
 from anatomy.scan.slice_stack import Layout, SliceStack, straighten
 from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
+
+if TYPE_CHECKING:
+    from pydicom import Dataset
 
 WORKING_BYTES = 12
 """For each pixel: it is held as a float, put into order, and resampled."""
@@ -82,39 +88,74 @@ class DicomSeries:
         )
 
 
-def find_series(folder: Path, progress: Progress | None = None) -> list[DicomSeries]:
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """Hold what a folder holds. left_out: how many files of each kind are no slices."""
+
+    series: list[DicomSeries]
+    left_out: Counter[str]
+
+    def notes(self, chosen: DicomSeries) -> list[str]:
+        """Say what of the folder is not in the chosen series."""
+        kinds = [f"{count} {kind}" for kind, count in sorted(self.left_out.items())]
+        others = [str(one) for one in self.series if one is not chosen]
+        return [
+            *([f"files left out, being no slices: {'; '.join(kinds)}"] * bool(kinds)),
+            *([f"series left out: {'; '.join(others)}"] * bool(others)),
+        ]
+
+
+def find_series(folder: Path, progress: Progress | None = None) -> Examination:
     """List the series below a folder, those with most slices first.
 
     Images of one series that differ in size, orientation or pixel spacing, and the
-    stacks and phases of an enhanced one, are listed apart. Files that are not DICOM are
-    passed over. Raises ValueError when nothing is left, for a damaged DICOM file, for
+    stacks and phases of an enhanced one, are listed apart. Files that are no slices are
+    counted. Raises ValueError when nothing is left, for a damaged DICOM file, for
     more than 20,000 files, and for links that lead out of the folder.
     """
     files = examination_files(folder)
     found: dict[tuple[object, ...], list[DicomSeries]] = {}
+    left_out: Counter[str] = Counter()
     unplaced = None
     for n, file in enumerate(files):
         if progress is not None:
             progress("Reading headers", n / len(files))
         if not is_dicom(file):
+            left_out[_foreign(file)] += 1
             continue
         with foreign_file(file, "a DICOM file"):
             image = read_dicom(file, pixels=False)
+            if not image.preamble and kind_of(image) is None and "Rows" not in image:
+                # by chance its first bytes are such
+                left_out[_foreign(file)] += 1
+                continue
             check_whole(image, file)
             frames = frames_of(image, file)
-            if not frames and has_many_frames(image):
-                unplaced = file
+            if not frames:
+                left_out[_kind(image)] += 1
+                unplaced = file if has_many_frames(image) else unplaced
             for frame in frames:
                 _sort_in(frame, found)
     if not found and unplaced is not None:
         raise UserError(f"{unplaced} {MANY_FRAMES}")
     if not found:
+        kinds = [f"{count} {kind}" for kind, count in sorted(left_out.items())]
         raise UserError(
             f"{folder} holds {len(files)} files, none of which is a DICOM image with "
-            "a place in the patient"
+            f"a place in the patient{': ' * bool(kinds)}{'; '.join(kinds)}"
         )
     series = [one for alike in found.values() for one in alike]
-    return sorted(series, key=lambda s: -len(s.files))
+    return Examination(sorted(series, key=lambda s: -len(s.files)), left_out)
+
+
+def _foreign(file: Path) -> str:
+    return f"{file.suffix.lower() or 'without an ending'}, no DICOM"
+
+
+def _kind(image: "Dataset") -> str:
+    """Name what a DICOM file is that holds no slice."""
+    uid = kind_of(image)
+    return f"{'DICOM' if uid is None else uid.name}, without a place in the patient"
 
 
 def _sort_in(frame: Frame, found: dict[tuple[object, ...], list[DicomSeries]]) -> None:

@@ -17,6 +17,7 @@ from renderers.scene.volume import AIR_HU
 
 if TYPE_CHECKING:
     from pydicom import Dataset
+    from pydicom.uid import UID
 
 GROUPS = {
     "ImagePositionPatient": "PlanePositionSequence",
@@ -132,9 +133,15 @@ def check_whole(image: "Dataset", file: Path) -> None:
 
     Passed over as no image, it would leave a hole, or at an end not even that.
     """
-    kind = image.get("SOPClassUID") or image.file_meta.get("MediaStorageSOPClassUID")
-    if kind is None or (str(kind) in SLICE_CLASSES and "Rows" not in image):
+    kind = kind_of(image)
+    # older images do not say what they are, but hold rows
+    if "Rows" not in image and (kind is None or str(kind) in SLICE_CLASSES):
         raise UserError(f"{file} is cut off: its header ends too early")
+
+
+def kind_of(image: "Dataset") -> "UID | None":
+    """Return what a file says it is, None where it does not."""
+    return image.get("SOPClassUID") or image.file_meta.get("MediaStorageSOPClassUID")
 
 
 def has_many_frames(image: "Dataset") -> bool:
@@ -173,7 +180,9 @@ def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
         # in floats: a stored -32768 less 1024 does not fit its own type
         real = raw.astype(np.float32) * np.float32(slope) + np.float32(intercept)
         if padding is not None and image.get("Modality") == "CT":
-            real[raw == padding] = AIR_HU
+            # some write -2000 into words without a sign, or 63536 into signed ones
+            words = 1 << int(image.BitsAllocated)
+            real[raw.astype(np.int64) % words == int(padding) % words] = AIR_HU
         values.append(real)
     return values
 

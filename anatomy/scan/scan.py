@@ -31,6 +31,10 @@ ARCHIVES = (".zip", ".tar", ".tar.gz", ".tar.bz2", ".tar.xz", ".tgz", ".7z", ".r
 LOWEST_HU = -1024.0
 """What is below lies outside the scanner's circle."""
 
+NO_TISSUE = (-1500.0, 33_791.0)
+"""Stored values of CT beyond these are no noise and no metal, but padding: -2000 and
+-3024, and 63536, which is -2000 in words without a sign."""
+
 CT_CONTRAST = (850.0, 1250.0)
 """Range of the step from air to soft tissue, in stored values, that tells CT."""
 
@@ -44,6 +48,8 @@ USUAL_OFFSET = 1024.0
 WINDOW_FAR, WINDOW_LEAST, WINDOW_SHARE = 0.4, 40.0, 0.02
 """How far from zero, in steps from air to tissue and in stored values, and in which
 share of voxels the lowest value tells a CT that was cut off."""
+
+LISTED_VALUES = 4
 
 SKULL_AIR, MOST_BONE_HU = (-1060.0, -940.0), 2500.0
 """Levels of a scan of nothing but air and bone: a skull, or a cast of one."""
@@ -137,9 +143,10 @@ def read_scan(
         raise UserError(f"{path} is an archive; unpack it and name what is inside")
     if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
-        chosen = choose_series(find_series(folder, progress), series)
+        examination = find_series(folder, progress)
+        chosen = choose_series(examination.series, series)
         volume, layout = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
-        notes = layout_notes(layout, volume)
+        notes = [*examination.notes(chosen), *layout_notes(layout, volume)]
         stated = _named(chosen.modality)
     else:
         if series is not None:
@@ -153,18 +160,45 @@ def read_scan(
     if replaced:
         notes.append(f"{replaced:,} voxels that were no numbers are taken for air")
     volume = volume.with_values(values, volume.background)
+    volume, padding = _without_padding(volume, modality or stated)
     kind = modality or stated or _guess(volume)
     result, note = _calibrated(volume, kind)
     if layout is None:
-        return Scan(result, kind, (*notes, *note))
+        return Scan(result, kind, (*notes, *padding, *note))
     return Scan(
         result,
         kind,
-        (*notes, *note),
+        (*notes, *padding, *note),
         step_mm=float(layout.steps_mm.max()),
         tilt_deg=layout.tilt_deg,
         lost_slices=sum(lost for _, lost in layout.missing()),
     )
+
+
+def _without_padding(
+    volume: Volume, kind: Modality | None
+) -> tuple[Volume, list[str]]:
+    """Take what no tissue has for air, but in MR, whose numbers may be any.
+
+    Where the kind is not known, high values are padding if they are all the same.
+    """
+    values = np.asarray(volume.values)
+    low, high = NO_TISSUE
+    above = values > high
+    if kind is Modality.MR or (kind is None and np.unique(values[above]).size > 1):
+        return volume, []
+    padding = above | (values < low)
+    count = int(padding.sum())
+    if not count or count == padding.size:
+        return volume, []
+    told = ", ".join(f"{v:g}" for v in np.unique(values[padding])[:LISTED_VALUES])
+    lowest = values[~padding].min()
+    return volume.with_values(
+        np.where(padding, lowest, values), volume.background
+    ), [
+        f"{count:,} voxels hold values that no tissue has ({told}); they are taken for "
+        "air"
+    ]
 
 
 def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:

@@ -110,7 +110,7 @@ def test_every_voxel_is_where_its_slice_was(tmp_path: Path) -> None:
         places = np.stack([slices.world(k)[..., axis] for k in range(28)])
         folder = tmp_path / str(axis)
         slices.write(folder, np.rint(10 * places).astype(np.int16))
-        volume, layout = read_series(choose_series(find_series(folder), None))
+        volume, layout = read_series(choose_series(find_series(folder).series, None))
         notes = layout_notes(layout, volume)
         assert "tilted by 18.5 degrees" in notes[0]
         for k in range(28):

@@ -290,7 +290,7 @@ def dicom(file: Path) -> Read:
 
     def read(path: Path) -> object:
         slice_.write_bytes(path.read_bytes())
-        return [read_series(series) for series in find_series(folder)]
+        return [read_series(series) for series in find_series(folder).series]
 
     read(file)
     return read

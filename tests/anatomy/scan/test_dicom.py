@@ -13,15 +13,25 @@ from hypothesis import strategies as st
 from pydicom import dcmread
 from pydicom.dataset import FileDataset
 
+from pydicom.uid import (
+    UID,
+    ExplicitVRBigEndian,
+    ExplicitVRLittleEndian,
+    ImplicitVRLittleEndian,
+    SecondaryCaptureImageStorage,
+)
+
 from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
 from anatomy.scan.scan import read_scan
 from tests.dicom_files import write_slice, write_stack
+
+SYNTAXES = ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian
 
 
 def test_a_folder_is_a_volume_in_hu_and_lps(tmp_path: Path) -> None:
     values = write_stack(tmp_path)
     (tmp_path / "notes.txt").write_text("not an image")
-    (series,) = find_series(tmp_path)
+    (series,) = find_series(tmp_path).series
     assert str(series) == "CT, 8 slices of 10 x 12"
     volume, layout = read_series(choose_series([series], None))
     notes = layout_notes(layout, volume)
@@ -50,7 +60,7 @@ def test_left_stays_left_whatever_the_slices_orientation(tmp_path: Path) -> None
                 folder / str(k), pixels[k], 2.0 * k * normal, orientation=axes,
                 spacing=(1, 1),
             )  # fmt: skip
-        volume, _ = read_series(choose_series(find_series(folder), None))
+        volume, _ = read_series(choose_series(find_series(folder).series, None))
         bright = np.argwhere(volume.values > 0)[0][::-1]
         world = volume.world_from_voxel[:3, :3] @ bright + volume.origin_mm
         assert world == pytest.approx(6 * normal + 8 * row + 2 * column)
@@ -62,7 +72,7 @@ def test_padding_is_air_and_extreme_values_do_not_wrap(tmp_path: Path) -> None:
         pixels[0, 0], pixels[1, 1], pixels[2, 2] = -2000, -32768, 32767
         place = np.array([0, 0, float(k)])
         write_slice(tmp_path / str(k), pixels, place, PixelPaddingValue=-2000)
-    volume, _ = read_series(choose_series(find_series(tmp_path), None))
+    volume, _ = read_series(choose_series(find_series(tmp_path).series, None))
     slice_ = np.asarray(volume.values[2], dtype=float)
     assert slice_[0, 0] == -1000
     assert slice_[1, 1] == -32768 - 1024
@@ -70,11 +80,67 @@ def test_padding_is_air_and_extreme_values_do_not_wrap(tmp_path: Path) -> None:
     assert slice_[3, 3] == 40
 
 
+@pytest.mark.parametrize(
+    ("padding", "stored"), [(-2000, 63536), (63536, 63536), (65535, 65535)]
+)
+def test_padding_without_a_sign_is_air(
+    tmp_path: Path, padding: int, stored: int
+) -> None:
+    for k in range(6):
+        pixels = np.full((4, 4), 1064, np.uint16)
+        pixels[0, 0] = stored
+        place = np.array([0, 0, float(k)])
+        write_slice(tmp_path / str(k), pixels, place, PixelRepresentation=0)
+        image = dcmread(tmp_path / str(k))
+        # scanners do not agree on the kind of its word
+        image.add_new("PixelPaddingValue", "SS" if padding < 0 else "US", padding)
+        image.save_as(tmp_path / str(k))
+    volume, _ = read_series(find_series(tmp_path).series[0])
+    assert volume.values[2, 0, 0] == -1000
+    assert volume.values[2, 3, 3] == 40
+
+
+@pytest.mark.parametrize("syntax", SYNTAXES)
+@pytest.mark.parametrize("has_meta", [True, False])
+@pytest.mark.parametrize("bare", [range(3), range(8)])
+def test_files_without_preamble_are_slices_as_others(
+    tmp_path: Path, syntax: UID, has_meta: bool, bare: range
+) -> None:
+    """As older archives wrote them; without a header they do not say how, either."""
+    values = write_stack(tmp_path, syntax=syntax)
+    for n in bare:
+        content = (tmp_path / f"{n:03d}").read_bytes()[132:]
+        header = 12 + int.from_bytes(content[8:12], "little")
+        (tmp_path / f"{n:03d}").write_bytes(content[0 if has_meta else header :])
+    volume, _ = read_series(choose_series(find_series(tmp_path).series, None))
+    assert np.array_equal(volume.values, values - 1024)
+
+
+def test_what_is_left_out_is_counted_by_kind(tmp_path: Path) -> None:
+    write_stack(tmp_path / "a")
+    write_stack(tmp_path / "b", 6, series="1.2.9", SeriesDescription="soft")
+    for name in ("a.txt", "b.TXT", "VERSION"):
+        (tmp_path / name).write_text("letter")
+    # by chance as DICOM begins
+    (tmp_path / "c.bin").write_bytes(b"\x08\0\x08\0\x04\0\0\0abcd")
+    write_slice(tmp_path / "dose", np.zeros((4, 4), np.int16), np.zeros(3))
+    dose = dcmread(tmp_path / "dose")
+    dose.SOPClassUID = SecondaryCaptureImageStorage
+    del dose.ImageOrientationPatient, dose.ImagePositionPatient
+    dose.save_as(tmp_path / "dose")
+    examination = find_series(tmp_path)
+    assert sum(examination.left_out.values()) == 5
+    first, second = examination.notes(examination.series[0])
+    for words in ("2 .txt", "1 without an ending", "1 .bin", "1 Secondary Capture"):
+        assert words in first
+    assert "CT 'soft', 6 slices" in second
+
+
 def test_mixed_series_are_listed_for_choice(tmp_path: Path) -> None:
     write_stack(tmp_path / "a", 8, series="1.2.1", SeriesDescription="bone")
     write_stack(tmp_path / "b", 6, series="1.2.2", SeriesDescription="soft")
     write_stack(tmp_path / "c", 2, series="1.2.3", SeriesDescription="scout")
-    found = find_series(tmp_path)
+    found = find_series(tmp_path).series
     assert [len(s.files) for s in found] == [8, 6, 2]
     with pytest.raises(ValueError, match=r"choose one: 1: CT 'bone'.*2: CT 'soft'"):
         choose_series(found, None)
@@ -89,7 +155,7 @@ def test_a_lost_slice_is_refused_unless_allowed(tmp_path: Path) -> None:
     for k in (0, 1, 2, 3, 5, 6, 7):
         pixels = np.full((4, 4), 100 * k, np.int16)
         write_slice(tmp_path / str(k), pixels, np.array([0, 0, 2.0 * k]))
-    (series,) = find_series(tmp_path)
+    (series,) = find_series(tmp_path).series
     with pytest.raises(ValueError, match=r"lacks 1 slices.*6\.0 mm.*allow"):
         read_series(series)
     volume, layout = read_series(series, allow_gaps=True)
@@ -237,7 +303,7 @@ def test_any_byte_of_a_header_may_be_wrong(tmp_path: Path) -> None:
         file.write_bytes(spoiled)
         # anything but a ValueError is a traceback for whoever imports it
         with suppress(ValueError):
-            read_series(choose_series(find_series(tmp_path), None))
+            read_series(choose_series(find_series(tmp_path).series, None))
 
 
 @pytest.mark.parametrize("jitter", [1e-7, 2e-5])
@@ -254,7 +320,7 @@ def test_rounding_of_a_header_parts_no_series(tmp_path: Path, jitter: float) -> 
             orientation=(1, lean, 0, -lean, 1, 0),
             spacing=(0.5 + wide, 0.50005 + jitter * rng.uniform(-1, 1)),
         )
-    (series,) = find_series(tmp_path)
+    (series,) = find_series(tmp_path).series
     assert read_series(series)[0].shape == (8, 4, 4)
     # what lies otherwise is another series all the same
     for k in range(5):
@@ -262,7 +328,7 @@ def test_rounding_of_a_header_parts_no_series(tmp_path: Path, jitter: float) -> 
         write_slice(
             tmp_path / f"t{k}", pixels, place, orientation=(1, 0, 0, 0, 0.96, 0.28)
         )
-    assert [len(s.files) for s in find_series(tmp_path)] == [8, 5]
+    assert [len(s.files) for s in find_series(tmp_path).series] == [8, 5]
 
 
 @pytest.mark.parametrize(
@@ -276,7 +342,7 @@ def test_several_gaps_are_refused_unless_allowed(
     for k in kept:
         pixels = np.full((4, 4), 50 * k, np.int16)
         write_slice(tmp_path / f"{k:02d}", pixels, np.array([0, 0, 2.0 * k]))
-    (series,) = find_series(tmp_path)
+    (series,) = find_series(tmp_path).series
     before = 2.0 * (lost[0] - 1)
     with pytest.raises(
         ValueError,
@@ -291,7 +357,7 @@ def test_several_gaps_are_refused_unless_allowed(
 
 def test_thin_slices_far_apart_are_told(tmp_path: Path) -> None:
     write_stack(tmp_path, SliceThickness=1)
-    volume, layout = read_series(find_series(tmp_path)[0])
+    volume, layout = read_series(find_series(tmp_path).series[0])
     (note,) = layout_notes(layout, volume)
     assert "slices of 1.00 mm lie 2.00 mm apart" in note
 
@@ -304,7 +370,7 @@ def test_every_slice_has_its_own_slope(tmp_path: Path) -> None:
         write_slice(
             tmp_path / str(k), stored, place, RescaleSlope=k + 1, RescaleIntercept=-k
         )
-    volume, _ = read_series(find_series(tmp_path)[0])
+    volume, _ = read_series(find_series(tmp_path).series[0])
     assert volume.values[:, 3, 3] == pytest.approx(
         [100 * (k + 1) - k for k in range(6)]
     )
@@ -337,7 +403,7 @@ def test_a_tilted_uneven_folder_is_an_analytic_head(tilt_deg: float, seed: int) 
                 spacing=(0.7, 0.7),
                 RescaleIntercept=0,
             )
-        volume, _ = read_series(find_series(Path(name))[0])
+        volume, _ = read_series(find_series(Path(name)).series[0])
     for way in rng.normal(size=(40, 3)):
         # on a sphere of 6 mm the distance field is 6 mm, wherever it is sampled
         at = middle + 6.0 * way / np.linalg.norm(way)
@@ -349,4 +415,4 @@ def test_no_images_at_all(tmp_path: Path) -> None:
     for n in range(400):
         (tmp_path / f"{n}.txt").write_text("letter")
     with pytest.raises(ValueError, match="400 files, none of which"):
-        find_series(tmp_path)
+        find_series(tmp_path).series

@@ -93,7 +93,7 @@ ORDER = np.random.default_rng(1).permutation(SHAPE[0])
 
 def test_an_enhanced_file_is_a_volume(tmp_path: Path) -> None:
     write(enhanced(ORDER), tmp_path / "scan")
-    (series,) = find_series(tmp_path)
+    (series,) = find_series(tmp_path).series
     assert str(series) == "CT, 8 slices of 10 x 12"
     volume, layout = read_series(series)
     notes = layout_notes(layout, volume)
@@ -111,7 +111,7 @@ def test_every_frame_has_its_own_slope(tmp_path: Path) -> None:
         return {"RescaleSlope": k + 1, "RescaleIntercept": -k}
 
     write(enhanced(ORDER, PixelValueTransformationSequence=scale), tmp_path / "scan")
-    volume, _ = read_series(find_series(tmp_path)[0])
+    volume, _ = read_series(find_series(tmp_path).series[0])
     k = np.arange(SHAPE[0])[:, None, None]
     assert np.array_equal(volume.values, stored() * (k + 1.0) - k)
 
@@ -120,7 +120,7 @@ def test_a_concatenation_is_one_series(tmp_path: Path) -> None:
     """Large enhanced images are cut into several files."""
     write(enhanced(ORDER[:3]), tmp_path / "b")
     write(enhanced(ORDER[3:]), tmp_path / "a")
-    volume, _ = read_series(choose_series(find_series(tmp_path), None))
+    volume, _ = read_series(choose_series(find_series(tmp_path).series, None))
     assert np.array_equal(volume.values, stored() - 1024)
 
 
@@ -134,14 +134,14 @@ def test_stacks_and_phases_are_listed_apart(tmp_path: Path) -> None:
     write(image, tmp_path / "scan")
     with pytest.raises(ValueError, match="several series, choose one: 1: CT, 8"):
         read_scan(tmp_path)
-    volume, _ = read_series(choose_series(find_series(tmp_path), 2))
+    volume, _ = read_series(choose_series(find_series(tmp_path).series, 2))
     assert np.array_equal(volume.values, stored() - 1024)
 
 
 def test_a_lost_frame_is_a_lost_slice(tmp_path: Path) -> None:
     write(enhanced(ORDER[ORDER != 4]), tmp_path / "scan")
     with pytest.raises(ValueError, match="lacks 1 slices: 1 after the one"):
-        read_series(find_series(tmp_path)[0])
+        read_series(find_series(tmp_path).series[0])
 
 
 def test_compressed_frames_are_decoded(tmp_path: Path) -> None:
@@ -164,7 +164,7 @@ def test_compressed_frames_are_decoded(tmp_path: Path) -> None:
     plain.PixelData = encapsulate(pieces)
     plain["PixelData"].VR = "OB"
     write(plain, tmp_path / "scan")
-    volume, _ = read_series(find_series(tmp_path)[0])
+    volume, _ = read_series(find_series(tmp_path).series[0])
     assert np.array_equal(volume.values, stored() - 1024)
 
 

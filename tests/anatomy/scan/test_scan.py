@@ -59,6 +59,40 @@ def test_outside_the_scanners_circle_is_air(tmp_path: Path) -> None:
     assert scan.volume.values[0, 0, 0] == 32767
 
 
+@pytest.mark.parametrize("padding", [-2000, -3024, 63536, 65535])
+@pytest.mark.parametrize("modality", [None, Modality.CT])
+def test_padding_is_air_and_told(
+    tmp_path: Path, padding: int, modality: Modality | None
+) -> None:
+    """A fifth of the picture, as a round field of view leaves it."""
+    ct = head()
+    raw = np.array(ct.values, np.int32) + 1024 * (padding > 0)
+    raw[:, :8] = padding
+    kind = np.uint16 if padding > 0 else np.int16
+    raw = np.maximum(raw, np.iinfo(kind).min).astype(kind)
+    file = stored(ct, raw, tmp_path / "a.nrrd")
+    scan = read_scan(file, modality=modality)
+    assert scan.modality is Modality.CT
+    assert (scan.volume.values[:, :8] <= -1000).all()
+    kept = np.maximum(ct.values[:, 8:], -1024)
+    assert np.array_equal(scan.volume.values[:, 8:], kept)
+    count = raw[:, :8].size
+    assert sum(f"{count:,}" in n and str(padding) in n for n in scan.notes) == 1
+
+
+def test_bright_mr_is_no_padding(tmp_path: Path) -> None:
+    """An MR may use all of its words."""
+    tissue = np.asarray(head(0).values) > -500
+    rng = np.random.default_rng(2)
+    values = np.where(tissue, rng.uniform(3e4, 6.5e4, tissue.shape), 0)
+    values += np.abs(rng.normal(0, 300, tissue.shape))
+    file = stored(head(), values.astype(np.uint16), tmp_path / "mr.nrrd")
+    scan = read_scan(file)
+    assert scan.modality is Modality.MR
+    assert (scan.volume.values[tissue] > -480).mean() > 0.99
+    assert not any("padding" in n or "no tissue" in n for n in scan.notes)
+
+
 def test_mr_is_brought_onto_the_scale(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     tissue = np.asarray(head(0).values) > -500
