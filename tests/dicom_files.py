@@ -13,7 +13,7 @@ CT = UID("1.2.840.10008.5.1.4.1.1.2")
 
 def write_slice(
     file: Path,
-    pixels: NDArray[np.int16],
+    pixels: NDArray[np.int16] | NDArray[np.uint16],
     position: NDArray[np.float64],
     *,
     series: str = "1.2.3",

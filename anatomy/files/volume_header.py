@@ -4,12 +4,10 @@ A header can claim anything: petabytes, no spacing, no frame. What cannot become
 volume that is in its right place is refused here, before memory is asked for.
 """
 
-import gzip
-import zlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from anatomy.files.nifti_header import NIFTI_ENDINGS, read_nifti_header
 from disk import UserError
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
@@ -22,8 +20,6 @@ SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 EXPANDED_BYTES, MOST_PACKED = 1 << 30, 200
 """What is larger than that and was packed to less than one in 200 is no scan: air
 alone, with its noise, packs to one in five."""
-
-CHUNK_BYTES = 1 << 20
 
 _BYTES = {
     "8-bit signed integer": 1,
@@ -39,29 +35,51 @@ _BYTES = {
 }
 
 
-def check_header(reader: Any, name: str, pixel_type: str, most_layers: int = 1) -> None:
+@dataclass(frozen=True, slots=True)
+class Claims:
+    """Hold what a header says that its file holds.
+
+    size: voxels along x, y, z and what else there is. parts: values a voxel.
+    number_bytes: of each, 0 where it is no real number. kind: its type in words.
+    """
+
+    name: str
+    size: tuple[int, ...]
+    parts: int
+    number_bytes: int
+    kind: str
+
+
+def check_header(reader: Any, path: Path, kind: str, most_layers: int = 1) -> None:
     """Refuse a file whose header has been read but not its values.
 
     reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. most_layers:
     values that a voxel may have. Raises
     ValueError, in one sentence that names the file and what is wrong with it.
     """
-    dimension, parts = reader.GetDimension(), reader.GetNumberOfComponents()
-    pixel_type = pixel_type.removeprefix("vector of ")
-    if dimension != 3 or parts > most_layers:
+    parts, name = reader.GetNumberOfComponents(), str(path)
+    kind = kind.removeprefix("vector of ")
+    claims = Claims(name, reader.GetSize(), parts, _BYTES.get(kind, 0), kind)
+    check_claims(claims, reader.GetSpacing(), most_layers)
+    _check_frame(reader, name, parts > 1)
+
+
+def check_claims(claims: Claims, spacing: tuple[float, ...], most_layers: int) -> None:
+    """Refuse a header that claims what cannot be. Raises ValueError as above."""
+    name, size, parts = claims.name, claims.size, claims.parts
+    if len(size) != 3 or parts > most_layers:
         raise UserError(
-            f"{name} must hold one 3-D volume of numbers, but has {dimension} "
+            f"{name} must hold one 3-D volume of numbers, but has {len(size)} "
             f"dimensions and {parts} values per voxel"
         )
-    if pixel_type not in _BYTES:
-        raise UserError(f"{name} must hold real numbers, not {pixel_type}")
-    size = reader.GetSize()
+    if not claims.number_bytes:
+        raise UserError(f"{name} must hold real numbers, not {claims.kind}")
     if min(size) < 2:
         raise UserError(
             f"{name} is {size[0]} x {size[1]} x {size[2]} voxels; a volume has at "
             "least 2 along each axis"
         )
-    need = size[0] * size[1] * size[2] * parts * _BYTES[pixel_type]
+    need = size[0] * size[1] * size[2] * parts * claims.number_bytes
     limit = memory_limit()
     if need > limit:
         raise UserError(
@@ -74,7 +92,6 @@ def check_header(reader: Any, name: str, pixel_type: str, most_layers: int = 1) 
             f"{name} says that its {packed:,} bytes unpack to {need:,}; no scan can be "
             "packed so far"
         )
-    spacing = reader.GetSpacing()
     if any(s < 0 for s in spacing):
         raise UserError(
             f"{name} has a negative spacing {spacing}; a flipped axis belongs into "
@@ -88,28 +105,21 @@ def check_header(reader: Any, name: str, pixel_type: str, most_layers: int = 1) 
             f"{name} has a spacing of {spacing} mm, whose ratio is beyond "
             f"{WIDEST_RATIO:g}; one of the numbers is in another unit"
         )
-    _check_frame(reader, name, parts > 1)
-    if name.lower().endswith(NIFTI_ENDINGS):
-        # the reader announces rescaled values, which the file does not hold
-        _check_length(name, read_nifti_header(name).stored_bytes)
+
+
+def is_paired(name: str) -> bool:
+    """Return whether a NIfTI file is one of two, header and values."""
+    return name.lower().removesuffix(".gz").endswith((".hdr", ".img"))
 
 
 def _is_alone(name: str) -> bool:
     """Return whether the values lie in the header's own file."""
-    return not name.lower().endswith((".nhdr", ".mhd", ".hdr", ".img"))
+    return not (is_paired(name) or name.lower().endswith((".nhdr", ".mhd")))
 
 
 def _check_frame(reader: Any, name: str, has_layers: bool) -> None:
     """Refuse what does not tell left from right; layers are an axis of their own."""
     keys = set(reader.GetMetaDataKeys())
-    if "qform_code" in keys:
-        told = [reader.GetMetaData(k) for k in ("qform_code", "sform_code")]
-        if told == ["0", "0"]:
-            raise UserError(
-                f"{name} does not say how it lies in the patient (qform and sform are "
-                "0), so left and right are unknown; convert the DICOM images again"
-            )
-        return
     if name.lower().endswith((".nrrd", ".nhdr")):
         space = reader.GetMetaData("NRRD_space") if "NRRD_space" in keys else "none"
         if space not in SPACES:
@@ -123,23 +133,6 @@ def _check_frame(reader: Any, name: str, has_layers: bool) -> None:
                 f"{name} has an axis that is none of the patient's; save the one 3-D "
                 "volume that is wanted"
             )
-
-
-def _check_length(name: str, need: int) -> None:
-    """Refuse a cut NIfTI, whose reader would make up the rest as zeros."""
-    have = 0
-    try:
-        with gzip.open(name) if name.lower().endswith(".gz") else open(name, "rb") as f:
-            # no more than is claimed is ever unpacked
-            while have < need:
-                got = len(f.read(min(CHUNK_BYTES, need - have)))
-                if not got:
-                    break
-                have += got
-    except (EOFError, OSError, zlib.error) as error:
-        raise UserError(f"{name} is cut off or damaged: {error}") from error
-    if have < need:
-        raise UserError(f"{name} is cut off: {have:,} of {need:,} bytes are there")
 
 
 def _has_loose_axis(name: str) -> bool:

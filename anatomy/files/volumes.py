@@ -6,97 +6,118 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from anatomy.files.data_files import check_data_files
-from anatomy.files.nifti_header import header_file, read_nifti_header
+from anatomy.files.nifti import is_nifti, read_nifti
+from anatomy.files.text_header import plain_text, units_mm
+from anatomy.files.volume_frame import check_square, squared
 from anatomy.files.volume_header import check_header
 from disk import UserError, foreign_file, simple_itk, whole_file
 from renderers.scene import AIR_HU, Volume
 
-_HEADER_TOLERANCE = 1e-3
-"""Largest departure from orthonormal axes that counts as rounding in a header."""
-
-
-FORMATS = ("NrrdImageIO", "NiftiImageIO", "MetaImageIO")
+FORMATS = ("NrrdImageIO", "MetaImageIO")
 """The readers of SimpleITK that foreign files are given to."""
 
+
+LONGEST = 200
+"""Characters of a library's complaint that a sentence repeats."""
 
 MOST_LAYERS = 64
 """Values that a voxel of a segmentation may have."""
 
 
 def load_volume(path: Path | str, background: float = AIR_HU) -> Volume:
-    """Read a volume that SimpleITK knows (NRRD, NIfTI, MetaImage), in LPS.
+    """Read a volume (NRRD, NIfTI, MetaImage), in LPS; see `read_volume`."""
+    return read_volume(path, background)[0]
+
+
+def read_volume(
+    path: Path | str, background: float = AIR_HU
+) -> tuple[Volume, list[str]]:
+    """Read a volume (NRRD, NIfTI, MetaImage), in LPS, and tell what was done to it.
 
     The orientation of the file is kept in `Volume.direction`. Raise ValueError with
     one sentence naming the file if it is missing, no volume, not 3-D, in colour, too
     large for this machine, or does not tell left from right.
     """
     with foreign_file(path, "a volume"):
-        return _load(str(path), background, 1)[0]
+        (volume,), notes = _load(Path(path), background, 1)
+    return volume, notes
 
 
 def load_layers(path: Path | str, background: float = AIR_HU) -> tuple[Volume, ...]:
-    """Read a volume that may hold several values a voxel; see `load_volume`.
+    """Read labels that may have several values a voxel; see `read_volume`.
 
     So 3D Slicer stores segments that overlap. Return one volume for each.
     """
     with foreign_file(path, "a volume"):
-        return _load(str(path), background, MOST_LAYERS)
+        return _load(Path(path), background, MOST_LAYERS)[0]
 
 
-def _load(name: str, background: float, most_layers: int) -> tuple[Volume, ...]:
-    sitk = simple_itk()
-
-    if not Path(name).is_file():
-        raise UserError(f"there is no volume file {name}")
-    check_data_files(Path(name))
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(name)
+def _load(
+    path: Path, background: float, most_layers: int
+) -> tuple[tuple[Volume, ...], list[str]]:
+    if not path.is_file():
+        raise UserError(f"there is no volume file {path}")
+    check_data_files(path)
+    if is_nifti(path):
+        found = read_nifti(path, most_layers)
+        layers, frame, notes = found.layers, found.frame, found.notes
+    else:
+        factors, notes = units_mm(path)
+        with plain_text(path) as readable:
+            layers, frame = _read_with_itk(path, readable, most_layers)
+        frame = factors[:, None] * frame
+    # labels are not mixed
+    grid = squared(path.name, layers, frame, 1 if most_layers == 1 else 0)
     try:
-        kind = reader.GetImageIOFromFileName(name)
+        return tuple(
+            Volume(layer, grid.spacing_mm, grid.origin_mm, grid.direction, background)
+            for layer in grid.layers
+        ), [*notes, *grid.notes]
+    except ValueError as error:
+        raise UserError(f"{path} is no usable volume: {error}") from error
+
+
+def _read_with_itk(
+    path: Path, readable: Path, most_layers: int
+) -> tuple[list[NDArray[Any]], NDArray[np.float64]]:
+    """Return the layers ``(nz, ny, nx)`` of a file, and its frame ``(3, 4)``.
+
+    readable: what is read in its place.
+    """
+    sitk = simple_itk()
+    name = str(path)
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(str(readable))
+    try:
+        kind = reader.GetImageIOFromFileName(str(readable))
         if kind not in FORMATS:
-            raise RuntimeError(f"{kind or 'nothing'} is not among {FORMATS}")
+            raise UserError(
+                f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files "
+                "can"
+            )
         reader.SetImageIO(kind)
-        if kind == "NiftiImageIO":
-            # Its reader never comes back from an sform with NaN.
-            read_nifti_header(header_file(name))
         reader.ReadImageInformation()
     except RuntimeError as error:
         raise UserError(
-            f"{name} cannot be read as a volume; NRRD, NIfTI and MetaImage files can"
+            f"{name} cannot be read as a volume: {_reason(error)}"
         ) from error
     pixel_type = sitk.GetPixelIDValueAsString(reader.GetPixelID())
-    check_header(reader, name, pixel_type, most_layers)
+    check_header(reader, path, pixel_type, most_layers)
+    axes = np.array(reader.GetDirection(), np.float64).reshape(3, 3)
+    frame = np.column_stack([axes * reader.GetSpacing(), reader.GetOrigin()])
+    check_square(name, frame)
     try:
         image = reader.Execute()
     except RuntimeError as error:
         raise UserError(
-            f"{name} is damaged: its values cannot be read, or its axes are not at "
-            "right angles"
+            f"{name} is damaged, its values cannot be read: {_reason(error)}"
         ) from error
-    direction = np.array(image.GetDirection(), dtype=np.float64).reshape(3, 3)
-    left, _, right = np.linalg.svd(direction)
-    rigid = left @ right
-    if np.abs(rigid - direction).max() > _HEADER_TOLERANCE:
-        raise UserError(
-            f"{name} has axes that are not at right angles: {direction.tolist()}"
-        )
     values = sitk.GetArrayFromImage(image)
     layers = [values] if values.ndim == 3 else list(np.moveaxis(values, -1, 0))
-    try:
-        return tuple(
-            Volume(
-                np.ascontiguousarray(layer),
-                np.array(image.GetSpacing()),
-                np.array(image.GetOrigin()),
-                rigid,
-                background,
-            )
-            for layer in layers
-        )
-    except ValueError as error:
-        raise UserError(f"{name} is no usable volume: {error}") from error
+    return [np.ascontiguousarray(layer) for layer in layers], frame
 
 
 def save_volume(
@@ -123,7 +144,7 @@ def save_volume(
             sitk.WriteImage(image, str(temporary), useCompression=True)
         except RuntimeError as error:
             raise UserError(
-                f"{target} cannot be written as a volume: {_last_line(error)}"
+                f"{target} cannot be written as a volume: {_reason(error)}"
             ) from error
         if len(os.listdir(folder)) > 1:
             raise UserError(
@@ -139,5 +160,8 @@ def write_file(path: Path, content: bytes) -> None:
         beside.write_bytes(content)
 
 
-def _last_line(error: Any) -> str:
-    return str(error).strip().splitlines()[-1]
+def _reason(error: Exception) -> str:
+    """Return the last sentence of what ITK says, which is the cause."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    found = next((line for line in reversed(lines) if " " in line), "it does not say")
+    return found.rpartition("): ")[2].removeprefix("ITK ERROR: ")[:LONGEST].rstrip(".")

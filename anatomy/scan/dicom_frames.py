@@ -141,7 +141,8 @@ def check_whole(image: "Dataset", file: Path) -> None:
 
 def kind_of(image: "Dataset") -> "UID | None":
     """Return what a file says it is, None where it does not."""
-    return image.get("SOPClassUID") or image.file_meta.get("MediaStorageSOPClassUID")
+    own: UID | None = image.get("SOPClassUID")
+    return own or image.file_meta.get("MediaStorageSOPClassUID")
 
 
 def has_many_frames(image: "Dataset") -> bool:

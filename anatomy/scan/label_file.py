@@ -4,7 +4,6 @@
 TotalSegmentator in an XML extension. Other label maps need their names beside them.
 """
 
-import gzip
 import json
 import re
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from anatomy.files.nifti import opened
 from anatomy.files.volumes import load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
@@ -217,7 +217,7 @@ def _carried(path: Path) -> dict[int, str]:
     if lower.endswith((".nrrd", ".nhdr")):
         return _segments(path)
     if lower.endswith((".nii", ".nii.gz")):
-        with gzip.open(path) if lower.endswith(".gz") else path.open("rb") as file:
+        with opened(path) as file:
             header = file.read(MOST_HEADER_BYTES)
         start = 540 if header[:4] in (b"\x1c\x02\0\0", b"\0\0\x02\x1c") else 348
         offset = header.find(b"</LabelTable>", start)

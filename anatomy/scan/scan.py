@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.files.nifti_header import frame_notes
-from anatomy.files.volumes import load_volume
+from anatomy.files.volumes import read_volume
 from anatomy.scan.dicom import (
     choose_series,
     find_series,
@@ -154,8 +153,7 @@ def read_scan(
                 f"{path} is a single volume: series {series} cannot be chosen from it; "
                 "leave --series out"
             )
-        volume = load_volume(path)
-        notes += frame_notes(path, volume)
+        volume, notes = read_volume(path)
     values, replaced = _finite(volume.values, nonfinite_is_air)
     if replaced:
         notes.append(f"{replaced:,} voxels that were no numbers are taken for air")
@@ -175,9 +173,7 @@ def read_scan(
     )
 
 
-def _without_padding(
-    volume: Volume, kind: Modality | None
-) -> tuple[Volume, list[str]]:
+def _without_padding(volume: Volume, kind: Modality | None) -> tuple[Volume, list[str]]:
     """Take what no tissue has for air, but in MR, whose numbers may be any.
 
     Where the kind is not known, high values are padding if they are all the same.
@@ -193,9 +189,7 @@ def _without_padding(
         return volume, []
     told = ", ".join(f"{v:g}" for v in np.unique(values[padding])[:LISTED_VALUES])
     lowest = values[~padding].min()
-    return volume.with_values(
-        np.where(padding, lowest, values), volume.background
-    ), [
+    return volume.with_values(np.where(padding, lowest, values), volume.background), [
         f"{count:,} voxels hold values that no tissue has ({told}); they are taken for "
         "air"
     ]

@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydicom import dcmread
 from pydicom.dataset import FileDataset
-
 from pydicom.uid import (
     UID,
     ExplicitVRBigEndian,
@@ -415,4 +414,4 @@ def test_no_images_at_all(tmp_path: Path) -> None:
     for n in range(400):
         (tmp_path / f"{n}.txt").write_text("letter")
     with pytest.raises(ValueError, match="400 files, none of which"):
-        find_series(tmp_path).series
+        find_series(tmp_path)
