@@ -48,6 +48,10 @@ SCHEMA_VERSION = 1
 
 WALLS, GROUND = "walls", "ground"
 
+FRAMED, FRAME_MM = ("ct", "face"), 1e-4
+"""Volumes with a grid of their own, and how far apart frames may be: all others share
+the ct's."""
+
 _HAZARD = "hazard "
 _HAZARD_NAME = re.compile(r"hazard [a-z][a-z ]{0,40}")
 
@@ -214,15 +218,17 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
     parameters: of a phantom. sources, notes, airway_ml, cavities, openings, approach:
     of a scan; the second source is the second volume. disease: of a phantom, where it
     was recounted. transfer: for mode `classic`.
-    sha256: of each volume's values, by name. walls: None where nobody knows what lies
-    behind the surface. hazard_source: how the hazards were found, "" without any.
-    quality: of the scan.
+    sha256: of each volume's values, by name. frames: of `FRAMED` volumes, the first
+    three rows of `Volume.world_from_voxel`; none in older cases. walls: None where
+    nobody knows what lies behind the surface. hazard_source: how the hazards were
+    found, "" without any. quality: of the scan.
     """
 
     schema_version: int
     spacing_mm: float
     parameters: PhantomParameters | None
     sha256: dict[str, str]
+    frames: dict[str, tuple[float, ...]] = {}
     sources: tuple[SourceRecord, ...] = ()
     notes: tuple[str, ...] = ()
     label_names: dict[str, str] = {}  # msgspec copies it for each record
@@ -390,6 +396,7 @@ def store_case(
     finished = msgspec.structs.replace(
         record,
         sha256=hashes,
+        frames={name: _frame(volumes[name]) for name in FRAMED if name in volumes},
         label_names={str(v): name for v, name in label_names.items() if v != 0},
     )
     write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
@@ -429,11 +436,17 @@ def read_case(folder: Path | str) -> Case:
             raise UserError(
                 f"{source} holds a {name} volume that is not the one case.json names"
             )
+        told = record.frames.get(name, _frame(volume))
+        if len(told) != 12 or not np.allclose(told, _frame(volume), atol=FRAME_MM):
+            raise UserError(
+                f"{source / file} lies elsewhere in the patient, or has voxels of "
+                "another size, than case.json says; import the scan again"
+            )
         volumes[name] = volume
     grid = volumes["ct"]
     if any(
         v.shape != grid.shape
-        or not np.allclose(v.world_from_voxel, grid.world_from_voxel, atol=1e-4)
+        or not np.allclose(v.world_from_voxel, grid.world_from_voxel, atol=FRAME_MM)
         for name, v in volumes.items()
         if name != "face"
     ):
@@ -441,6 +454,10 @@ def read_case(folder: Path | str) -> Case:
     layers, hazards = _layers(source, volumes, record), _hazards(volumes, record)
     others = {name: volumes[name] for name in volumes.keys() & FILES.keys()}
     return Case(others, read_markups(source / LANDMARKS), record, layers, hazards)
+
+
+def _frame(volume: Volume) -> tuple[float, ...]:
+    return tuple(volume.world_from_voxel[:3].ravel().tolist())
 
 
 def _file(name: str) -> tuple[str, float]:

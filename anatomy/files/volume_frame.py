@@ -72,7 +72,8 @@ def squared(
     moved = float(np.linalg.norm((frame[:, :3] - rigid * spacing) @ ends, axis=0).max())
     degrees = float(np.degrees(np.arcsin(min(skew, 1.0))))
     if moved <= ROUNDING_MM:
-        return Grid(layers, spacing, origin, rigid, [])
+        # to the bit where the header has it: recordings know a head by it
+        return Grid(layers, spacing, frame[:, 3], rigid, [])
     told = f"axes of {name} are {degrees:.2f} degrees off a right angle: "
     if moved <= MOST_MOVED * spacing.min():
         told += f"they are put at right angles, which moves no voxel by {moved:.2f} mm"

@@ -1,9 +1,11 @@
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from anatomy.case import read_case, write_case
+from anatomy.files.volumes import load_volume, save_volume
 from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
@@ -11,6 +13,7 @@ from anatomy.phantom.synthetic_mr import magnetic_resonance
 from anatomy.redistance import DEEPEST_MM
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label
+from renderers.scene.volume import Volume
 from tests.slow_cases import slow
 
 
@@ -131,3 +134,29 @@ def test_an_exchanged_volume_is_noticed(head: Phantom, tmp_path: Path) -> None:
     (tmp_path / "other" / "labels.seg.nrrd").replace(tmp_path / "labels.seg.nrrd")
     with pytest.raises(ValueError, match="holds a ct volume that is not the one"):
         read_case(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("spacing", "origin"), [(1.3, 0.0), (1.0, 5.0), (1.001, 0.0), (1.0, -0.01)]
+)
+def test_a_head_of_another_size_or_place_is_noticed(
+    head: Phantom, tmp_path: Path, spacing: float, origin: float
+) -> None:
+    """All its values are the same, and all its volumes share the other grid."""
+    write_case(head, tmp_path)
+    for file in tmp_path.glob("*.nrrd"):
+        if file.name != "face.nrrd":
+            old = load_volume(file, 0.0)
+            moved = Volume(old.values, old.spacing_mm * spacing, old.origin_mm + origin)
+            save_volume(moved, file)
+    with pytest.raises(ValueError, match=r"nrrd lies elsewhere .* than case.json says"):
+        read_case(tmp_path)
+
+
+def test_a_case_of_before_is_read(head: Phantom, tmp_path: Path) -> None:
+    """Its record does not say where its volumes lie."""
+    write_case(head, tmp_path)
+    record = json.loads((tmp_path / "case.json").read_text())
+    assert set(record.pop("frames")) <= {"ct", "face"}
+    (tmp_path / "case.json").write_text(json.dumps(record))
+    assert read_case(tmp_path).record.frames == {}
