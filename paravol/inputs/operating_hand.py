@@ -241,8 +241,10 @@ class OperatingHand:
                 self._jaw = Jaw(pointed.shut)
         # it goes in and out with its jaws closed, and does nothing there
         shut = pointed.shut if is_pointed and pointed is not None else 0.0
-        rest = pointed.rest if is_pointed and pointed is not None else 0.0
         is_working = is_working and not shut
+        rest = 0.0
+        if is_pointed and pointed is not None:
+            rest = pointed.rest(is_working=is_working)
         closes = not is_pointed or pointed is None or pointed.closes
         jaw = self._jaw.at(sample.time_s, is_working and closes, rest)
         state = InstrumentState(

@@ -172,10 +172,13 @@ class PointedTool:
         """Return whether its pedal closes its jaws; for a bite they open first."""
         return self.bite is None or self._has_opened
 
-    @property
-    def rest(self) -> float:
-        """Return how far its jaws are closed while its pedal does not close them."""
-        return self.bite[1] if self.bite is not None and self._stroke >= 1.0 else SHUT
+    def rest(self, *, is_working: bool) -> float:
+        """Return how far its jaws are closed while its pedal does not close them.
+
+        They open in their place, and with the pedal down alone.
+        """
+        opens = is_working and self.bite is not None and self._stroke >= 1.0
+        return self.bite[1] if opens and self.bite is not None else SHUT
 
     def follow(
         self,
@@ -273,7 +276,9 @@ class PointedTool:
         share = elapsed_s * TIP_MM_S / max(self._pose.bite_mm, 1.0)
         if not self._is_biting:
             self._has_opened = False
-            self._stroke = max(self._stroke - share, 0.0)
+            # open jaws do not go back
+            if state.jaw > SHUT - 0.5 / JAW_STEPS:
+                self._stroke = max(self._stroke - share, 0.0)
             # what was there is gone
             self._planned_for = np.full(7, np.inf)
         else:

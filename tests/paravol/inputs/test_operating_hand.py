@@ -66,6 +66,24 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)
 
 
+@pytest.mark.parametrize("step_s", [0.01, 0.05, 0.13])
+@pytest.mark.parametrize("steps", [2, 4, 7, 12, 30])
+def test_open_jaws_lie_nowhere_but_where_they_bite(step_s: float, steps: int) -> None:
+    """However long pictures take, and whenever the pedal is let go."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    assert hand.pointed is not None
+    told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
+    for number in range(steps + 20):
+        hand.work(number < steps)
+        time_s += step_s
+        sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        off_mm = np.linalg.norm(sample.instrument_tip_mm - told.instrument_tip_mm)
+        assert sample.instrument.jaw > SHUT - 0.04 or off_mm < 1e-6
+
+
 PRESSED_S = 1.5
 
 
