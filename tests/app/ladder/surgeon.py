@@ -32,13 +32,13 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 3.0, 1.0, 3, 0.5, 0.03
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 1.0, 0.3, 2, 0.5, 0.03
 """A bite that is worth it, and one where larger ones are not found from so many places
 of the scope; and what he risks of what is to be spared, as it is told, or so much of
 what he wants."""
 
-CAREFUL_MM3, RARELY_MM3 = 1.8, 0.3
-"""Once he has risked the first in all, he risks no more than the second at a time."""
+ALLOWED_MM3 = 2.7
+"""He risks no more in all of what is to be spared."""
 
 SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
 """Words of what he does not bite."""
@@ -305,12 +305,10 @@ class Surgeon:
         ]
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
         risks = max(SPARES_MM3, SPARES * sum(wanted.values()))
-        if self._risked_mm3 > CAREFUL_MM3:
-            # of what must stay he has taken enough
-            risks = RARELY_MM3
+        risks = min(risks, ALLOWED_MM3 - self._risked_mm3)
         least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
         mm3 = sum(wanted.values())
-        is_good = sum(spared) <= risks and mm3 >= least_mm3
+        is_good = sum(spared) <= max(risks, 0.0) and mm3 >= least_mm3
         return mm3 * is_good, sum(spared)
 
     def _elsewhere(self) -> None:
