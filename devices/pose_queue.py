@@ -41,6 +41,8 @@ class PoseQueue:
         # Counted by one thread each.
         self._lost = self._confessed = 0
         self._loss: DeviceError | None = None
+        # since when a reader has waited in vain
+        self._vain_s: float | None = None
 
     @property
     def is_awaited(self) -> bool:
@@ -79,12 +81,17 @@ class PoseQueue:
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose; raise as ``PoseSource.read`` does."""
         self._confess()
+        if self._vain_s is None:
+            self._vain_s = time.monotonic()
         pose = self._next()
         if pose is None:
             pose = self._wait(timeout_s)
         if pose is None:
             self._tell_or_refuse()
-            raise TimeoutError(self._silence(timeout_s))
+            # who waits in slices is told of the whole wait
+            waited_s = max(time.monotonic() - self._vain_s, timeout_s)
+            raise TimeoutError(self._silence(round(waited_s, 2)))
+        self._vain_s = None
         return pose
 
     def drain(self) -> list[Pose]:

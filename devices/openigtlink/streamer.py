@@ -15,7 +15,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.openigtlink.messages import ToolTransform, encode
+from devices.openigtlink.messages import ToolTransform, check_name, encode
 from devices.port import Closing, DeviceError, DeviceReason
 from disk import UserError
 
@@ -111,6 +111,7 @@ class PoseStreamer(Closing):
         if not math.isfinite(host_time_s):
             raise UserError(f"host_time_s must be finite, got {host_time_s}")
         stamp = host_time_s + self._epoch_s
+        check_name(name)
         transform = ToolTransform(name, stamp, world_from_tool)
         with self._lock:
             if not self._peers or self._is_closing:

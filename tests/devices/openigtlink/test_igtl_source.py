@@ -1,8 +1,11 @@
 """Poses in: from pyigtl's own server, and from peers that behave badly."""
 
+import contextlib
+import re
 import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -218,3 +221,89 @@ def test_closing_ends_iteration_and_the_thread(listener: socket.socket) -> None:
     with pytest.raises(EOFError):
         source.read(1.0)
     assert "openigtlink-in" not in {t.name for t in threading.enumerate()}
+
+
+def moved(number: int, name: str = "Stylus", scale: float = 1.0) -> bytes:
+    """Compose a pose that trembles, at some 100 mm."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = np.array([100.0, -20.0, 30.0 + 0.01 * number]) * scale
+    return encode(ToolTransform(name, EPOCH_S + 0.02 * number, matrix))
+
+
+def read_all(
+    source: OpenIGTLinkSource, peer: socket.socket, frames: Iterator[bytes]
+) -> None:
+    """Send one pose after another, as a tracker does, and read what comes of them."""
+    for frame in frames:
+        peer.sendall(frame)
+        with contextlib.suppress(TimeoutError):
+            source.read(0.05)
+
+
+def test_a_reference_is_no_tool(listener: socket.socket) -> None:
+    with at(listener) as source:
+        peer, _ = listener.accept()
+        with peer:
+            peer.sendall(moved(0, "ReferenceToTracker") + moved(1, "HeadToTracker"))
+            peer.sendall(moved(2, "StylusToReference"))
+            source.read(30.0)
+            assert source.tool == "StylusToReference"
+
+
+def test_a_silent_tool_is_lost_and_found(listener: socket.socket) -> None:
+    """Its peer is there, and may send other things; once it is told what."""
+    with at(listener, "Stylus") as source:
+        peer, _ = listener.accept()
+        with peer:
+            peer.sendall(moved(0))
+            source.read(30.0)
+            peer.sendall(moved(1, "Other"))
+            with pytest.raises(DeviceError, match=r"Stylus.*poses of Other") as told:
+                source.read(30.0)
+            assert told.value.reason is DeviceReason.DISCONNECTED
+            with pytest.raises(TimeoutError):
+                source.read(0.1)
+            peer.sendall(moved(200))
+            assert source.read(30.0).tip_mm[2] == pytest.approx(32.0, abs=1e-4)
+
+
+def test_a_pose_that_never_trembles_is_lost(listener: socket.socket) -> None:
+    """The last one of a tool that is not seen any more, again and again."""
+    with at(listener) as source:
+        peer, _ = listener.accept()
+        with peer:
+            frames = (message(100, EPOCH_S + 0.02 * n) for n in range(10_000))
+            with pytest.raises(DeviceError, match="does not change at all"):
+                read_all(source, peer, frames)
+            assert source.counters["unseen"] > 3
+            peer.sendall(moved(10_001))
+            source.read(30.0)
+
+
+def test_metres_are_refused(listener: socket.socket) -> None:
+    with at(listener) as source:
+        peer, _ = listener.accept()
+        with peer:
+            peer.sendall(b"".join(moved(n, scale=1e-3) for n in range(80)))
+            near = (moved(n, scale=1e-3) for n in range(80))
+            with pytest.raises(DeviceError, match="millimetres"):
+                read_all(source, peer, near)
+
+
+def test_who_waits_in_slices_is_told_of_the_whole_wait(listener: socket.socket) -> None:
+    with at(listener) as source:
+        peer, _ = listener.accept()
+        with peer:
+            until = time.monotonic() + 0.6
+            while time.monotonic() < until:
+                with pytest.raises(TimeoutError) as told:
+                    source.read(0.03)
+            assert re.search(r"for 0\.[56]\d* s; what came", str(told.value))
+
+
+def test_the_peer_is_spoken_to_in_the_second_version(listener: socket.socket) -> None:
+    """PLUS says nothing of whether a tool is seen to who does not."""
+    with at(listener):
+        peer, _ = listener.accept()
+        with peer:
+            assert peer.recv(2, socket.MSG_WAITALL) == b"\0\2"

@@ -12,7 +12,7 @@ from pyigtl.messages import CRC64
 from scipy.spatial.transform import Rotation
 
 from devices.openigtlink import ToolTransform, TransformReader, encode
-from devices.openigtlink.messages import LARGEST_BODY, RAS_FROM_LPS
+from devices.openigtlink.messages import LARGEST_BODY, RAS_FROM_LPS, greeting
 
 EPOCH_S = 1_792_134_567.25
 MESSAGE_BYTES = 106
@@ -244,7 +244,7 @@ def test_a_peer_without_a_clock_says_no_time() -> None:
 def test_names_that_do_not_fit_are_refused() -> None:
     for name in ("", "x" * 21, "é" * 11):
         with pytest.raises(ValueError, match="20 bytes"):
-            ToolTransform(name, None, np.eye(4))
+            encode(ToolTransform(name, None, np.eye(4)))
 
 
 def test_a_new_line_does_not_go_on_with_half_a_message() -> None:
@@ -254,3 +254,135 @@ def test_a_new_line_does_not_go_on_with_half_a_message() -> None:
     reader.restart()
     assert len(reader.feed(encode(second))) == 1
     assert reader.garbage == 0
+
+
+def composed(
+    kind: str, content: bytes, *, version: int = 1, name: str = "Stylus", **remarks: str
+) -> bytes:
+    """Compose a message as the protocol says, with remarks and its own CRC."""
+    body = content
+    if version > 1:
+        index = struct.pack(">H", len(remarks)) + b"".join(
+            struct.pack(">HHI", len(key), 3, len(value.encode()))
+            for key, value in remarks.items()
+        )
+        values = b"".join(k.encode() + v.encode() for k, v in remarks.items())
+        head = struct.pack(">HHII", 12, len(index), len(values), 7)
+        body = head + content + index + values
+    return struct.pack(
+        ">H12s20sIIQQ", version, kind.encode(), name.encode(), 5, 0, len(body),
+        CRC64(body),
+    ) + body  # fmt: skip
+
+
+def columns(matrix: NDArray[np.float64]) -> bytes:
+    return struct.pack(">12f", *(RAS_FROM_LPS @ matrix)[:3].T.ravel())
+
+
+@pytest.mark.parametrize(
+    ("status", "seen"),
+    [
+        ("OK", True),
+        ("SWITCH2_IS_ON", True),
+        ("INVALID", False),
+        ("OUT_OF_VIEW", False),
+        ("TOOL_OUT_OF_VOLUME", False),
+        ("MISSING", False),
+        ("something new", False),
+    ],
+)
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_tool_that_plus_does_not_see_has_no_pose(
+    status: str, seen: bool, version: int
+) -> None:
+    """PLUS sends identity or the last pose then, and says so in its remarks."""
+    sent = numbered(1)[0].world_from_tool
+    data = composed("TRANSFORM", columns(sent), version=version, TransformStatus=status)
+    (got,) = TransformReader().feed(data)
+    assert (got.status == "") == seen
+    if seen:
+        assert got.world_from_tool == pytest.approx(sent, abs=1e-4)
+
+
+def test_remarks_without_a_status_change_nothing() -> None:
+    sent = numbered(1)[0].world_from_tool
+    long = "StylusTipToReferenceOfThePatient"
+    for remarks in ({}, {"other": "x" * 300}, {"TransformValid": "1"}):
+        data = composed("TRANSFORM", columns(sent), version=2, **remarks)
+        (got,) = TransformReader().feed(data)
+        assert (got.name, got.status) == ("Stylus", "")
+    data = composed("TRANSFORM", columns(sent), version=2, IGTL_DEVICE_NAME=long)
+    assert TransformReader().feed(data)[0].name == long
+    data = composed("TRANSFORM", columns(sent), version=2, TransformValid="0")
+    assert TransformReader().feed(data)[0].status
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize("number", [-3.697e28, 1e9, -1e6])
+def test_numbers_for_a_missing_value_are_no_place(place: int, number: float) -> None:
+    matrix = np.eye(4)
+    matrix[place, 3] = number
+    (got,) = TransformReader().feed(composed("TRANSFORM", columns(matrix)))
+    assert got.status == "the tool is missing"
+
+
+def test_a_message_without_a_checksum_is_read() -> None:
+    """Some peers compute none and send 0; another one has to be right."""
+    data = bytearray(encode(numbered(1)[0]))
+    data[50:58] = bytes(8)
+    assert len(TransformReader().feed(bytes(data))) == 1
+    data[57] = 1
+    assert TransformReader().feed(bytes(data)) == []
+
+
+@given(transforms)
+def test_other_messages_of_poses_place_the_same_tool(sent: ToolTransform) -> None:
+    ras = RAS_FROM_LPS @ sent.world_from_tool
+    turn = Rotation.from_matrix(ras[:3, :3]).as_quat(canonical=True)
+    place = struct.pack(">3f", *ras[:3, 3])
+    full = place + struct.pack(">4f", *turn)
+    short = place + struct.pack(">3f", *turn[:3])
+    tools = b"".join(
+        name.encode().ljust(20, b"\0") + b"\x01\0" for name in ("Other", sent.name)
+    )
+    other, own = tools[:22], tools[22:]
+    bodies = {
+        "POSITION": [full, short],
+        "TDATA": [other + columns(np.eye(4)) + own + columns(sent.world_from_tool)],
+        "QTDATA": [other + full + own + full],
+    }
+    for kind, contents in bodies.items():
+        for content in contents:
+            for version in (1, 2):
+                data = composed(kind, content, version=version, name=sent.name)
+                got = TransformReader().feed(data)
+                assert [t.name for t in got] == ["Other", sent.name][-len(got) :]
+                # w of a quaternion that is nearly half a turn is lost to rounding
+                assert got[-1].world_from_tool == pytest.approx(
+                    sent.world_from_tool, abs=2e-3
+                )
+
+
+def test_what_is_not_used_is_told_with_its_reason() -> None:
+    scaled = numbered(1)[0].world_from_tool.copy()
+    scaled[:3, :3] *= 1.01
+    reader = TransformReader()
+    reader.feed(composed("TRANSFORM", columns(scaled)))
+    reader.feed(composed("POSITION", struct.pack(">3f", 1, 2, 3)))
+    reader.feed(composed("IMAGE", b"x" * 10) * 3)
+    damaged = bytearray(encode(numbered(1)[0]))
+    damaged[-1] ^= 1
+    reader.feed(bytes(damaged))
+    told = "; ".join(f"{n} {why}" for why, n in reader.reasons.items())
+    for words in ("length is 1.01", "without an orientation", "3 of type IMAGE"):
+        assert words in told
+    assert "1 with a wrong checksum" in told
+
+
+def test_the_greeting_is_a_message_of_the_second_version() -> None:
+    header = MessageBase.parse_header(greeting()[:HEADER_BYTES])
+    assert header["header_version"] == 2
+    assert len(greeting()) == HEADER_BYTES + header["body_size"]
+    reader = TransformReader()
+    assert reader.feed(greeting() + encode(numbered(1)[0]))[0].status == ""
+    assert (reader.foreign, reader.garbage) == (1, 0)
