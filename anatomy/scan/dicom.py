@@ -6,7 +6,7 @@ refused with the file's name.
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +23,7 @@ from anatomy.scan.dicom_frames import (
     has_many_frames,
     kind_of,
 )
-from anatomy.scan.slice_stack import Layout, SliceStack, straighten
+from anatomy.scan.slice_stack import SAME_PLACE_MM, Layout, SliceStack, straighten
 from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
@@ -40,13 +40,29 @@ FEWEST_SLICES = 5
 SAME_WAY = 1e-3
 """Largest difference of two orientations, by their cosines, that is rounding."""
 
-SAME_SPACING_MM = 1e-4
-"""Largest difference of two pixel spacings that is rounding."""
+SAME_SPACING_MM = 6e-4
+"""Largest difference of two pixel spacings that is rounding, to three digits."""
 
 SPARSE = 1.5
 """Steps of more thicknesses than this leave tissue out."""
 
 LISTED_GAPS = 6
+
+TRAITS = {
+    "ConvolutionKernel": "kernel",
+    "AcquisitionNumber": "acquisition",
+    "EchoTime": "echo time",
+    "TemporalPositionIdentifier": "phase",
+    "NominalPercentageOfCardiacPhase": "phase",
+    "ContrastBolusAgent": "contrast",
+    "KVP": "kV",
+    "ImageType": "kind",
+    "AcquisitionTime": "time",
+    "ContentTime": "time",
+}
+"""What may tell two pictures of one place apart, and how it is called."""
+
+UID = "SOPInstanceUID"
 
 Progress = Callable[[str, float], None]
 
@@ -57,7 +73,8 @@ class DicomSeries:
 
     axes: ``(6,)`` unit vectors along a row and along a column, LPS. spacing_mm: between
     rows, between columns. files, numbers: of each slice, its file and which of the
-    file's frames it is, from 0.
+    file's frames it is, from 0. places_mm: of each, along the slices' normal; NaN where
+    it is not told. traits: of each, by `TRAITS`. differs: by what a series was parted.
     """
 
     uid: str
@@ -69,6 +86,35 @@ class DicomSeries:
     spacing_mm: NDArray[np.float64]
     files: list[Path] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
+    places_mm: list[float] = field(default_factory=list)
+    traits: list[dict[str, str]] = field(default_factory=list)
+    differs: str = ""
+
+    def add(self, frame: Frame) -> None:
+        """Add a slice."""
+        self.files.append(frame.file)
+        self.numbers.append(frame.number)
+        normal = np.cross(self.axes[:3], self.axes[3:])
+        try:
+            place = float(frame.numbers("ImagePositionPatient", 3) @ normal)
+        except UserError:
+            # who reads the series is told
+            place = np.nan
+        self.places_mm.append(place)
+        told = {name: frame.get(name) for name in TRAITS}
+        uid = frame.image.get("SOPInstanceUID")
+        self.traits.append({n: str(v) for n, v in told.items() if v} | {UID: str(uid)})
+
+    def part(self, kept: list[int], differs: str = "") -> "DicomSeries":
+        """Return a series of some of the slices."""
+        return replace(
+            self,
+            files=[self.files[n] for n in kept],
+            numbers=[self.numbers[n] for n in kept],
+            places_mm=[self.places_mm[n] for n in kept],
+            traits=[self.traits[n] for n in kept],
+            differs=differs,
+        )
 
     def lies_as(
         self, axes: NDArray[np.float64], spacing_mm: NDArray[np.float64]
@@ -82,8 +128,9 @@ class DicomSeries:
     def __str__(self) -> str:
         """Describe the series for a list to choose from."""
         name = f" {self.description!r}" if self.description else ""
+        differs = f", {self.differs}" * bool(self.differs)
         return (
-            f"{self.modality}{name}, {len(self.files)} slices of "
+            f"{self.modality}{name}{differs}, {len(self.files)} slices of "
             f"{self.columns} x {self.rows}"
         )
 
@@ -144,7 +191,12 @@ def find_series(folder: Path, progress: Progress | None = None) -> Examination:
             f"{folder} holds {len(files)} files, none of which is a DICOM image with "
             f"a place in the patient{': ' * bool(kinds)}{'; '.join(kinds)}"
         )
-    series = [one for alike in found.values() for one in alike]
+    series = [
+        part
+        for alike in found.values()
+        for one in alike
+        for part in _parted(_without_copies(one, left_out))
+    ]
     return Examination(sorted(series, key=lambda s: -len(s.files)), left_out)
 
 
@@ -180,8 +232,45 @@ def _sort_in(frame: Frame, found: dict[tuple[object, ...], list[DicomSeries]]) -
             spacing,
         )
         alike.append(series)
-    series.files.append(frame.file)
-    series.numbers.append(frame.number)
+    series.add(frame)
+
+
+def _without_copies(series: DicomSeries, left_out: Counter[str]) -> DicomSeries:
+    """Leave out slices that are in the folder twice."""
+    kept: dict[tuple[str, int], int] = {}
+    for n, (traits, number) in enumerate(
+        zip(series.traits, series.numbers, strict=True)
+    ):
+        kept.setdefault((traits[UID], number), n)
+    copies = len(series.files) - len(kept)
+    if copies:
+        left_out["copies of slices"] += copies
+    return series.part(list(kept.values())) if copies else series
+
+
+def _parted(series: DicomSeries) -> list[DicomSeries]:
+    """Part a series that has several pictures of a place by what tells them apart.
+
+    Bone and soft kernel, phases and echoes may share one series. Where nothing does,
+    it stays whole, and who reads it is told.
+    """
+    places = np.round(np.array(series.places_mm) / SAME_PLACE_MM)
+    each = np.unique(places, return_counts=True)[1]
+    if each.max(initial=0) < 2 or not np.isfinite(places).all():
+        return [series]
+    for name, called in TRAITS.items():
+        groups: dict[str, list[int]] = {}
+        for n, traits in enumerate(series.traits):
+            groups.setdefault(traits.get(name, ""), []).append(n)
+        is_told_apart = all(
+            len(np.unique(places[group])) == len(group) for group in groups.values()
+        )
+        if is_told_apart and len(groups) == each.max():
+            return [
+                series.part(group, f"{called} {value or 'not told'}")
+                for value, group in groups.items()
+            ]
+    return [series]
 
 
 def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:

@@ -71,7 +71,7 @@ class Frame:
 
     def get(self, name: str) -> Any:
         """Return a field's value; None where the file does not tell it."""
-        for group in self.groups:
+        for group in self.groups if name in GROUPS else ():
             items = group.get(GROUPS[name])
             if items and name in items[0]:
                 return items[0].get(name)

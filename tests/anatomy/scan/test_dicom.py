@@ -18,6 +18,7 @@ from pydicom.uid import (
     ExplicitVRLittleEndian,
     ImplicitVRLittleEndian,
     SecondaryCaptureImageStorage,
+    generate_uid,
 )
 
 from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
@@ -135,6 +136,71 @@ def test_what_is_left_out_is_counted_by_kind(tmp_path: Path) -> None:
     assert "CT 'soft', 6 slices" in second
 
 
+def test_copies_of_slices_are_left_out(tmp_path: Path) -> None:
+    values = write_stack(tmp_path / "a")
+    (tmp_path / "b").mkdir()
+    for n in (1, 4):
+        content = (tmp_path / "a" / f"{n:03d}").read_bytes()
+        (tmp_path / "b" / f"copy {n}").write_bytes(content)
+    examination = find_series(tmp_path)
+    (series,) = examination.series
+    volume, _ = read_series(series)
+    assert np.array_equal(volume.values, values - 1024)
+    assert any("2 copies of slices" in note for note in examination.notes(series))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        (
+            {"ConvolutionKernel": "B60s"},
+            {"ConvolutionKernel": "B30s"},
+            ("kernel B60s", "kernel B30s"),
+        ),
+        (
+            {"AcquisitionNumber": 2, "AcquisitionTime": "101500"},
+            {"AcquisitionNumber": 3, "AcquisitionTime": "101720"},
+            ("acquisition 2", "acquisition 3"),
+        ),
+        ({"EchoTime": 12}, {"EchoTime": 80}, ("echo time 12", "echo time 80")),
+        ({}, {"ContrastBolusAgent": "yes"}, ("contrast not told", "contrast yes")),
+        (
+            {"AcquisitionTime": "101500"},
+            {"AcquisitionTime": "101720"},
+            ("time 101500", "time 101720"),
+        ),
+    ],
+)
+def test_two_pictures_of_each_place_are_a_choice(
+    tmp_path: Path,
+    first: dict[str, Any],
+    second: dict[str, Any],
+    words: tuple[str, str],
+) -> None:
+    """Bone and soft kernel under one series are what ENT is sent every day."""
+    values = write_stack(tmp_path / "a", **first)
+    write_stack(tmp_path / "b", RescaleIntercept=-24, **second)
+    series = find_series(tmp_path).series
+    assert len(series) == 2
+    with pytest.raises(ValueError, match="choose one: 1:") as told:
+        choose_series(series, None)
+    assert all(word in str(told.value) for word in words)
+    for number, (word, offset) in enumerate(zip(words, (1024, 24), strict=True), 1):
+        chosen = choose_series(series, number)
+        assert word in str(chosen)
+        assert np.array_equal(read_series(chosen)[0].values, values - offset)
+
+
+def test_a_spacing_of_fewer_digits_parts_no_series(tmp_path: Path) -> None:
+    for k in range(8):
+        wide = (0.48828125, 0.488)[k % 2]
+        pixels = np.full((4, 4), 100 * k, np.int16)
+        place = np.array([0, 0, 2.0 * k])
+        write_slice(tmp_path / str(k), pixels, place, spacing=(wide, wide))
+    (series,) = find_series(tmp_path).series
+    assert read_series(series)[0].shape == (8, 4, 4)
+
+
 def test_mixed_series_are_listed_for_choice(tmp_path: Path) -> None:
     write_stack(tmp_path / "a", 8, series="1.2.1", SeriesDescription="bone")
     write_stack(tmp_path / "b", 6, series="1.2.2", SeriesDescription="soft")
@@ -219,7 +285,7 @@ CATALOGUE: dict[str, tuple[Callable[[Path], object], str]] = {
         "003 is a colour image",
     ),
     "two images at one place": (
-        lambda f: (f / "again").write_bytes((f / "003").read_bytes()),
+        lambda f: copied_anew(f),
         "two slices lie at .* choose one",
     ),
     "a slice missing": (lambda f: last_but_one(f).unlink(), "lacks 1 slices.*gaps"),
@@ -241,6 +307,13 @@ CATALOGUE: dict[str, tuple[Callable[[Path], object], str]] = {
     ),
 }
 """What a folder can be like, and what is said of it: the file, or the remedy."""
+
+
+def copied_anew(folder: Path) -> None:
+    """Add another picture of one place that nothing tells from the first."""
+    image = dcmread(folder / "003")
+    image.SOPInstanceUID = image.file_meta.MediaStorageSOPInstanceUID = generate_uid()
+    image.save_as(folder / "again")
 
 
 def last_but_one(folder: Path) -> Path:
