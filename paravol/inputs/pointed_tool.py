@@ -74,6 +74,11 @@ BETWEEN = 6
 TRAIL_MM = 0.5
 """Between the places of its way in that are remembered."""
 
+TURNS_DEG, LEANS = (0.0, -10.0, 10.0, -25.0, 25.0), 0.06
+AROUND = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Where walls hold it on its way out it is turned by one of the first, and tilted by
+the second, to one of the sides."""
+
 NEAR_MM = 2.5
 """A tip so near to its place has come there."""
 
@@ -446,9 +451,28 @@ class PointedTool:
         self._step(entry, way, -way_mm, self._roll_deg)
         gone_mm = float((self.frame[:3, 3] - before[:3, 3]) @ before[:3, 2])
         if gone_mm < way_mm / 2.0:
-            # out along its own line nothing keeps it
-            self._entry, self._way, self.depth_mm = entry, way, depth_mm
-            self.frame = self._rod(entry, way, depth_mm, self._roll_deg)
+            self._force_out(entry, way, depth_mm, before)
+
+    def _force_out(
+        self, entry: Doubles, way: Doubles, depth_mm: float, before: Doubles
+    ) -> None:
+        """Go out though walls hold it, turned and tilted as it does least harm."""
+        x, y = before[:3, 0], before[:3, 1]
+        lines = [way, *(way + LEANS * (a * x + b * y) for a, b in AROUND)]
+        lines = [line / np.linalg.norm(line) for line in lines]
+        choices = [
+            (line, self._roll_deg + turn_deg)
+            for turn_deg in TURNS_DEG
+            for line in lines
+        ]
+        frames = np.stack(
+            [self._rod(entry, line, depth_mm, roll) for line, roll in choices]
+        )
+        spared_mm, dents_mm = self.hold.harm(before, frames)
+        best = int(np.lexsort((dents_mm, -spared_mm))[0])
+        self._way, self._roll_deg = choices[best]
+        self._entry, self.depth_mm = entry, depth_mm
+        self.frame = frames[best]
 
     def _leave_trail(self) -> None:
         """Remember the way in, without what was gone twice."""

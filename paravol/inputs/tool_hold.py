@@ -21,7 +21,7 @@ from scenarios.instruments.contact_shape import (
     contact_table,
     shaft_mm,
 )
-from surgery.contact import CapsuleHold, balls_along
+from surgery.contact import CapsuleHold, balls_along, between
 from surgery.force import Yielding
 from surgery.kernels.tool_poses import is_in_middle
 
@@ -144,6 +144,24 @@ class ToolHold:
             for frame in (start, end)
         )
         return float((after - np.maximum(before, self._give_mm)).max())
+
+    def harm(self, start: Doubles, frames: Doubles) -> tuple[Doubles, Doubles]:
+        """Return how far poses stay from hazards and how deep they lie in walls, mm.
+
+        frames: ``(n, 4, 4)`` of the shaft. Of the first, ``(n,)``, at most `SPARES_MM`
+        counts, and half of the way there as well. Of the second a dent counts that does
+        not give way.
+        """
+        balls = self._inside(self._balls(), start)
+        spared, dents = np.full(len(frames), SPARES_MM), np.zeros(len(frames))
+        for n, frame in enumerate(frames if len(balls) else ()):
+            for share in (0.5, 1.0):
+                places = self._places(between(start, frame, share), balls)
+                clear = self._hazards_mm(places) - balls[:, 1]
+                spared[n] = min(spared[n], float(clear.min()))
+                deep = self._distance.sample(places) + balls[:, 1] - self._give_mm
+                dents[n] = max(dents[n], float(deep.max()))
+        return spared, dents
 
     def _places(self, frame: Doubles, balls: Doubles) -> Doubles:
         """Return where balls are, ``(n, 3)``, with the shaft's frame there."""

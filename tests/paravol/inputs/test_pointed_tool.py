@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices import Pose
 from devices.controls.fulcrum import Demand
 from paravol.feedback.shaft_heading import place_in_picture
@@ -18,19 +19,23 @@ from paravol.inputs.tool_hold import (
     BITES_MM,
     TOUCH_MM,
     YIELDS_MM,
+    ToolHold,
     tool_balls,
 )
 from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM, JAWS_MM, SHUT_STEPS
 from paravol.patient import load_patient, no_progress
 from paravol.session_setup import build_session, operate_on
+from renderers.scene import Volume
 from scenarios import Sample, load_scenario
 from scenarios.clearance import tool_clearance
 from scenarios.instruments import INSTRUMENTS
 from scenarios.instruments.contact_shape import contact_table, placed_table
 from scenarios.sample import tool_frame
+from surgery.contact import between
 from tests.paravol.inputs.pointing import (
     FULCRUM,
     SCOPE,
+    SPACING_MM,
     Bare,
     hand_before,
     settled,
@@ -211,3 +216,55 @@ def test_no_carrying_hurts_anybody(seed: int) -> None:
         assert operation.take_injuries() == []
         operation.take_changes()
     assert operation.feeling.figures.breaks == ()
+
+
+@pytest.mark.parametrize("step_s", [0.01, 0.1])
+@pytest.mark.parametrize("side", [-0.5, 0.0, 0.5])
+def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
+    step_s: float, side: float
+) -> None:
+    """Tissue closes between its hook and the nostril, and a duct lies in it."""
+    hand = hand_before(-14.0, "backbiter")
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    pointed = hand.pointed
+    assert pointed is not None
+    distance = wall_at(-14.0)
+    k, j, i = np.indices(distance.shape) * SPACING_MM
+    places = np.stack([i, j, k], axis=-1) + distance.origin_mm
+    balls = tool_balls("backbiter", 14)
+    frame = pointed.frame
+    along = frame[:3, 3] + balls[:, :1] * frame[:3, 2]
+    there = along + balls[:, 2:] @ frame[:3, :3].T
+    hook = there[np.argmax(np.linalg.norm(balls[:, 2:], axis=1))]
+    # room for the shaft alone
+    off = places - frame[:3, 3]
+    off -= (off @ frame[:3, 2])[..., None] * frame[:3, 2]
+    beside = np.linalg.norm(off, axis=-1) - 2.6
+    slab = np.minimum(3.0 - np.abs(places[..., 2] + 4.0), beside)
+    walls = np.maximum(np.asarray(distance.values), slab).astype(np.float32)
+    on_its_way = hook + (-4.0 - hook[2]) * np.array([0.0, 0.0, 1.0])
+    on_its_way = on_its_way + side * frame[:3, 0]
+    gaps = np.linalg.norm(places - on_its_way, axis=-1) - 0.5
+    steps = np.rint(np.minimum(gaps, 20.0) / UNIT_MM).astype(np.int16)
+    duct = Volume(steps, distance.spacing_mm, distance.origin_mm, background=2500.0)
+    caught = distance.with_values(walls, -100.0)
+    hazards = HazardVolumes({"duct": duct})
+    pointed.hold = ToolHold(caught, FULCRUM.pivot_mm, hazards)
+    # as after a turn: no way in is known by which it could leave
+    pointed._trail.clear()
+    hand.is_scope_laid = lambda: True
+    nearest = np.inf
+    for _ in range(round(3.0 / step_s)):
+        before = pointed.frame
+        time_s += step_s
+        hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        for share in np.linspace(0.0, 1.0, 9):
+            frame = between(before, pointed.frame, float(share))
+            along = frame[:3, 3] + balls[:, :1] * frame[:3, 2]
+            there = along + balls[:, 2:] @ frame[:3, :3].T
+            off = np.linalg.norm(there - on_its_way, axis=1) - 0.5 - balls[:, 1]
+            nearest = min(nearest, float(off.min()))
+    assert pointed.depth_mm < 0.0
+    assert nearest > 0.0
