@@ -1,5 +1,6 @@
-"""Landmarks in 3D Slicer's ``.mrk.json`` files."""
+"""Landmarks in 3D Slicer's files: ``.mrk.json``, and the older ``.fcsv``."""
 
+import csv
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,25 +18,43 @@ SCHEMA = (
     "Markups/Resources/Schema/markups-schema-v1.0.3.json#"
 )
 
+FCSV_COLUMNS: tuple[str, ...] = ("id", "x", "y", "z", "ow", "ox", "oy", "oz", "vis", "sel", "lock",
+    "label", "desc", "associatedNodeID")  # fmt: skip
+
 PLACED_RADIUS_MM = 1.0
 """Extent of a landmark that a person has placed in another program."""
 
 
+_LPS_FROM = {
+    "LPS": (1.0, 1.0, 1.0),
+    "RAS": (-1.0, -1.0, 1.0),
+    # as .fcsv says it
+    "1": (1.0, 1.0, 1.0),
+    "0": (-1.0, -1.0, 1.0),
+}
+
+_PLACED = ("defined", "")
+"""How Slicer calls a point that lies somewhere."""
+
+
 class _ControlPoint(msgspec.Struct, kw_only=True):
-    id: str
-    label: str
-    position: tuple[float, float, float]
+    """A point; its position is "" or null where nobody has placed it."""
+
+    id: str = ""
+    label: str = ""
+    position: tuple[float, float, float] | str | None = None
     description: str = ""
+    position_status: str = msgspec.field(default="", name="positionStatus")
 
 
 class _Markup(msgspec.Struct, kw_only=True, rename="camel"):
-    type: str
-    coordinate_system: str
-    control_points: list[_ControlPoint]
+    type: str = "Fiducial"
+    coordinate_system: str = "LPS"
+    control_points: list[_ControlPoint] = []  # msgspec copies it for each
 
 
 class _Markups(msgspec.Struct, kw_only=True):
-    schema: str = msgspec.field(name="@schema")
+    schema: str = msgspec.field(default="", name="@schema")
     markups: list[_Markup]
 
 
@@ -70,25 +89,74 @@ def read_markups(path: Path) -> dict[str, Landmark]:
     """Read landmarks by `Landmark.key`.
 
     Points that were added in another program carry no side: they count as being in
-    the middle, one millimetre large. Raise ValueError naming the file that cannot be
-    used; a frame other than LPS is refused.
+    the middle, one millimetre large. Points that nobody has placed are none. Raise
+    ValueError naming the file that cannot be used.
     """
     try:
         record = path.read_bytes()
     except FileNotFoundError as error:
         raise UserError(f"there is no file {path}") from error
-    content = decode_json(record, _Markups, path, "a markups file")
+    if path.suffix.lower() == ".fcsv":
+        markups = [_listed(path, record)]
+    else:
+        markups = decode_json(record, _Markups, path, "a markups file").markups
     found: dict[str, Landmark] = {}
-    for markup in content.markups:
-        if markup.coordinate_system != "LPS":
-            raise UserError(f"{path} must be in LPS, got {markup.coordinate_system}")
-        for point in markup.control_points:
+    for markup in markups:
+        if markup.coordinate_system not in _LPS_FROM:
+            raise UserError(
+                f"{path} must be in LPS or RAS, got {markup.coordinate_system}"
+            )
+        signs = _LPS_FROM[markup.coordinate_system]
+        for n, point in enumerate(markup.control_points, start=1):
+            is_placed = point.position_status in _PLACED
+            if not (is_placed and isinstance(point.position, tuple)):
+                continue
             side, radius_mm = _extent(point.description)
-            landmark = Landmark(point.label, side, np.array(point.position), radius_mm)
+            place = np.multiply(signs, point.position)
+            name = point.label or point.id or f"point {n}"
+            landmark = Landmark(name, side, place, radius_mm)
             if not np.isfinite(landmark.position_mm).all():
-                raise UserError(f"{path} places {point.label!r} nowhere")
+                raise UserError(f"{path} places {name!r} nowhere")
             found[landmark.key] = landmark
     return found
+
+
+def _listed(path: Path, record: bytes) -> _Markup:
+    """Read a ``.fcsv``: remarks, then a point a line.
+
+    RAS unless a remark says otherwise.
+    """
+    system, columns, points = "RAS", FCSV_COLUMNS, []
+    try:
+        lines = record.decode().splitlines()
+        for row in csv.reader(lines):
+            line = ",".join(row)
+            if line.startswith("#"):
+                key, _, value = line[1:].partition("=")
+                if key.strip() == "CoordinateSystem":
+                    system = value.strip()
+                elif key.strip() == "columns":
+                    columns = tuple(name.strip() for name in value.split(","))
+                continue
+            told = dict(zip(columns, row, strict=False))
+            if told:
+                points.append(
+                    _ControlPoint(
+                        id=told.get("id", ""),
+                        label=told.get("label", ""),
+                        position=(
+                            float(told["x"]),
+                            float(told["y"]),
+                            float(told["z"]),
+                        ),
+                        description=told.get("desc", ""),
+                    )
+                )
+    except (UnicodeDecodeError, ValueError, KeyError, csv.Error) as error:
+        raise UserError(
+            f"{path} cannot be read as a list of points: {error}"
+        ) from error
+    return _Markup(coordinate_system=system, control_points=points)
 
 
 def _extent(description: str) -> tuple[Side, float]:

@@ -1,8 +1,9 @@
 """Triangle surfaces in the files that other programs read: PLY, VTP and STL.
 
-trimesh reads PLY and STL and writes STL. It writes PLY in float32, which would round
-positions, so that writer is ours; and so are those of VTP, because a number in the head
-of a damaged file makes VTK's reader end the process.
+trimesh writes STL. It writes PLY in float32, which would round positions, and reads
+neither PLY of mixed polygons nor STL with bytes behind its triangles, so those are
+ours; and so are those of VTP, because a number in the head of a damaged file makes
+VTK's reader end the process.
 
 Every file that is written says ``SPACE=LPS`` where 3D Slicer looks for it: in a comment
 of PLY, in the header of STL, in the field data of VTP. A file that says RAS is turned,
@@ -10,7 +11,6 @@ one that says nothing is taken for LPS, as Slicer takes it.
 """
 
 import base64
-import io
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.files.ply import read_ply
 from anatomy.files.volumes import write_file
 from disk import UserError, foreign_file
 
@@ -28,8 +29,9 @@ SPACES = ("LPS", "RAS")
 Content = tuple[NDArray[np.float64], NDArray[np.int32], str]
 """Points, triangles, and the space that the file names, or LPS."""
 
-MOST_HEADER_BYTES = 65_536
-"""Bytes of a PLY file in which its header must end."""
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
+_END_FACET = re.compile(rb"end\s*facet", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +114,7 @@ def load_surface(path: Path | str) -> Surface:
     with foreign_file(source, "a surface"):
         match source.suffix.lower():
             case ".ply":
-                vertices, faces, space = _read_ply(source.read_bytes())
+                vertices, faces, space = read_ply(source.read_bytes())
             case ".stl":
                 vertices, faces, space = _read_stl(source.read_bytes())
             case ".vtp":
@@ -141,20 +143,6 @@ def _ply_bytes(surface: Surface) -> bytes:
     )
 
 
-def _read_ply(content: bytes) -> Content:
-    # Imported here: a second that most commands can save.
-    from trimesh.exchange.ply import load_ply
-
-    end = content.find(b"end_header", 0, MOST_HEADER_BYTES)
-    if not content.startswith(b"ply") or end < 0:
-        raise UserError("it has no PLY header")
-    found = re.search(rb"^comment\s+SPACE=(\w+)", content[:end], re.MULTILINE)
-    read = load_ply(io.BytesIO(content), skip_materials=True)
-    if "vertices" not in read or read.get("faces") is None:
-        raise UserError("it must hold vertices and faces")
-    return read["vertices"], read["faces"], found[1].decode() if found else "LPS"
-
-
 def _stl_bytes(surface: Surface) -> bytes:
     import trimesh
 
@@ -164,17 +152,23 @@ def _stl_bytes(surface: Surface) -> bytes:
 
 
 def _read_stl(content: bytes) -> Content:
-    import trimesh
-
-    mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
-    if not len(mesh.faces):
-        raise UserError("it has no triangles")
-    vertices, faces = np.unique(
-        mesh.triangles.reshape(-1, 3), axis=0, return_inverse=True
-    )
+    """Read an STL of bytes or of text, whatever follows its triangles."""
     # 3D Slicer writes the space into the header
     found = re.search(rb"SPACE=(\w{3})", content[:80])
     space = found[1].decode() if found else "LPS"
+    count = int.from_bytes(content[80:84], "little")
+    records = content[84 : 84 + count * _FACET.itemsize]
+    if count and len(records) == count * _FACET.itemsize:
+        corners = np.frombuffer(records, _FACET)["corners"].reshape(-1, 3)
+    else:
+        # text that began so would count half a thousand million triangles
+        numbers = np.array(_VERTEX.findall(content), np.float64).reshape(-1, 3)
+        if len(numbers) != 3 * len(_END_FACET.findall(content)):
+            raise UserError("it is cut off")
+        corners = numbers
+    if not len(corners):
+        raise UserError("it has no triangles")
+    vertices, faces = np.unique(corners.astype(np.float64), axis=0, return_inverse=True)
     return vertices, faces.reshape(-1, 3).astype(np.int32), space
 
 

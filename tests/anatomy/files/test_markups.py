@@ -34,8 +34,51 @@ def test_points_placed_in_another_program_are_welcome(tmp_path: Path) -> None:
     assert mark.side is Side.MIDLINE
     assert mark.position_mm.tolist() == [1, 2, 3]
     file.write_text(file.read_text().replace("LPS", "RAS"))
-    with pytest.raises(ValueError, match=r"theirs.*must be in LPS, got RAS"):
+    (mark,) = read_markups(file).values()
+    assert mark.position_mm.tolist() == [-1, -2, 3]
+    file.write_text(file.read_text().replace("RAS", "IJK"))
+    with pytest.raises(ValueError, match=r"theirs.*must be in LPS or RAS, got IJK"):
         read_markups(file)
     file.write_text("[]")
     with pytest.raises(ValueError, match=r"theirs\.mrk\.json, line 1, .* a markups"):
+        read_markups(file)
+
+
+@pytest.mark.parametrize(
+    "position",
+    ['"position": ""', '"position": null', '"position": [1, 2, 3]', '"label": "x"'],
+)
+def test_a_point_that_nobody_placed_is_none(tmp_path: Path, position: str) -> None:
+    """3D Slicer writes all points of a template, those to come included."""
+    file = tmp_path / "theirs.mrk.json"
+    file.write_text(
+        '{"markups": [{"coordinateSystem": "LPS", "controlPoints": ['
+        '{"position": [4, 5, 6], "positionStatus": "defined"},'
+        f'{{"label": "to come", "positionStatus": "undefined", {position}}}]}}]}}'
+    )
+    (mark,) = read_markups(file).values()
+    assert (mark.name, mark.position_mm.tolist()) == ("point 1", [4, 5, 6])
+
+
+@pytest.mark.parametrize(
+    ("system", "place"),
+    [("LPS", [1, -2, 3]), ("1", [1, -2, 3]), ("RAS", [-1, 2, 3]), ("0", [-1, 2, 3]),
+     (None, [-1, 2, 3])],
+)  # fmt: skip
+def test_the_older_list_of_points_is_read(
+    tmp_path: Path, system: str | None, place: list[float]
+) -> None:
+    file = tmp_path / "points.fcsv"
+    told = f"# CoordinateSystem = {system}\n" if system else ""
+    file.write_text(
+        f"# Markups fiducial file version = 4.11\n{told}"
+        "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+        "1,1.0,-2.0,3.0,0,0,0,1,1,1,0,nasion,,\n"
+        '2,1.5,-2.5,3.5,0,0,0,1,1,1,0,"left, upper",by hand,vtkMRML1\n'
+    )
+    marks = read_markups(file)
+    assert list(marks) == ["nasion", "left, upper"]
+    assert marks["nasion"].position_mm.tolist() == place
+    file.write_text("1,one,2,3\n")
+    with pytest.raises(ValueError, match=r"points\.fcsv cannot be read"):
         read_markups(file)
