@@ -18,8 +18,8 @@ SCHEMA = (
     "Markups/Resources/Schema/markups-schema-v1.0.3.json#"
 )
 
-FCSV_COLUMNS: tuple[str, ...] = ("id", "x", "y", "z", "ow", "ox", "oy", "oz", "vis", "sel", "lock",
-    "label", "desc", "associatedNodeID")  # fmt: skip
+FCSV_COLUMNS: list[str] = ["id", "x", "y", "z", *("",) * 7, "label", "desc"]
+"""Of an older list of points that does not name them."""
 
 PLACED_RADIUS_MM = 1.0
 """Extent of a landmark that a person has placed in another program."""
@@ -136,7 +136,7 @@ def _listed(path: Path, record: bytes) -> _Markup:
                 if key.strip() == "CoordinateSystem":
                     system = value.strip()
                 elif key.strip() == "columns":
-                    columns = tuple(name.strip() for name in value.split(","))
+                    columns = [name.strip() for name in value.split(",")]
                 continue
             told = dict(zip(columns, row, strict=False))
             if told:

@@ -26,7 +26,8 @@ def ply(polygons: list[list[int]], kind: str, ends: str = "\n") -> bytes:
         "ply", f"format {kind} 1.0", "comment of somebody", "element vertex 8",
         "property float x", "property float y", "property float z",
         "property uchar red", f"element face {len(polygons)}",
-        "property short material", "property list uchar int vertex_indices", "end_header", "",
+        "property short material", "property list uchar int vertex_indices",
+        "end_header", "",
     ]  # fmt: skip
     head = ends.join(lines).encode()
     if kind == "ascii":
