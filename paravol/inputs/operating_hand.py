@@ -277,7 +277,7 @@ class OperatingHand:
         pointed, name = self.pointed, sample.instrument.name
         if pointed is None or not self.is_pointing or name == NO_TOOL:
             return sample
-        bite = pointed.bite
+        bite = pointed.tell()
         if shaves(name) and pointed.is_there and not sample.instrument.is_working:
             bite = pointed.pressed, sample.instrument.jaw
         if bite is None:

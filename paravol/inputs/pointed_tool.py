@@ -8,6 +8,7 @@ Walls hold it all the while, and it slides along them.
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -99,6 +100,22 @@ HELD_MM = 8.0
 """One that is still there has come as far as it can."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """Hold a bite, when it was worked out, for which place, and the tool's frame."""
+
+    bite: tuple[Doubles, float]
+    time_s: float
+    place: Doubles
+    frame: Doubles
+
+    def is_meant(self, place: Doubles, frame: Doubles, time_s: float) -> bool:
+        """Return whether somebody who presses now means it."""
+        ways = place - self.place, frame[:3, 3] - self.frame[:3, 3]
+        away_mm = max(float(np.linalg.norm(way)) for way in ways)
+        return time_s < self.time_s + TOLD_S and away_mm < NEAR_MM
+
+
 class PointedTool:
     """Bring a tool to places of a picture.
 
@@ -144,10 +161,9 @@ class PointedTool:
         self.has_come = self.is_stuck = False
         self._is_held = self._is_resting = False
         self._may_bite: bool | None = None
-        self._told_s, self._told_at = -math.inf, self._pivot
-        self._told_from = self._pivot
         self.bite: tuple[Doubles, float] | None = None
-        self._told: tuple[Doubles, float] | None = None
+        self._planned: _Told | None = None
+        self._told: _Told | None = None
         self._stroke, self._is_biting, self._has_opened = 0.0, False, False
         self._stroke_mm = math.inf
         self._least_mm, self._still_s = math.inf, 0.0
@@ -211,12 +227,12 @@ class PointedTool:
         if not bites:
             self._may_bite = None
         elif self._may_bite is None:
-            # who presses on the way there was told of no bite
-            off = eye + self.reach_mm * ray - self._told_at
-            gone = self.frame[:3, 3] - self._told_from
-            away_mm = max(float(np.linalg.norm(way)) for way in (off, gone))
-            if time_s < self._told_s + TOLD_S and away_mm < NEAR_MM:
-                self.bite = self._told
+            # who presses means what was told, not what a tremor has made of it since;
+            # on the way there nothing was
+            place = eye + self.reach_mm * ray
+            for told in (self._planned, self._told):
+                if told is not None and told.is_meant(place, self.frame, time_s):
+                    self.bite = told.bite
             self._may_bite = self.bite is not None
         self._is_biting = bool(self._may_bite) and self.bite is not None
         if self._is_biting or self._stroke > 0.0:
@@ -267,10 +283,16 @@ class PointedTool:
             way, depth_mm, roll_deg = self._wanted(state)
             end = self._rod(pose.entry_mm, way, depth_mm + pose.bite_mm, roll_deg)
             if self.is_there:
-                self.bite = self._told = end, pose.jaw
-                self._told_s, self._told_at = time_s, self._planned_for[:3]
-                self._told_from = self.frame[:3, 3]
+                self.bite = end, pose.jaw
+                place = self._planned_for[:3]
+                self._planned = _Told(self.bite, time_s, place, self.frame)
         return self.frame
+
+    def tell(self) -> tuple[Doubles, float] | None:
+        """Return the bite, which somebody is told of now: who presses means it."""
+        if self.bite is not None and self._stroke == 0.0:
+            self._told = self._planned
+        return self.bite
 
     def _bites(self, state: InstrumentState, time_s: float) -> Doubles:
         """Go on about what is to be bitten, open there and close; then go back."""

@@ -115,6 +115,25 @@ def test_a_pedal_bites_what_was_told_before_a_tremor(
     assert opens(hand, end_s)
 
 
+@pytest.mark.parametrize("away", [0.02, 0.05, 0.08])
+def test_what_was_told_is_what_is_bitten(away: float) -> None:
+    """A tremor between the figures and the press makes another bite of it."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
+    hand.point(away, -0.4)
+    time_s = settled(hand, time_s, 0.25)
+    hand.work(True)
+    tips = []
+    for at_s in time_s + np.arange(0.01, PRESSED_S, 0.01):
+        sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+        if sample.instrument.jaw == 1.0:
+            tips.append(sample.instrument_tip_mm)
+    assert tips[-1] == pytest.approx(told.instrument_tip_mm, abs=1e-6)
+
+
 def test_a_tool_that_has_left_does_not_come_back_to_bite() -> None:
     """It would come by no way that was looked at; the pointer stays where it was."""
     hand = hand_before(-14.0)
