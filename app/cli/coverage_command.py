@@ -57,8 +57,8 @@ def _write_surface(seen: SessionCoverage, path: Path) -> None:
     if surface is None or not len(seen.watch.mucosa.area_mm2):
         raise UserError("The head has no surface to paint on.")
     middle, normals = surface.middles()
-    # the triangles face the air; the face and closed cells are no mucosa to be seen
-    seconds = seconds_at(seen.watch, middle, normals)
+    # mucosa looks into the air; the face and closed cells are no mucosa to be seen
+    seconds = seconds_at(seen.watch, middle, -normals)
     is_mucosa = np.isfinite(seconds)
     corners, faces = np.unique(surface.faces[is_mucosa], return_inverse=True)
     mucosa = Surface(surface.vertices[corners], faces.reshape(-1, 3).astype(np.int32))

@@ -8,12 +8,14 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from anatomy.case import read_case, segment_fields
 from anatomy.files.markups import read_markups, write_markups
 from anatomy.files.surfaces import load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
+from anatomy.tissue import Label
 from app.__main__ import main
 from devices import load_probe_path
 from paravol.case_scenario import scenario_of_case
@@ -198,6 +200,24 @@ def test_surfaces_of_the_case(
     corners = skin.vertices[skin.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.sum(normals * corners.mean(axis=1), axis=1) > 0).mean() > 0.9
+
+
+@pytest.mark.parametrize("ending", ["ply", "stl"])
+def test_closed_surfaces_look_outwards_and_hold_their_label(
+    case: Path, tmp_path: Path, ending: str
+) -> None:
+    """As another program reads them: by the volume they enclose."""
+    assert main(["export", str(case), "--out", str(tmp_path), "--format", ending]) == 0
+    labels = load_volume(case / "labels.seg.nrrd", 0.0)
+    voxel_mm3 = float(labels.spacing_mm.prod())
+    for name, value in (
+        ("nasal_air", Label.NASAL_AIR),
+        ("unnamed_air", Label.UNNAMED_AIR),
+    ):
+        mesh = trimesh.load_mesh(tmp_path / f"{name}.{ending}")
+        own = labels.values == value
+        assert mesh.is_watertight
+        assert mesh.volume == pytest.approx(own.sum() * voxel_mm3, rel=0.03)
 
 
 def test_a_scanned_face_comes_back_to_its_place(
