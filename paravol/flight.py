@@ -10,6 +10,7 @@ import shutil
 import tempfile
 import threading
 from collections import deque
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -24,6 +25,7 @@ from disk import UserError
 from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
 from paravol.flight_loop import FrameEvent, Listeners, Pace, Timing, fly
+from paravol.guide.goals import open_task
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.hand import pointed_tool
 from paravol.inputs.instrument_input import InstrumentInput
@@ -69,7 +71,7 @@ from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 from scenarios.scenario import CameraHold
-from scenarios.tasks import TaskEvent
+from scenarios.tasks import Task, TaskEvent
 
 TOOL_PAUSE_S = 0.1
 """Before each tool that is made ready while the first frames are drawn."""
@@ -372,6 +374,7 @@ class Flight:
             reaches = [reached.reach]
             session = build_session(scenario, patient, matrix, size, operation)
             self.session = session
+            self.hand.open_task = partial(_open_name, scenario.tasks, session)
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
                 second.reach = Reach.of(before.surface.distance, np.eye(4))
@@ -533,6 +536,14 @@ class Flight:
         finally:
             over.set()
             tools.wait(lambda: None)
+
+
+def _open_name(every: Sequence[Task], session: Session) -> str | None:
+    """Return the name of the task that is to be done now."""
+    if session.tasks is None:
+        return None
+    opened = open_task(every, session.tasks.states)
+    return None if opened is None else opened[0].name
 
 
 class Recording:

@@ -24,7 +24,7 @@ from devices.controls.handover import Handover
 from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
 from disk import UserError
-from paravol.inputs.asked_tissue import labels_with_asked
+from paravol.inputs.asked_tissue import asked_tissue
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.nostril_lines import LeaningScope
 from paravol.inputs.pointed_tool import PointedTool
@@ -151,9 +151,13 @@ def pointed_tool(
     except UserError:
         return None
     hold = ToolHold(distance, fulcrum.pivot_mm, patient.hazards, patient.layers)
-    labels = labels_with_asked(patient, scenario.tasks)
+    asked = asked_tissue(patient, scenario.tasks)
+    labels = None if asked is None else asked.labels
     plan = ToolPlan(fulcrum, distance, labels, patient.hazards, patient.layers)
-    return PointedTool(fulcrum, hold, distance, plan)
+    pointed = PointedTool(fulcrum, hold, distance, plan)
+    if asked is not None:
+        pointed.ask = asked.ask
+    return pointed
 
 
 def limits_about(fulcrum: Fulcrum) -> FulcrumLimits:

@@ -96,6 +96,8 @@ class OperatingHand:
         """Tells whether the scope is on its way to another place: a tool leaves it."""
         self.felt_n: Callable[[], float] = no_force
         """Tells how hard the tool presses, N."""
+        self.open_task: Callable[[], str | None] = _no_task
+        """Tells the name of the task that is to be done."""
         self._name = NO_TOOL
         self._last_s = math.inf
         self._shaft: NDArray[np.float64] | None = None
@@ -369,6 +371,7 @@ class OperatingHand:
                 world_from_tip, sample.roll_deg, (8, 8), sample.camera_roll_deg
             )
             tool.withdraws = self.is_scope_laid()
+            tool.ask(self.open_task())
             self._shaft = tool.follow(
                 camera,
                 world_from_tip,
@@ -384,6 +387,10 @@ class OperatingHand:
         sample = replace(sample, instrument=replace(state, is_carried=True))
         frame = tool_of_shaft(state.name, self._shaft)
         return _at(sample, frame, roll_deg(frame))
+
+
+def _no_task() -> str | None:
+    return None
 
 
 def _away(sample: Sample) -> Sample:

@@ -8,6 +8,7 @@ Walls hold it all the while, and it slides along them.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -100,6 +101,10 @@ HELD_MM = 8.0
 """One that is still there has come as far as it can."""
 
 
+def _ask_nothing(_: str | None) -> None:
+    """Know of no task."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Told:
     """Hold a bite, when it was worked out, for which place, and the tool's frame."""
@@ -144,6 +149,8 @@ class PointedTool:
         self._pivot, self._axis = fulcrum.pivot_mm, fulcrum.axis
         self.reach_mm = math.inf
         self._last_s: float | None = None
+        self.ask: Callable[[str | None], None] = _ask_nothing
+        """Is told the open task by its name: bites mean what it asks for."""
         self.withdraws = False
         self.put_in()
 

@@ -18,7 +18,7 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
 from devices.controls.fulcrum import Fulcrum
-from paravol.inputs.asked_tissue import ASKED, SPARED
+from paravol.inputs.asked_tissue import ASKED, LATER, SPARED
 from paravol.inputs.nostril_lines import ROUND, NostrilLines
 from paravol.inputs.picture_ray import reach_mm
 from paravol.inputs.tool_hold import (
@@ -579,7 +579,7 @@ def _costs(wanted: int) -> Doubles:
     """Return what a place of each label costs, ``(256,)``."""
     costs = np.full(256, BESIDE if wanted == ASKED else OTHERS)
     costs[list(_LININGS)] = LINED
-    costs[SPARED] = SPARES
+    costs[SPARED], costs[LATER] = SPARES, 0.0
     return costs
 
 
