@@ -6,9 +6,10 @@ flight; every chunk after it is found by the head that all chunks have.
 """
 
 import gc
+import io
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -145,6 +146,8 @@ def read_stream(path: Path) -> Stream:
     with _uncollected():
         chunks = list(_good_chunks(content, path))
     stream = Stream()
+    if not chunks:
+        return _rewritten(content)
     at = len(MCAP0_MAGIC)
     parts: list[list[_Message] | _Gap] = []
     for start, end, messages in chunks:
@@ -154,6 +157,38 @@ def read_stream(path: Path) -> Stream:
     gaps, has_end = _between(content, at, len(content), is_tail=True)
     stream.complete = has_end and content.endswith(MCAP0_MAGIC)
     _join(stream, [*parts, *gaps])
+    return stream
+
+
+def _rewritten(content: bytes) -> Stream:
+    """Read what another program has written anew, with the library's reader.
+
+    Such a stream may be packed otherwise, or have no chunks. What comes before a damage
+    is given.
+    """
+    from mcap.records import Channel, Message
+    from mcap.stream_reader import StreamReader
+
+    reader = StreamReader(
+        io.BytesIO(content), validate_crcs=True, record_size_limit=_RECORD_LIMIT_BYTES
+    )
+    messages: list[_Message] = []
+    topics: dict[int, str] = {}
+    stream = Stream()
+    with _uncollected(), suppress(ForeignFileError):
+        # whatever the libraries raise is where the stream ends
+        with foreign_file("the stream", "a stream"):
+            for record in reader.records:
+                if isinstance(record, Channel):
+                    topics[record.id] = record.topic
+                elif isinstance(record, Message):
+                    decoder = _DECODERS.get(topics.get(record.channel_id, ""))
+                    if decoder is not None:
+                        value = decoder.decode(record.data)
+                        messages.append(_Message(value, record.sequence))
+        stream.complete = True
+    gap = [] if stream.complete or not messages else [_Gap(0, len(content), None)]
+    _join(stream, [messages, *gap])
     return stream
 
 

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 from disk import UserError
 from scenarios import Sample
@@ -385,3 +387,57 @@ def test_a_registration_has_sixteen_numbers(tmp_path: Path) -> None:
         pass
     with pytest.raises(UserError, match="16 numbers, got 5"):
         read_recording(tmp_path / "a")
+
+
+def rewrite(source: Path, target: Path, **options: Any) -> None:
+    """Write a stream anew, as other tools do, with the library's own writer."""
+    with source.open("rb") as read, target.open("wb") as written:
+        writer = Writer(written, **options)
+        writer.start()
+        numbers: dict[int, int] = {}
+        for schema, channel, message in make_reader(read).iter_messages():
+            assert schema is not None
+            if channel.id not in numbers:
+                # a channel of somebody else shifts the numbers
+                if not numbers:
+                    writer.register_channel("/other", "json", 0)
+                number = writer.register_schema(
+                    schema.name, schema.encoding, schema.data
+                )
+                numbers[channel.id] = writer.register_channel(
+                    channel.topic, "json", number
+                )
+            writer.add_message(
+                numbers[channel.id], message.log_time, message.data,
+                message.publish_time, message.sequence,
+            )  # fmt: skip
+        writer.finish()  # type: ignore[no-untyped-call]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compression": CompressionType.LZ4},
+        {"compression": CompressionType.NONE},
+        {"compression": CompressionType.ZSTD, "chunk_size": 3000},
+        {"compression": CompressionType.ZSTD, "enable_crcs": False},
+        {"use_chunking": False},
+    ],
+)
+def test_a_stream_that_another_tool_wrote_anew_is_the_same(
+    tmp_path: Path, options: dict[str, Any]
+) -> None:
+    record_all(tmp_path / "a", 527)
+    before = read_recording(tmp_path / "a")
+    rewrite(tmp_path / "a" / "stream.mcap", tmp_path / "new.mcap", **options)
+    (tmp_path / "new.mcap").replace(tmp_path / "a" / "stream.mcap")
+    after = read_recording(tmp_path / "a")
+    assert sorted(map(repr, after.records)) == sorted(map(repr, before.records))
+    assert after.places == before.places
+    assert (after.complete, after.damages) == (True, ())
+    # cut off, it gives what came before
+    content = (tmp_path / "a" / "stream.mcap").read_bytes()
+    (tmp_path / "a" / "stream.mcap").write_bytes(content[: len(content) // 2])
+    half = read_recording(tmp_path / "a")
+    assert not half.complete
+    assert len(half.records) < len(after.records)
