@@ -11,6 +11,7 @@ from pathlib import Path
 from disk import UserError
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.data_store import HIDDEN
+from renderers.snapshots.request import is_job_id
 from renderers.snapshots.spool import Spool
 
 KEEP_S = 7 * 86_400.0
@@ -64,7 +65,7 @@ class Pruner:
         for path in stored:
             if path.name.startswith(HIDDEN):
                 path.unlink(missing_ok=True)
-            elif path.name not in named:
+            elif path.name not in named and _DIGEST.fullmatch(path.name.encode()):
                 self._remove_array(path, now)
         for path in self._spool.queue.glob(f"{HIDDEN}*"):
             if _age_s(path, now) > self._grace_s:
@@ -81,7 +82,8 @@ class Pruner:
     def _folders(self) -> Iterator[Path]:
         with os.scandir(self._spool.jobs) as entries:
             names = [entry.name for entry in entries]
-        return (self._spool.jobs / name for name in names)
+        ours = (n for n in names if n.startswith(HIDDEN) or is_job_id(n))
+        return (self._spool.jobs / name for name in ours)
 
     def _is_spent(self, folder: Path, now: float) -> bool:
         job_id = folder.name

@@ -5,6 +5,7 @@ refused with the field's name. A request names data by digest only, never by pat
 """
 
 import math
+import re
 from typing import Annotated, Literal, Self, TypeAlias
 
 import msgspec
@@ -48,6 +49,11 @@ Digest: TypeAlias = Annotated[
 JobId: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{32}$", min_length=32, max_length=32)
 ]
+
+
+def is_job_id(name: str) -> bool:
+    """Return whether a name from a folder may be a job's."""
+    return re.fullmatch(r"[0-9a-f]{32}", name) is not None
 
 
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1e7, le=1e7)]

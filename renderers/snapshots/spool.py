@@ -32,13 +32,14 @@ from msgspec import Struct
 
 from machine import user_number
 from renderers.art.job_steps import Step, reached
-from renderers.snapshots.data_store import HIDDEN, DataStore, make_last, write_whole
+from renderers.snapshots.data_store import DataStore, make_last, write_whole
 from renderers.snapshots.lease import LEASE_S, LeaseWatch
 from renderers.snapshots.request import (
     LARGEST_REQUEST,
     SnapshotRequest,
     SnapshotResult,
     decode_request,
+    is_job_id,
 )
 
 _ATTEMPT = "attempt-"
@@ -291,12 +292,15 @@ class Spool:
             ) from error
 
     def _queued(self) -> list[Path]:
+        """List the requests; what else lies there is nobody's job."""
         entries = []
         for path in self.queue.glob("[0-9]-*.json"):
             try:
-                entries.append((path.name[0], path.stat().st_mtime_ns, path))
+                info = path.lstat()
             except FileNotFoundError:
                 continue
+            if stat.S_ISREG(info.st_mode) and is_job_id(path.stem[2:]):
+                entries.append((path.name[0], info.st_mtime_ns, path))
         return [path for _, _, path in sorted(entries)]
 
     def _unfinished(self) -> list[str]:
@@ -305,7 +309,8 @@ class Spool:
             listed = {
                 (entry.name, entry.inode())
                 for entry in entries
-                if not entry.name.startswith(HIDDEN)
+                # files of a desktop or of NFS are no jobs
+                if is_job_id(entry.name) and entry.is_dir(follow_symlinks=False)
             }
         self._ended &= listed
         found = []
@@ -327,7 +332,7 @@ class Spool:
     def _last_attempt(self, job_id: str) -> int:
         try:
             names = os.listdir(self.job_folder(job_id))
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return 0
         numbers = (name[len(_ATTEMPT) :] for name in names if name.startswith(_ATTEMPT))
         return max((int(n) for n in numbers if n.isdecimal()), default=0)

@@ -1,9 +1,11 @@
 """The worker: takes requests from a spool folder, draws them, one after the other."""
 
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 
 import msgspec
 
@@ -29,10 +31,20 @@ from renderers.snapshots.request import (
 from renderers.snapshots.result_cache import CACHE_BYTES, ResultCache
 from renderers.snapshots.saved_work import SavedWork, code_key, forget_saved
 from renderers.snapshots.scene_loader import camera_in_tissue, load_scene, load_tools
-from renderers.snapshots.spool import SAVE_EVERY_S, Claim, JobState, Spool
+from renderers.snapshots.spool import (
+    SAVE_EVERY_S,
+    Claim,
+    JobState,
+    Spool,
+    SpoolError,
+)
 from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
 
 POLL_S = 0.05
+
+REFUSED_S = 1.0
+"""Between two tries while the disk refuses."""
+
 MOST_ATTEMPTS = 3
 
 
@@ -72,19 +84,61 @@ def run_worker(
     worker = _Worker(spool, team, finisher, cache, save_every_s, stopped)
     served = 0
     try:
+        refusals = _Refusals(spool)
         while not stopped():
-            claim = spool.claim() or spool.take_over(lease_s)
-            if claim is not None:
-                served += worker.serve(claim)
-                continue
-            pruner.prune_at_times()
-            if once and spool.is_quiet():
-                break
-            time.sleep(POLL_S)
+            with refusals:
+                claim = spool.claim() or spool.take_over(lease_s)
+                if claim is not None:
+                    served += worker.serve(claim)
+                    continue
+                pruner.prune_at_times()
+                if once and spool.is_quiet():
+                    break
+            time.sleep(POLL_S if refusals.is_served else REFUSED_S)
     finally:
         finisher.close()
         team.dismiss()
     return served
+
+
+class _Refusals:
+    """Outlast a disk that is full, or may not be written for a while.
+
+    That is told once, on standard error, and once more when it has passed. A job that
+    was being drawn meanwhile is taken over when its lease has run out.
+    """
+
+    def __init__(self, spool: Spool) -> None:
+        self._spool = spool
+        self.is_served = True
+
+    def __enter__(self) -> None:
+        """Begin to use the disk."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        """Go on after a refusal of the disk; SpoolError when the folder is gone."""
+        folder = self._spool.folder
+        if not isinstance(error, OSError):
+            if error is None and not self.is_served:
+                self.is_served = True
+                print(f"Spool {folder} is served again.", file=sys.stderr, flush=True)
+            return False
+        if not self._spool.queue.is_dir():
+            raise SpoolError(f"Spool {folder} is not there any more.") from error
+        if self.is_served:
+            self.is_served = False
+            print(
+                f"Spool {folder} cannot be used: {error.strerror or error}; it is "
+                "tried again and again.",
+                file=sys.stderr,
+                flush=True,
+            )
+        return True
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,3 +171,18 @@ def test_no_time_is_negative(spool: Spool) -> None:
     said = re.escape("not negative: (-1.0, 0.0)")
     with pytest.raises(ValueError, match=said):
         Pruner(spool, -1.0, 0.0)
+
+
+def test_what_is_not_ours_stays(spool: Spool) -> None:
+    """A desktop's files, and what somebody keeps there."""
+    strangers = [
+        spool.folder / part / name
+        for part in ("jobs", "data", "queue")
+        for name in (".DS_Store", "notes.txt")
+    ]
+    for file in strangers:
+        file.write_text("mine")
+    (spool.jobs / "mine").mkdir()
+    age(spool, 100 * DAY_S)
+    Pruner(spool, keep_s=DAY_S).prune()
+    assert all(file.exists() for file in [*strangers, spool.jobs / "mine"])

@@ -298,3 +298,46 @@ def test_jobs_that_ended_are_not_read_again(
     assert spool.claim() is not None
     assert spool.take_over(15) is None
     assert set(looks) == {f"{9:032x}"}
+
+
+@pytest.mark.parametrize(
+    "name", [".DS_Store", ".nfs0000001", "Thumbs.db", "README", "a" * 31, "A" * 32]
+)
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_strangers_among_jobs_are_no_jobs(
+    spool: Spool, now: list[float], name: str, is_folder: bool
+) -> None:
+    """Desktops, NFS and people leave things in any folder."""
+    for place in (
+        spool.jobs / name,
+        spool.queue / name,
+        spool.queue / f"5-{name}.json",
+    ):
+        if is_folder:
+            place.mkdir()
+        else:
+            place.write_bytes(b"x")
+    assert spool.claim() is None
+    assert spool.take_over(0.0) is None
+    now[0] += 100.0
+    assert spool.take_over(0.0) is None
+    assert spool.is_quiet()
+    spool.publish(make(1))
+    claim = spool.claim()
+    assert claim is not None
+    assert (spool.jobs / name).exists()
+
+
+@pytest.mark.parametrize("name", ["5-.json", "5-...json", "5-..json", "5-a b.json"])
+def test_a_name_in_the_queue_leads_nowhere_else(spool: Spool, name: str) -> None:
+    """The name becomes that of a job's folder."""
+    (spool.queue / name).write_bytes(b"{}")
+    before = sorted(spool.folder.rglob("*"))
+    assert spool.claim() is None
+    assert sorted(spool.folder.rglob("*")) == before
+
+
+def test_a_link_in_the_queue_is_no_request(spool: Spool, tmp_path: Path) -> None:
+    (tmp_path / "secret").write_bytes(b"secret")
+    (spool.queue / f"5-{'a' * 32}.json").symlink_to(tmp_path / "secret")
+    assert spool.claim() is None

@@ -1,5 +1,7 @@
+import errno
 import hashlib
 import os
+import shutil
 import threading
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.ranks.transport import TransportError
 from renderers.art.tracer import FASTER, FIRST_BLOCKS
 from renderers.scene import Camera, Material, Mesh, Scene
+from renderers.snapshots import worker
 from renderers.snapshots.client import (
     SnapshotCancelledError,
     SnapshotClient,
@@ -20,7 +23,7 @@ from renderers.snapshots.client import (
     WorkerLostError,
 )
 from renderers.snapshots.request import SnapshotRequest
-from renderers.snapshots.spool import JobState, Spool
+from renderers.snapshots.spool import Claim, JobState, JobStatus, Spool, SpoolError
 from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
 from tests.renderers.snapshots.watched_team import WatchedTeam
 
@@ -286,3 +289,70 @@ def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
         ),
     )
     assert client.wait(job).result.attempt == 2
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
+def test_a_full_disk_is_outlasted(
+    client: SnapshotClient,
+    scene: Scene,
+    outside: Camera,
+    number: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A job that meets it is drawn once there is room; it is told once."""
+    job = client.submit(client.request_classic(scene, outside))
+    monkeypatch.setattr(worker, "REFUSED_S", 0.01)
+    refusals = [OSError(number, os.strerror(number))] * 3
+
+    claim = Spool.claim
+
+    def claimed(spool: Spool) -> Claim | None:
+        if refusals:
+            raise refusals.pop()
+        return claim(spool)
+
+    monkeypatch.setattr(Spool, "claim", claimed)
+    assert run_worker(client.spool.folder, once=True) == 1
+    assert client.wait(job).picture.exists()
+    first, second = capsys.readouterr().err.splitlines()
+    assert os.strerror(number) in first
+    assert "served again" in second
+
+
+def test_a_disk_that_fills_while_a_job_is_drawn_leaves_it_to_the_next(
+    client: SnapshotClient,
+    scene: Scene,
+    outside: Camera,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Not even that it failed can be written then."""
+    job = client.submit(client.request_classic(scene, outside))
+    monkeypatch.setattr(worker, "REFUSED_S", 0.01)
+    write, has_room = Spool.set_status, [False]
+
+    def status(spool: Spool, job_id: str, told: JobStatus) -> None:
+        if told.state.is_final and not has_room[0]:
+            has_room[0] = True
+            raise OSError(errno.ENOSPC, "No space left on device")
+        write(spool, job_id, told)
+
+    monkeypatch.setattr(Spool, "set_status", status)
+    assert run_worker(client.spool.folder, once=True, lease_s=0.2) == 1
+    assert client.wait(job).result.attempt == 2
+
+
+def test_a_folder_that_was_taken_away_ends_its_worker(
+    client: SnapshotClient,
+) -> None:
+    folder = client.spool.folder
+    asked: list[bool] = []
+
+    def stopped() -> bool:
+        if not asked:
+            shutil.rmtree(folder)
+        asked.append(True)
+        return len(asked) > 5
+
+    with pytest.raises(SpoolError, match="is not there any more"):
+        run_worker(folder, stopped=stopped)
