@@ -10,7 +10,7 @@ import shutil
 import tempfile
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -118,8 +118,9 @@ class FlightOrder:
 class FlightEnd:
     """Hold a flight's result.
 
-    title: how it ended. record: folder of its recording, None where there is none, and
-    `problem` says why. automatic: no folder was named.
+    title: how it ended. record: folder of its recording, None where there is none.
+    problem: why, or why a part of the flight is not there. automatic: nobody named a
+    folder.
     """
 
     title: str
@@ -136,6 +137,8 @@ class FlightEnd:
         """Return a line that says where the recording is."""
         if self.record is None:
             return f"Not recorded: {self.problem or 'nobody asked for it'}"
+        if self.problem:
+            return f"Recorded in part: {self.problem}"
         return f"Recorded in {self.record}"
 
     def lines(self) -> list[str]:
@@ -218,6 +221,9 @@ class FlightObserver:
 
     def on_tool_device(self, text: str) -> None:
         """Hear that the tool's device was lost, or is back; the flight goes on."""
+
+    def on_unrecorded(self, problem: str) -> None:
+        """Hear that nothing more is recorded, and why; the flight goes on."""
 
     def on_end(self, result: FlightEnd | None) -> None:
         """Hear that the flight is over, however it ended; see `Flight.result`."""
@@ -375,6 +381,7 @@ class Flight:
             session = build_session(scenario, patient, matrix, size, operation)
             self.session = session
             self.hand.open_task = partial(_open_name, scenario.tasks, session)
+            self.recording.on_problem = observer.on_unrecorded
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
                 second.reach = Reach.of(before.surface.distance, np.eye(4))
@@ -556,6 +563,8 @@ class Recording:
         self._order = order
         self.folder: Path | None = None
         self.problem = ""
+        self.on_problem: Callable[[str], None] = lambda _: None
+        """Is told what ends the recording while the flight goes on."""
 
     def open(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
         """Begin to record; the stack closes it.
@@ -564,16 +573,17 @@ class Recording:
         """
         order = self._order
         if order.record is not None:
-            recorder = stack.enter_context(SessionRecorder(order.record, info))
+            named = SessionRecorder(order.record, info, self._on_refusal)
             self.folder = order.record
-            return recorder
+            return stack.enter_context(named)
         if order.kept is not None:
             automatic = msgspec.structs.replace(info, automatic=True)
             place: Path | None = None
             try:
                 held = order.kept.new_session(order.scenario.name)
                 place = stack.enter_context(held)
-                recorder = stack.enter_context(SessionRecorder(place, automatic))
+                kept = SessionRecorder(place, automatic, self._on_refusal)
+                recorder = stack.enter_context(kept)
             except OSError as error:
                 self.problem = f"{order.kept.folder} cannot be written ({error})."
                 if place is not None:
@@ -585,9 +595,20 @@ class Recording:
         folder = Path(stack.enter_context(scratch))
         return stack.enter_context(SessionRecorder(folder, info))
 
+    def _on_refusal(self, error: OSError) -> None:
+        """Fly on without a recording; what was written stays as it is."""
+        self.problem = (
+            f"{self.folder} cannot be written on ({error.strerror or error}); what was "
+            "flown before that is there."
+        )
+        self.on_problem(self.problem)
+
     def end(self, title: str, score: Score) -> FlightEnd:
         """Return how the flight ended."""
         automatic = self._order.record is None
+        if self.folder is not None and not (self.folder / "stream.mcap").exists():
+            self.problem = f"{self.folder} was removed while it was recorded."
+            self.folder = None
         return FlightEnd(title, score, self.folder, automatic, self.problem)
 
 

@@ -82,6 +82,11 @@ class FlightObservers(FlightObserver):
         for observer in self._observers:
             observer.on_tool_device(text)
 
+    def on_unrecorded(self, problem: str) -> None:
+        """Pass it on."""
+        for observer in self._observers:
+            observer.on_unrecorded(problem)
+
     def on_end(self, result: FlightEnd | None) -> None:
         """Pass it on."""
         for observer in self._observers:

@@ -2,6 +2,8 @@
 
 import os
 import threading
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +32,17 @@ class SessionRecorder(Closing):
     frames may be added by two threads.
     """
 
-    def __init__(self, folder: Path, info: SessionInfo) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        info: SessionInfo,
+        on_refusal: Callable[[OSError], None] | None = None,
+    ) -> None:
         """Create `folder` and start the stream.
 
-        Raises ValueError when the folder exists and holds something, OSError when it
-        cannot be written.
+        on_refusal: is told, once, that the disk refuses to take more; what is added
+        then is counted and lost, and nothing is raised. None raises. Raises ValueError
+        when the folder exists and holds something, OSError when it cannot be written.
         """
         from mcap.writer import CompressionType, Writer
 
@@ -64,9 +72,15 @@ class SessionRecorder(Closing):
         self._adding = threading.Lock()
         self.samples = 0
         # before the first sample there is a stream to be opened already
-        self._file.flush()
+        try:
+            self._file.flush()
+        except OSError:
+            with suppress(OSError):
+                self._file.close()
+            raise
         self._ended = threading.Event()
         self._refusal: OSError | None = None
+        self._on_refusal, self._is_full = on_refusal, False
         self._flusher = threading.Thread(
             target=self._flush_in_time, name="recording", daemon=True
         )
@@ -74,26 +88,42 @@ class SessionRecorder(Closing):
 
     def add(self, record: Record) -> None:
         """Append one record; OSError where the disk refuses this one or one before."""
-        data = msgspec.json.encode(record)
         with self._adding:
-            if self._refusal is not None:
-                raise self._refusal
-            if isinstance(record, SampleRecord | EventRecord):
-                self._last_ns = int(record.time_s * 1e9)
             if isinstance(record, SampleRecord):
                 self.samples += 1
-            self._writer.add_message(
-                self._channels[type(record)],
-                log_time=max(self._last_ns, 0),
-                data=data,
-                publish_time=max(self._last_ns, 0),
-                # tells a reader how many are missing, should some be damaged
-                sequence=self._counts[type(record)],
-            )
-            self._counts[type(record)] += 1
-            self._unflushed += 1
-            if self._unflushed >= _FLUSH_EVERY:
-                self.flush()
+            if self._is_full:
+                return
+            try:
+                self._append(record)
+            except OSError as error:
+                self._refuse(error)
+
+    def _refuse(self, error: OSError) -> None:
+        """Tell that nothing more is written; raise it where nobody is to be told."""
+        if self._on_refusal is None:
+            raise error
+        if not self._is_full:
+            self._is_full = True
+            self._on_refusal(error)
+
+    def _append(self, record: Record) -> None:
+        data = msgspec.json.encode(record)
+        if self._refusal is not None:
+            raise self._refusal
+        if isinstance(record, SampleRecord | EventRecord):
+            self._last_ns = int(record.time_s * 1e9)
+        self._writer.add_message(
+            self._channels[type(record)],
+            log_time=max(self._last_ns, 0),
+            data=data,
+            publish_time=max(self._last_ns, 0),
+            # tells a reader how many are missing, should some be damaged
+            sequence=self._counts[type(record)],
+        )
+        self._counts[type(record)] += 1
+        self._unflushed += 1
+        if self._unflushed >= _FLUSH_EVERY:
+            self.flush()
 
     def flush(self) -> None:
         """Hand everything so far to the operating system."""
@@ -116,10 +146,18 @@ class SessionRecorder(Closing):
         """Finish the stream and write the result, if there is one; idempotent."""
         self._ended.set()
         self._flusher.join()
-        if not self._file.closed:
-            self._writer.finish()
-            self._file.flush()
-            os.fsync(self._file.fileno())
-            self._file.close()
-            if result is not None:
-                write_json(self.folder / "result.json", result)
+        if self._file.closed:
+            return
+        try:
+            if not self._is_full:
+                self._writer.finish()
+                self._file.flush()
+                os.fsync(self._file.fileno())
+                if result is not None:
+                    write_json(self.folder / "result.json", result)
+        except OSError as error:
+            self._refuse(error)
+        finally:
+            # what could not be written yet is tried once more
+            with suppress(OSError):
+                self._file.close()

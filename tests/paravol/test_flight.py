@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import shutil
 import subprocess
 import sys
 import threading
@@ -515,6 +516,53 @@ class Exchanging(Kept):
         super().on_frame(event)
         assert self.flight is not None
         self.flight.scopes.choose(30.0)
+
+
+@pytest.mark.parametrize("is_removed", [False, True])
+def test_a_flight_goes_on_when_its_recording_cannot(
+    short_scenario: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    is_removed: bool,
+) -> None:
+    """The disk is full, or somebody removes the folder: a score is due all the same."""
+    scenario, folder = load_scenario(str(short_scenario))
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    record = tmp_path / "flight.paravol"
+    heard: list[str] = []
+    flush = SessionRecorder.flush
+
+    class Hearing(FlightObserver):
+        def on_unrecorded(self, problem: str) -> None:
+            heard.append(problem)
+
+        def on_frame(self, event: FrameEvent) -> None:
+            if is_removed and event.number == 1:
+                shutil.rmtree(record)
+
+    def filled(self: SessionRecorder) -> None:
+        if not is_removed and self.samples > 40:
+            raise OSError(28, "No space left on device")
+        flush(self)
+
+    monkeypatch.setattr(SessionRecorder, "flush", filled)
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), Hearing())
+    flown = flight.run()
+    assert flown is not None
+    result = flight.result
+    assert result is not None
+    assert result.score.duration_s == pytest.approx(path.t_s[-1], abs=0.05)
+    if is_removed:
+        assert result.record is None
+        assert "was removed" in result.where()
+        return
+    (told,) = heard
+    assert "No space left on device" in told
+    assert "in part" in result.where()
+    samples = [r for r in read_session(record)[1] if isinstance(r, SampleRecord)]
+    assert 0 < len(samples) < len(path.t_s)
 
 
 def test_a_flight_without_a_window_is_observed_recorded_and_replayed(

@@ -235,6 +235,54 @@ def test_a_disk_that_refuses_is_told_by_the_next_record(
             recorder.add(SampleRecord.of(sample(2)))
 
 
+def test_a_full_disk_costs_what_comes_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody who is told of it goes on; each sample is counted all the same."""
+    told: list[OSError] = []
+    has_room = [True]
+    flush = SessionRecorder.flush
+
+    def filled(self: SessionRecorder) -> None:
+        if not has_room[0]:
+            raise OSError(28, "No space left on device")
+        flush(self)
+
+    monkeypatch.setattr(SessionRecorder, "flush", filled)
+    with SessionRecorder(tmp_path / "b.paravol", INFO, told.append) as recorder:
+        for number in range(60):
+            has_room[0] = number < 52
+            recorder.add(SampleRecord.of(sample(number)))
+            if number == 51:
+                recorder.flush()
+        recorder._flusher.join(60)
+        for number in range(60, 200):
+            recorder.add(SampleRecord.of(sample(number)))
+        assert recorder.samples == 200
+        recorder.close({"score": 1})
+    assert len(told) == 1
+    assert told[0].errno == 28
+    _, records, complete = read_session(tmp_path / "b.paravol")
+    assert records[:52] == [SampleRecord.of(sample(n)) for n in range(52)]
+    assert not complete
+    assert not (tmp_path / "b.paravol" / "result.json").exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is full")
+def test_a_disk_without_any_room_raises_nothing_where_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[OSError] = []
+    monkeypatch.setattr(
+        writer,
+        "open",
+        lambda file, mode: open("/dev/full", mode),  # noqa: SIM115 (the recorder's)
+        raising=False,
+    )
+    with pytest.raises(OSError, match="No space left"):
+        SessionRecorder(tmp_path / "a.paravol", INFO, told.append)
+
+
 def killed(folder: Path, kills: int) -> list[dict[str, float]]:
     """Kill processes that record, at random moments; see `killed_recorders.py`."""
     words = "-m", "tests.scenarios.killed_recorders", str(folder), str(kills)

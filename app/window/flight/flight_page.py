@@ -185,6 +185,7 @@ class FlightPage(Page):
         thread.unheard.connect(self._sound.fail)
         thread.tool_device.connect(self._on_tool_device)
         thread.late.connect(self._on_late)
+        thread.unrecorded.connect(self._on_unrecorded)
         thread.task_ended.connect(self._on_task)
         thread.away.connect(self._on_away)
         thread.back.connect(self._on_back)
@@ -614,6 +615,10 @@ class FlightPage(Page):
     @Slot(str)
     def _on_late(self, text: str) -> None:
         self._notices.notify(tr("The flight stood still"), tr(text))
+
+    @Slot(str)
+    def _on_unrecorded(self, problem: str) -> None:
+        self._notices.notify(tr("Nothing more is recorded"), tr(problem))
 
     @Slot()
     def _on_away(self) -> None:

@@ -102,6 +102,8 @@ class FlightThread(QObject, FlightObserver):
     """Something was hurt that must not be: what, and through what."""
     tool_device = Signal(str)
     """The tool's device was lost, or is back: what to say of it."""
+    unrecorded = Signal(str)
+    """Nothing more is recorded, and why."""
     unheard = Signal(str)
     """There is no sound, and why."""
     task_ended = Signal(str, bool, str)
@@ -367,6 +369,10 @@ class FlightThread(QObject, FlightObserver):
     def on_tool_device(self, text: str) -> None:
         """Tell the window."""
         self.tool_device.emit(text)
+
+    def on_unrecorded(self, problem: str) -> None:
+        """Tell the window."""
+        self.unrecorded.emit(problem)
 
     def on_loss(self, loss: DeviceError) -> None:
         """Tell the window; what is not live is neither heard nor felt."""
