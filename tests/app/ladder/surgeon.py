@@ -6,6 +6,7 @@ right button and Ctrl with the wheel keep the scope.
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
@@ -32,16 +33,17 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 1.0, 0.3, 2, 0.5, 0.03
+WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 1.0, 0.3, 2, 1.0, 0.03
 """A bite that is worth it, and one where larger ones are not found from so many places
 of the scope; and what he risks of what is to be spared, as it is told, or so much of
 what he wants."""
 
 ALLOWED_MM3 = 2.7
-"""He risks no more in all of what is to be spared."""
+"""He risks no more in all of each tissue that is to be spared."""
 
-SPARED = "turbinate", "lamina", "septal", "orbit", "carotid", "artery", "nerve", "duct"
-"""Words of what he does not bite."""
+SPARED = "turbinate", "lamina", "septal"
+NEVER = "orbit", "carotid", "artery", "nerve", "duct"
+"""Words of what he takes care of, and of what he does not bite at all."""
 
 MAY_GO = {"ostium": "superior turbinate"}
 """What may go in part while a task is done, as its exercise says."""
@@ -104,7 +106,7 @@ class Surgeon:
         self._choice = self._vain = self._waits = self._shots = 0
         self._bites: list[float] = []
         self._lays, self._is_laid, self._told = 0, False, ""
-        self._risked_mm3 = 0.0
+        self._risked_mm3: Counter[str] = Counter()
         self._missing: set[str] = set()
 
     def operate(self, sight: Sight) -> None:
@@ -238,7 +240,7 @@ class Surgeon:
                     return
                 if abs(sight.mark.mm - before_mm) >= COMING_MM:
                     before_mm, moved_s = sight.mark.mm, time.monotonic()
-                mm3, risked_mm3 = self._worth(sight)
+                mm3, risks = self._worth(sight)
                 if sight.at_s < began + SEEN_S or not mm3:
                     continue
                 if mm3 > most_mm3 + 1.0:
@@ -246,7 +248,7 @@ class Surgeon:
                     most_mm3, grown_s = mm3, time.monotonic()
                     moved_s = grown_s
                 elif time.monotonic() - grown_s > GROWS_S:
-                    self._risked_mm3 += risked_mm3
+                    self._risked_mm3 += risks
                     self._work(sight, SHAVE_S if "suction on" in sight.tool else BITE_S)
                     self._bites.append(mm3)
                     if len(self._bites) >= BITES:
@@ -288,28 +290,33 @@ class Surgeon:
         if self._vain > POOR and "inject" not in self._task.lower():
             self._elsewhere()
 
-    def _worth(self, sight: Sight) -> tuple[float, float]:
+    def _worth(self, sight: Sight) -> tuple[float, Counter[str]]:
         """Return what the tool would take of what is wanted and of what is spared, mm3.
 
         Nothing of the first where the second is too much for it.
         """
         if sight.mark is None or not sight.bite:
-            return 0.0, 0.0
+            return 0.0, Counter()
         words = f"{sight.mark.words} {self._task}".lower()
         named = {n: v for n, v in sight.bite.items() if n.split()[0] in words}
         may_go = [n for word, n in MAY_GO.items() if word in words]
-        spared = [
-            mm3
-            for name, mm3 in sight.bite.items()
-            if name not in named and name not in may_go and _is_spared(name)
-        ]
+        spared = Counter(
+            {
+                name: mm3
+                for name, mm3 in sight.bite.items()
+                if name not in named and name not in may_go and _is(name, SPARED)
+            }
+        )
         wanted = named if "uncinate" in words or "polyp" in words else sight.bite
-        risks = max(SPARES_MM3, SPARES * sum(wanted.values()))
-        risks = min(risks, ALLOWED_MM3 - self._risked_mm3)
-        least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
         mm3 = sum(wanted.values())
-        is_good = sum(spared) <= max(risks, 0.0) and mm3 >= least_mm3
-        return mm3 * is_good, sum(spared)
+        least_mm3 = WANTED_MM3 if self._lays < MOST_LAYS else LEAST_MM3
+        is_good = (
+            mm3 >= least_mm3
+            and not any(_is(name, NEVER) for name in sight.bite)
+            and spared.total() <= max(SPARES_MM3, SPARES * mm3)
+            and all(n <= ALLOWED_MM3 for n in (self._risked_mm3 + spared).values())
+        )
+        return mm3 * is_good, spared
 
     def _elsewhere(self) -> None:
         """Have the scope laid elsewhere; now and then take another tool."""
@@ -323,8 +330,8 @@ def _is_same(mark: Mark, other: Mark) -> bool:
     return math.hypot(mark.x - other.x, mark.y - other.y) < STILL
 
 
-def _is_spared(tissue: str) -> bool:
-    return any(word in tissue for word in SPARED)
+def _is(tissue: str, words: tuple[str, ...]) -> bool:
+    return any(word in tissue for word in words)
 
 
 def _in_hand(sight: Sight) -> str:
