@@ -273,12 +273,16 @@ def _parted(series: DicomSeries) -> list[DicomSeries]:
     return [series]
 
 
-def choose_series(series: list[DicomSeries], which: int | None) -> DicomSeries:
+def choose_series(
+    series: list[DicomSeries], which: int | None, file: Path | None = None
+) -> DicomSeries:
     """Take one series of a list, counted from 1.
 
-    None takes the only one that is a volume. Raises ValueError with the list when
-    there is a choice.
+    None takes the one that a file is of, or the only one that is a volume. Raises
+    ValueError with the list when there is a choice.
     """
+    named = [s for s in series if file in s.files]
+    series = named if named and which is None else series
     listing = "; ".join(f"{i + 1}: {s}" for i, s in enumerate(series))
     if which is not None:
         if not 1 <= which <= len(series):

@@ -80,10 +80,12 @@ class Frame:
     def numbers(self, name: str, count: int) -> NDArray[np.float64]:
         """Read a list of numbers; ValueError names the file that lacks it."""
         value = self.get(name)
+        if value is None or value == "":
+            raise UserError(f"{self.file} has no {name}, which places it")
         try:
-            numbers = np.array([float(v) for v in value], dtype=np.float64)
+            numbers = np.array([_number(part) for part in value], dtype=np.float64)
         except (TypeError, ValueError) as error:
-            raise UserError(f"{self.file} has no {name}, which places it") from error
+            raise UserError(f"{self.file} has an unusable {name}: {value}") from error
         if numbers.shape != (count,) or not np.isfinite(numbers).all():
             raise UserError(f"{self.file} has an unusable {name}: {value}")
         return numbers
@@ -92,7 +94,7 @@ class Frame:
         """Read one number that a file need not hold."""
         value = self.get(name)
         try:
-            number = default if value in (None, "") else float(value)
+            number = default if value in (None, "") else _number(value)
         except (TypeError, ValueError) as error:
             raise UserError(f"{self.file} has an unusable {name}: {value}") from error
         if not np.isfinite(number) and np.isfinite(default):
@@ -102,7 +104,11 @@ class Frame:
     @property
     def thickness_mm(self) -> float:
         """Return the slice's thickness, NaN where it is not known."""
-        thickness = self.number_of("SliceThickness", float("nan"))
+        try:
+            thickness = self.number_of("SliceThickness", float("nan"))
+        except UserError:
+            # nothing hangs on it
+            thickness = float("nan")
         return thickness if thickness > 0 else float("nan")
 
     @property
@@ -111,6 +117,11 @@ class Frame:
         if not self.groups:
             return "", ""
         return str(self.get("StackID")), str(self.get("TemporalPositionIndex"))
+
+
+def _number(told: Any) -> float:
+    """Read a number; some programs write a comma where the standard has a point."""
+    return float(told.strip().replace(",", ".") if isinstance(told, str) else told)
 
 
 def frames_of(image: "Dataset", file: Path) -> list[Frame]:

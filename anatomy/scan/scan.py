@@ -143,7 +143,7 @@ def read_scan(
     if path.is_dir() or is_dicom(path):
         folder = path if path.is_dir() else path.parent
         examination = find_series(folder, progress)
-        chosen = choose_series(examination.series, series)
+        chosen = choose_series(examination.series, series, path)
         volume, layout = read_series(chosen, allow_gaps=allow_gaps, progress=progress)
         notes = [*examination.notes(chosen), *layout_notes(layout, volume)]
         stated = _named(chosen.modality)

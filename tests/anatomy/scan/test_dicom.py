@@ -22,7 +22,7 @@ from pydicom.uid import (
 )
 
 from anatomy.scan.dicom import choose_series, find_series, layout_notes, read_series
-from anatomy.scan.scan import read_scan
+from anatomy.scan.scan import Modality, read_scan
 from tests.dicom_files import write_slice, write_stack
 
 SYNTAXES = ExplicitVRLittleEndian, ImplicitVRLittleEndian, ExplicitVRBigEndian
@@ -189,6 +189,46 @@ def test_two_pictures_of_each_place_are_a_choice(
         chosen = choose_series(series, number)
         assert word in str(chosen)
         assert np.array_equal(read_series(chosen)[0].values, values - offset)
+
+
+def test_decimal_commas_are_points(tmp_path: Path) -> None:
+    """They come from programs that write numbers as their user's country does."""
+    values = write_stack(tmp_path, SliceThickness=2)
+    for file in tmp_path.iterdir():
+        content = file.read_bytes()
+        for told in (b"0.5\\0.7 ", b"-30.0\\-20.0\\"):
+            content = content.replace(told, told.replace(b".", b","))
+        assert content != file.read_bytes()
+        file.write_bytes(content)
+    volume, _ = read_series(find_series(tmp_path).series[0])
+    assert np.array_equal(volume.values, values - 1024)
+    assert volume.spacing_mm == pytest.approx([0.7, 0.5, 2.0])
+    assert volume.origin_mm == pytest.approx([-30, -20, 0])
+
+
+def test_what_cannot_be_read_is_not_absent(tmp_path: Path) -> None:
+    write_stack(tmp_path, SliceThickness=2)
+    file = tmp_path / "003"
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"0.5\\0.7 ", b"0.5\\o.7 "))
+    with pytest.raises(ValueError, match=r"003 has an unusable PixelSpacing: .*o\.7"):
+        find_series(tmp_path)
+    # a thickness is not needed
+    at = content.index(b"\x18\0\x50\0DS") + 8
+    file.write_bytes(content[:at] + b"x" + content[at + 1 :])
+    assert read_series(find_series(tmp_path).series[0])[0].shape[0] == 8
+
+
+def test_a_file_that_is_named_says_which_series(tmp_path: Path) -> None:
+    write_stack(tmp_path, 8, series="1.2.1")
+    for k in range(6):
+        pixels = np.full((4, 4), 500 * (k % 3), np.int16)
+        place = np.array([0, 0, float(k)])
+        write_slice(tmp_path / f"b{k}", pixels, place, series="1.2.2")
+    with pytest.raises(ValueError, match="choose one"):
+        read_scan(tmp_path, modality=Modality.MR)
+    assert read_scan(tmp_path / "b2", modality=Modality.MR).volume.shape == (6, 4, 4)
+    assert read_scan(tmp_path / "001", modality=Modality.MR).volume.shape[0] == 8
 
 
 def test_a_spacing_of_fewer_digits_parts_no_series(tmp_path: Path) -> None:
