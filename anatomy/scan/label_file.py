@@ -1,13 +1,14 @@
 """Labels of a scan from a segmentation program: read, checked, measured as hazards.
 
 3D Slicer's ``.seg.nrrd`` carries the segments' names in its header, and a NIfTI of
-TotalSegmentator in an XML extension. Other label maps need their names beside them.
+TotalSegmentator in an XML extension; its folder of masks has them in the files' names.
+Other label maps need their names beside them.
 """
 
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,13 @@ AIR_HU = -500.0
 SAME_PLACE_MM = 1.0
 """Grids of equal size whose corners lie further apart are in different frames."""
 
+MASKS = (".nii", ".gz", ".nrrd", ".seg", ".mha", ".mhd")
+"""Endings of files in a folder of masks; what goes before them is a name."""
+
+SAME_GRID = 1e-3
+
+Names = tuple[str, ...]
+
 _SEGMENT = re.compile(r"Segment(\d+)_(Name|LabelValue|Layer)$")
 _XML_LABEL = re.compile(
     r'<Label\s+Key="(\d+)"[^>]*>\s*(?:<!\[CDATA\[)?([^<\]]+)', re.IGNORECASE
@@ -41,11 +49,13 @@ class LabelMap:
     """Hold a label map: whole numbers in LPS, and the names of the values.
 
     names: of the segments that a value stands for; several where segments overlap.
+    unread: names of masks that were not read, for no hazard is called so.
     """
 
     volume: Volume
     names: Mapping[int, tuple[str, ...]]
     source: str
+    unread: tuple[str, ...] = ()
 
     def hazards(self) -> dict[str, list[int]]:
         """Return the values of the labels of each hazard that there are voxels of."""
@@ -60,14 +70,8 @@ class LabelMap:
     def notes(self) -> list[str]:
         """Say which names nobody knows, and which values have none."""
         there = set(np.unique(self.volume.values).tolist()) - {0}
-        unknown = sorted(
-            {
-                name
-                for value, names in self.names.items()
-                for name in names
-                if value in there and hazard_of(name) is None
-            }
-        )
+        named = {n for v, names in self.names.items() if v in there for n in names}
+        unknown = sorted(n for n in {*named, *self.unread} if hazard_of(n) is None)
         notes = []
         if unknown:
             notes.append(
@@ -85,12 +89,14 @@ class LabelMap:
 
 
 def read_labels(path: Path, names: str | None = None) -> LabelMap:
-    """Read a label map: ``.seg.nrrd``, NRRD, NIfTI or MetaImage.
+    """Read a label map: ``.seg.nrrd``, NRRD, NIfTI or MetaImage; or a folder of masks.
 
     names: a task of `TASKS`, or a JSON file of names: nnU-Net's ``dataset.json``, or
     one object of values and names; None takes those that the file carries. Raise
     UserError for what is no label map, or where no name is known.
     """
+    if path.is_dir():
+        return _masks(path)
     layers = load_layers(path, background=0.0)
     for layer in layers:
         values = np.asarray(layer.values)
@@ -100,10 +106,9 @@ def read_labels(path: Path, names: str | None = None) -> LabelMap:
                 "itself, not a scan or a probability"
             )
     if len(layers) > 1:
-        return _overlapping(path, layers)
+        return _overlapping(path.name, layers, _named_segments(path))
     volume = layers[0].with_values(layers[0].values.astype(np.int32), 0.0)
-    given = _given(names) if names else _carried(path)
-    found = {value: (name,) for value, name in given.items()}
+    found = _given(names) if names else _carried(path)
     if not found:
         raise UserError(
             f"{path} does not say what its labels are; name them with --label-names: "
@@ -185,9 +190,9 @@ def hazards_from_labels(labels: LabelMap, grid: Volume) -> HazardVolumes:
     return HazardVolumes(volumes, labels.source)
 
 
-def _given(names: str) -> dict[int, str]:
+def _given(names: str) -> dict[int, Names]:
     if names in TASKS:
-        return dict(enumerate(TASKS[names], start=1))
+        return {value: (name,) for value, name in enumerate(TASKS[names], start=1)}
     try:
         content = json.loads(Path(names).read_bytes())
     except (OSError, ValueError) as error:
@@ -197,12 +202,15 @@ def _given(names: str) -> dict[int, str]:
         ) from error
     if isinstance(content, dict) and isinstance(content.get("labels"), dict):
         content = content["labels"]
-    found: dict[int, str] = {}
+    found: dict[int, Names] = {}
     for key, value in content.items() if isinstance(content, dict) else ():
-        if isinstance(value, int):  # nnU-Net 2: name first
-            found[value] = str(key)
-        elif isinstance(value, str) and key.isdecimal():
-            found[int(key)] = value
+        if isinstance(value, str) and key.isdecimal():
+            found[int(key)] = (value,)
+            continue
+        # nnU-Net 2: name first; a region has several values, and shares them
+        for each in value if isinstance(value, list) else [value]:
+            if isinstance(each, int):
+                found[each] = (*found.get(each, ()), str(key))
     if not found:
         raise UserError(
             f'{names} names no labels; it must read {{"1": "orbit", ...}} or '
@@ -211,23 +219,63 @@ def _given(names: str) -> dict[int, str]:
     return found
 
 
-def _carried(path: Path) -> dict[int, str]:
+def _carried(path: Path) -> dict[int, Names]:
     """Read the names that the file itself carries."""
     lower = path.name.lower()
     if lower.endswith((".nrrd", ".nhdr")):
-        return _segments(path)
+        return {value: (name,) for _, value, name in _named_segments(path)}
     if lower.endswith((".nii", ".nii.gz")):
         with opened(path) as file:
             header = file.read(MOST_HEADER_BYTES)
         start = 540 if header[:4] in (b"\x1c\x02\0\0", b"\0\0\x02\x1c") else 348
         offset = header.find(b"</LabelTable>", start)
         text = header[start : max(offset, 0)].decode("utf-8", "replace")
-        return {int(key): name.strip() for key, name in _XML_LABEL.findall(text)}
+        return {int(key): (name.strip(),) for key, name in _XML_LABEL.findall(text)}
     return {}
 
 
-def _overlapping(path: Path, layers: tuple[Volume, ...]) -> LabelMap:
-    """Give every set of segments that share a voxel a value of its own."""
+def _masks(folder: Path) -> LabelMap:
+    """Read a folder of masks, as TotalSegmentator writes them; the rest is left out."""
+    masks, unread = {}, []
+    for file in sorted(folder.iterdir()):
+        name, ending = file.name, ""
+        while Path(name).suffix.lower() in MASKS:
+            name, ending = Path(name).stem, Path(name).suffix
+        if not ending or name.startswith("."):
+            continue
+        if hazard_of(name):
+            masks[name] = file
+        else:
+            unread.append(name)
+    if not masks:
+        raise UserError(
+            f"{folder} holds no mask of what must be kept clear of; hazards are known "
+            f"by names such as {', '.join(HAZARDS)}, each a file such as "
+            "optic_nerve_left.nii.gz"
+        )
+    layers: list[Volume] = []
+    segments: list[tuple[int, int, str]] = []
+    for number, (name, file) in enumerate(masks.items()):
+        (layer, *_) = load_layers(file, background=0.0)
+        first = layers[0] if layers else layer
+        if layer.shape != first.shape or not np.allclose(
+            layer.world_from_voxel, first.world_from_voxel, atol=SAME_GRID
+        ):
+            raise UserError(f"{file} lies on another grid than the masks beside it")
+        mask = (np.asarray(layer.values) > 0.5).astype(np.uint8)
+        layers.append(layer.with_values(mask, 0.0))
+        segments.append((number, 1, name))
+    found = _overlapping(folder.name, tuple(layers), segments)
+    return replace(found, unread=tuple(unread))
+
+
+def _overlapping(
+    source: str, layers: tuple[Volume, ...], segments: list[tuple[int, int, str]]
+) -> LabelMap:
+    """Give every set of segments that share a voxel a value of its own.
+
+    segments: layer, value there, and name.
+    """
     arrays = [layer.values.astype(np.int64) for layer in layers]
     codes = np.zeros(layers[0].shape, np.int64)
     for array in arrays:
@@ -236,7 +284,6 @@ def _overlapping(path: Path, layers: tuple[Volume, ...]) -> LabelMap:
         codes = codes * len(known) + rank.reshape(codes.shape)
         codes = np.unique(codes, return_inverse=True)[1].reshape(codes.shape)
     first = np.unique(codes, return_index=True)[1]
-    segments = _named_segments(path)
     found = {}
     for code, at in enumerate(first):
         here = {(n, int(array.flat[at])) for n, array in enumerate(arrays)}
@@ -247,16 +294,12 @@ def _overlapping(path: Path, layers: tuple[Volume, ...]) -> LabelMap:
     found = {value: names for value, names in found.items() if names}
     if not found:
         raise UserError(
-            f"{path} holds {len(layers)} layers and does not name their segments; "
+            f"{source} holds {len(layers)} layers and does not name their segments; "
             "save it from 3D Slicer as a segmentation, .seg.nrrd"
         )
     named = np.zeros(len(first) + 1, np.int32)
     named[list(found)] = list(found)
-    return LabelMap(layers[0].with_values(named[codes + 1], 0.0), found, path.name)
-
-
-def _segments(path: Path) -> dict[int, str]:
-    return {value: name for _, value, name in _named_segments(path)}
+    return LabelMap(layers[0].with_values(named[codes + 1], 0.0), found, source)
 
 
 def _named_segments(path: Path) -> list[tuple[int, int, str]]:

@@ -11,7 +11,14 @@ import re
 HAZARDS = {
     "orbit": ("orbit", "orbital content", "orbital contents", "periorbita", "orbits"),
     "eye": ("eye", "eyeball", "globe", "bulbus oculi"),
-    "optic nerve": ("optic nerve", "on", "nervus opticus", "optic canal"),
+    "optic nerve": (
+        "optic nerve",
+        "on",
+        "nervus opticus",
+        "optic canal",
+        "cn ii",
+        "cranial nerve ii",
+    ),
     "internal carotid": (
         "internal carotid artery",
         "internal carotid",
@@ -43,6 +50,8 @@ HAZARDS = {
         "infraorbital nerve",
         "infraorbital canal",
         "foramen rotundum",
+        "cn v2",
+        "cranial nerve v2",
     ),
     "septum": ("septum", "nasal septum", "ns"),
 }
@@ -58,7 +67,11 @@ NO_HAZARDS = frozenset(
     hard palate; larynx air; thyroid cartilage; hyoid; cricoid cartilage;
     zygomatic arch; styloid process; internal jugular vein; airway; air; face; skin;
     levator palpebrae superioris; superior rectus; inferior rectus; lateral rectus;
-    medial rectus; superior oblique; inferior oblique
+    medial rectus; superior oblique; inferior oblique; lower jawbone; upper jawbone;
+    inferior alveolar canal; pharynx; bridge; crown; implant; tooth; teeth; incisor;
+    canine; premolar; molar; other structure; common carotid artery; trachea;
+    vertebrae; spinal cord; sphenoid; frontal; maxilla bone; zygoma; tongue; masseter;
+    temporalis; lateral pterygoid; medial pterygoid; digastric
     """.replace("\n", " ").split("; ")
 )
 """Known names of what need not be kept clear of."""
@@ -66,9 +79,50 @@ NO_HAZARDS = frozenset(
 _KNOWN = {name: hazard for hazard, names in HAZARDS.items() for name in names}
 _KNOWN |= {" ".join(name.split()): "" for name in NO_HAZARDS}
 
+_KNOWN |= {
+    " ".join(part.removesuffix("s") for part in name.split()): hazard
+    for name, hazard in _KNOWN.items()
+}
+
+_IDLE = frozenset(("muscle", "muscles", "the", "of"))
+
+_LAST = frozenset(("incisor", "canine", "premolar", "molar", "tooth"))
+"""Words that say what a structure is, whatever goes before them."""
+
 _SIDES = frozenset(("left", "right", "l", "r", "lt", "rt", "both", "bilateral"))
 
-TASKS = {
+TASKS: dict[str, tuple[str, ...]] = {
+    # of the whole body, values that are of a head; the rest is none
+    "total": tuple(
+        {
+            57: "common_carotid_artery_right",
+            58: "common_carotid_artery_left",
+            90: "brain",
+            91: "skull",
+        }.get(value, "other structure")
+        for value in range(1, 118)
+    ),
+    "oculomotor_muscles": (
+        "skull",
+        "eyeball_right",
+        "lateral_rectus_muscle_right",
+        "superior_oblique_muscle_right",
+        "levator_palpebrae_superioris_right",
+        "superior_rectus_muscle_right",
+        "medial_rectus_muscle_left",
+        "inferior_oblique_muscle_right",
+        "inferior_rectus_muscle_right",
+        "optic_nerve_left",
+        "eyeball_left",
+        "lateral_rectus_muscle_left",
+        "superior_oblique_muscle_left",
+        "levator_palpebrae_superioris_left",
+        "superior_rectus_muscle_left",
+        "medial_rectus_muscle_right",
+        "inferior_oblique_muscle_left",
+        "inferior_rectus_muscle_left",
+        "optic_nerve_right",
+    ),
     "head_glands_cavities": (
         "eye_left",
         "eye_right",
@@ -123,5 +177,14 @@ def hazard_of(name: str) -> str | None:
     "" for a known structure that is none; None for an unknown name.
     """
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
-    parts = re.split(r"[^a-z0-9]+", words.lower())
-    return _KNOWN.get(" ".join(p for p in parts if p and p not in _SIDES))
+    parts = [p for p in re.split(r"[^a-z0-9]+", words.lower()) if p]
+    own = [p for p in parts if p not in _SIDES]
+    # pieces are counted, and several are one
+    uncounted = [p for p in own if not p.isdecimal() and p not in _IDLE]
+    single = [p.removesuffix("s") for p in uncounted]
+    for found in (own, uncounted, single):
+        hazard = _KNOWN.get(" ".join(found))
+        if hazard is not None:
+            return hazard
+    # a name that says where in a structure it is
+    return _KNOWN.get(uncounted[-1]) if uncounted and uncounted[-1] in _LAST else None

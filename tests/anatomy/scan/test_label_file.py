@@ -65,6 +65,17 @@ def test_every_name_of_the_tasks_is_known(name: str) -> None:
         ("brain", "brain"),
         ("nasal_cavity_left", ""),
         ("spleen", None),
+        ("Optic nerves", "optic nerve"),
+        ("eye_left_1", "eye"),
+        ("CN II", "optic nerve"),
+        ("CN II left", "optic nerve"),
+        ("cranial nerve V2", "maxillary nerve"),
+        ("internal carotid arteries", None),
+        ("Internal Carotids", "internal carotid"),
+        ("left_maxillary_sinus", ""),
+        ("superior_rectus_muscle_right", ""),
+        ("upper_right_first_molar", ""),
+        ("vertebrae_C1", None),
     ],
 )
 def test_names_of_other_programs(name: str, hazard: str | None) -> None:
@@ -220,3 +231,58 @@ def test_layers_without_names_and_a_fourth_axis_of_space_are_refused(
     sitk.WriteImage(two, str(tmp_path / "layers.seg.nrrd"))
     with pytest.raises(UserError, match="2 layers"):
         read_labels(tmp_path / "layers.seg.nrrd")
+
+
+def mask(
+    folder: Path, name: str, *balls_: tuple[int, tuple[int, int, int], float]
+) -> None:
+    save_volume(balls(*balls_), folder / f"{name}.nii.gz")
+
+
+def test_a_folder_of_masks_is_a_label_map(tmp_path: Path) -> None:
+    """As TotalSegmentator writes them unless it is asked for one file."""
+    mask(tmp_path, "eye_left", (1, (15, 20, 25), 6.0))
+    mask(tmp_path, "optic_nerve_left", (1, (15, 20, 20), 4.0))
+    mask(tmp_path, "optic_nerve_right", (1, (8, 30, 10), 3.0))
+    mask(tmp_path, "liver", (1, (8, 10, 10), 3.0))
+    mask(tmp_path, "skull", (1, (20, 30, 30), 3.0))
+    (tmp_path / "statistics.json").write_text("{}")
+    (tmp_path / ".DS_Store").write_bytes(b"x")
+    labels = read_labels(tmp_path)
+    found = hazards_from_labels(labels, scan()).volumes
+    assert found.keys() == {"eye", "optic nerve"}
+    for name, inside, outside in (
+        ("eye", (15, 20, 25), (8, 30, 10)),
+        ("optic nerve", (15, 20, 20), (15, 20, 30)),
+        ("optic nerve", (8, 30, 10), (20, 10, 10)),
+    ):
+        assert found[name].values[inside] < 0 < found[name].values[outside]
+    # both of them are where they overlap
+    assert found["eye"].values[15, 20, 21] < 0
+    assert found["optic nerve"].values[15, 20, 21] < 0
+    (note,) = labels.notes()
+    assert "liver" in note
+    assert "skull" not in note
+
+
+def test_masks_on_different_grids_are_refused(tmp_path: Path) -> None:
+    mask(tmp_path, "eye_left", (1, (15, 20, 25), 6.0))
+    other = balls((1, (15, 20, 25), 6.0))
+    moved = Volume(other.values, np.full(3, 1.1), ORIGIN, background=0.0)
+    save_volume(moved, tmp_path / "eye_right.nii.gz")
+    with pytest.raises(UserError, match=r"eye_right\.nii\.gz lies on another grid"):
+        read_labels(tmp_path)
+
+
+def test_a_folder_without_hazards_says_what_is_known(tmp_path: Path) -> None:
+    mask(tmp_path, "liver", (1, (15, 20, 25), 6.0))
+    with pytest.raises(UserError, match="holds no mask .*optic nerve"):
+        read_labels(tmp_path)
+
+
+def test_regions_of_nnunet_share_their_values(tmp_path: Path) -> None:
+    save_volume(balls(*TWO), tmp_path / "a.nrrd")
+    names = {"labels": {"background": 0, "orbit": [3, 7], "eye": [7], "brain": 9}}
+    (tmp_path / "dataset.json").write_text(json.dumps(names))
+    labels = read_labels(tmp_path / "a.nrrd", str(tmp_path / "dataset.json"))
+    assert labels.hazards() == {"orbit": [3, 7], "eye": [7]}
