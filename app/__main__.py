@@ -13,7 +13,14 @@ def main(arguments: list[str] | None = None) -> int:
     Anything else is a defect of ours and shows its traceback; with --debug every error
     does.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    from disk.plain_text import plain_output
+
+    with plain_output():
+        return _told(list(sys.argv[1:] if arguments is None else arguments))
+
+
+def _told(words: list[str]) -> int:
+    """Run one command; tell what is wrong with it."""
     debug = "--debug" in words
     if debug:
         words.remove("--debug")
@@ -49,9 +56,21 @@ def _run(words: list[str]) -> int:
     if renamed := renamed_option(words):
         print(f"paravol: {renamed} See paravol {words[0]} --help.", file=sys.stderr)
         return 2
+    console = None
+    if {"--help", "-h", "--version"} & {*words}:
+        from rich.console import Console
+
+        from disk.plain_text import raw_stream
+
+        # it writes commands of its own
+        console = Console(file=raw_stream(sys.stdout))
     try:
         outcome = app(
-            words, result_action="return_value", exit_on_error=False, print_error=False
+            words,
+            console=console,
+            result_action="return_value",
+            exit_on_error=False,
+            print_error=False,
         )
     except CycloptsError as error:
         helps = " ".join(["paravol", *(error.command_chain or ()), "--help"])

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Self
 
 import msgspec
 
+from disk.plain_text import plain, raw_stream
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
@@ -36,11 +38,11 @@ class Stages:
             )
 
             self._bars = Progress(
-                TextColumn("{task.description:<34}"),
+                TextColumn("{task.description:<34}", markup=False),
                 BarColumn(),
                 TaskProgressColumn(),
                 TimeElapsedColumn(),
-                console=Console(stderr=True),
+                console=Console(file=raw_stream(sys.stderr)),
             )
             self._bars.start()
         return self
@@ -60,7 +62,7 @@ class Stages:
                 print(f"{stage} ...", file=sys.stderr, flush=True)
             return
         if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=1.0)
+            self._tasks[stage] = self._bars.add_task(plain(stage), total=1.0)
         self._bars.update(self._tasks[stage], completed=min(max(share, 0.0), 1.0))
 
     def say(self, text: str) -> None:
@@ -70,7 +72,7 @@ class Stages:
         if self._bars is None:
             print(text, file=sys.stderr, flush=True)
         else:
-            self._bars.console.print(text, highlight=False)
+            self._bars.console.print(plain(text), highlight=False, markup=False)
 
 
 def print_json(value: object) -> None:
@@ -86,12 +88,13 @@ def print_table(
     greyed: places of the rows that do not count; a terminal shows them dimmed.
     """
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, show_header=False, title_justify="left")
+    heading = Text(plain(title))
+    table = Table(title=heading, show_header=False, title_justify="left")
     for place, (name, value) in enumerate(rows):
         # what stands in brackets is no markup: pip install 'paravol-ess[mpi]'
         style = "dim" if place in greyed else None
-        table.add_row(escape(name), escape(value), style=style)
-    Console().print(table, highlight=False)
+        table.add_row(Text(plain(name)), Text(plain(value)), style=style)
+    Console(file=raw_stream(sys.stdout)).print(table, highlight=False)
