@@ -21,6 +21,7 @@ from app.window.ending import wait_for
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.page import Page, TextPage
+from app.window.plain_label import warning_box
 from app.window.settings_dialog import SettingsDialog
 from app.window.style import style_sheet, take_theme
 from app.window.texts import take_language, tr
@@ -121,7 +122,7 @@ class MainWindow(QMainWindow):
         try:
             write_preferences(self._preferences)
         except UserError as error:
-            QMessageBox.warning(self, tr("Settings"), str(error))
+            warning_box(tr("Settings"), str(error), self).exec()
 
     def tell(self, problem: str) -> None:
         """Tell what went wrong outside of any page's work; the window stays."""
@@ -129,8 +130,7 @@ class MainWindow(QMainWindow):
         if isinstance(page, TextPage):
             page.say(problem)
         elif self._told is None:
-            icon, button = QMessageBox.Icon.Warning, QMessageBox.StandardButton.Ok
-            self._told = QMessageBox(icon, "PARAVOL", problem, button, self)
+            self._told = warning_box("PARAVOL", problem, self)
             self._told.finished.connect(self._forget_told)
             self._told.open()
 

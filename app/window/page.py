@@ -6,6 +6,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
+from app.window.plain_label import PlainLabel
+
 
 class Page(QWidget):
     """Fill the main window. Keys go to the page that is shown, or to its parts."""
@@ -66,7 +68,7 @@ class TextPage(Page):
         super().__init__()
         self.setObjectName("page")
         self.problem = problem_label()
-        self.stage = QLabel()
+        self.stage = PlainLabel()
         self.share = QProgressBar()
         self.share.setTextVisible(False)
 
@@ -86,10 +88,9 @@ class TextPage(Page):
 
 def problem_label() -> QLabel:
     """Return a box, hidden at first, for what went wrong; its text can be copied."""
-    label = QLabel()
+    label = PlainLabel()
     label.setObjectName("problem")
     label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     label.hide()
     return label

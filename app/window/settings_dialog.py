@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QTabWidget,
     QVBoxLayout,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from app.window.keyboard.actions import LEFT_HANDED
 from app.window.keyboard.key_table import KeyTable
+from app.window.plain_label import PlainLabel
 from app.window.texts import LANGUAGES, tr
 from app.window.themes import THEMES
 from paravol.window_preferences import WindowPreferences
@@ -67,7 +67,7 @@ class SettingsDialog(QDialog):
             box.toggled.connect(self._tell)
         self.keys = KeyTable(before.keys, self)
         self.keys.chosen.connect(self._tell)
-        self.told = QLabel()
+        self.told = PlainLabel()
         self.told.setWordWrap(True)
         self.keys.told.connect(self.told.setText)
         tabs = self.tabs = QTabWidget()
@@ -108,7 +108,7 @@ class SettingsDialog(QDialog):
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         for words, part in rows:
             if isinstance(part, QComboBox):
-                label = QLabel(words)
+                label = PlainLabel(words)
                 label.setBuddy(part)
                 form.addRow(label, part)
                 part.setAccessibleName(words.replace("&", ""))
@@ -122,7 +122,7 @@ class SettingsDialog(QDialog):
     def _key_page(self) -> QWidget:
         page = QWidget()
         rows = QVBoxLayout(page)
-        hint = QLabel(
+        hint = PlainLabel(
             tr("Choose a line and press Enter, or click twice; then its key.")
         )
         hint.setWordWrap(True)

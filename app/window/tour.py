@@ -8,13 +8,13 @@ from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.style import READY
 from app.window.texts import tr
 
@@ -51,7 +51,7 @@ class Tour(QWidget):
         self._card = QFrame(self)
         self._card.setObjectName("card")
         self._card.setProperty("marked", True)
-        self._count, self._title, self._text = QLabel(), QLabel(), QLabel()
+        self._count, self._title, self._text = PlainLabel(), PlainLabel(), PlainLabel()
         self._title.setObjectName("heading")
         self._text.setObjectName("body")
         for label in (self._title, self._text):

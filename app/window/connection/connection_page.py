@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 from app.window.connection.arm_thread import HEAD, ArmThread
 from app.window.page import Page, problem_label
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from devices.registration.registration_file import save_registration
 from disk import UserError
@@ -120,14 +121,14 @@ class ConnectionPage(Page):
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()
-        label = QLabel(tr("&Device"))
+        label = PlainLabel(tr("&Device"))
         label.setBuddy(self.chooser)
         head.addWidget(label)
         head.addWidget(self.chooser, 1)
         head.addWidget(self.back)
         self._table = QGridLayout()
         for row, (name, figure) in enumerate(self.figures.items()):
-            self._table.addWidget(QLabel(tr(name)), row, 0)
+            self._table.addWidget(PlainLabel(tr(name)), row, 0)
             self._table.addWidget(figure, row, 1)
         self._table.setColumnStretch(1, 1)
         self._table.setRowStretch(len(ROWS), 1)
@@ -290,10 +291,9 @@ class ConnectionPage(Page):
 
 
 def _label(text: str, name: str = "") -> QLabel:
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setObjectName(name)
     label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
     return label
 
 

@@ -2,11 +2,12 @@
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout
 
 from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 
 
@@ -20,7 +21,7 @@ class EndedPage(TextPage):
         """Lay the page out; title: of the exercise."""
         super().__init__()
         self.title = f"PARAVOL: {tr(title)}"
-        heading, about = QLabel(tr("This flight has ended")), QLabel(tr(title))
+        heading, about = PlainLabel(tr("This flight has ended")), PlainLabel(tr(title))
         heading.setObjectName("verdict")
         about.setObjectName("heading")
         self.again, self.home = (

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWi
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 
 COLUMNS = 3
@@ -33,7 +34,7 @@ class HelpOverlay(QWidget):
         self.setObjectName("help")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._rows = QVBoxLayout(self)
-        title = QLabel(tr("Keys and mouse"))
+        title = PlainLabel(tr("Keys and mouse"))
         title.setObjectName("title")
         self._rows.addWidget(title)
         self._columns = QHBoxLayout()
@@ -45,7 +46,7 @@ class HelpOverlay(QWidget):
                 stack.addLayout(self._table(name, keys))
             stack.addStretch(1)
             self._columns.addLayout(stack, 1)
-        self._closing = QLabel()
+        self._closing = PlainLabel()
         self._rows.addWidget(self._closing)
         page.installEventFilter(self)
         KEYS.changed.connect(self._tell)
@@ -66,11 +67,11 @@ class HelpOverlay(QWidget):
     def _table(self, name: str, keys: Rows) -> QGridLayout:
         table = QGridLayout()
         table.setColumnStretch(1, 1)
-        heading = QLabel(tr(name))
+        heading = PlainLabel(tr(name))
         heading.setObjectName("task")
         table.addWidget(heading, 0, 0, 1, 2)
         for row, (key, does) in enumerate(keys, 1):
-            left, right = QLabel(tr(key)), QLabel(tr(does))
+            left, right = PlainLabel(tr(key)), PlainLabel(tr(does))
             left.setObjectName("key")
             self._keys.append(left)
             right.setWordWrap(True)

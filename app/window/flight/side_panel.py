@@ -1,7 +1,7 @@
 """The column beside the endoscope's picture: what to do, and where one is."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
@@ -9,6 +9,7 @@ from app.window.panels.moments import MomentView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
@@ -30,18 +31,18 @@ class SideColumn(QWidget):
         self.moments = MomentView()
         self.tasks = TaskPanel(order.scenario)
         second = order.instrument
-        self._tool = QLabel()
+        self._tool = PlainLabel()
         self._tool.setObjectName("tool")
         self._tool.setWordWrap(True)
         self.show_tool(EMPTY_HAND)
-        self._info = QLabel()
+        self._info = PlainLabel()
         self._info.setObjectName("status")
         self._info.setWordWrap(True)
         self.slices.told.connect(self._info.setText)
-        title = QLabel(tr(order.scenario.title))
+        title = PlainLabel(tr(order.scenario.title))
         title.setObjectName("title")
         title.setWordWrap(True)
-        about = QLabel(
+        about = PlainLabel(
             tr(
                 "{diameter_mm:g} mm scope · {name}",
                 diameter_mm=scope.diameter_mm,

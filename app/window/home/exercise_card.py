@@ -3,7 +3,6 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QFrame,
-    QLabel,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -11,6 +10,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.home.exercise_list import ListEntry
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from paravol.trainee import Exercise, KnownCase, learns
 from paravol.trainee.exercises import attempt_text
@@ -29,7 +29,7 @@ class ExerciseCard(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("card")
-        self._labels = [QLabel() for _ in range(6)]
+        self._labels = [PlainLabel() for _ in range(6)]
         title, facts, about, learnt, waits, results = self._labels
         title.setObjectName("heading")
         about.setObjectName("body")
@@ -39,7 +39,6 @@ class ExerciseCard(QFrame):
         self._rows = QVBoxLayout(self._texts)
         for label in (title, facts, about, waits, learnt, results):
             label.setWordWrap(True)
-            label.setTextFormat(Qt.TextFormat.PlainText)
             self._rows.addWidget(label)
         self._rows.addStretch(1)
         scrolled = QScrollArea()

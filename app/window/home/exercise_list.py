@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
+from app.window.plain_label import plain_tip
 from app.window.style import INK, QUIET, READY
 from app.window.texts import later, tr
 from paravol.trainee import Exercise, KnownCase, Ladder
@@ -146,7 +147,7 @@ class ExerciseList(QTreeWidget):
         item = QTreeWidgetItem(self, texts)
         item.setData(0, _PLACE, len(self._entries))
         self._entries.append(entry)
-        item.setToolTip(0, texts[0])
+        item.setToolTip(0, plain_tip(texts[0]))
         for column in range(len(COLUMNS)):
             item.setForeground(column, QColor(ink))
             if column > 1:

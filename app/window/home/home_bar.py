@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from disk import UserError
 from paravol.trainee import FoundDevice
@@ -33,7 +34,7 @@ class HomeBar(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        brand = QLabel("PARAVOL")
+        brand = PlainLabel("PARAVOL")
         brand.setObjectName("brand")
         self.trainee = QComboBox()
         self.trainee.setEditable(True)
@@ -64,7 +65,7 @@ class HomeBar(QWidget):
             (tr("Who"), self.trainee),
             (tr("Steer with"), self.device),
         ):
-            label = QLabel(text)
+            label = PlainLabel(text)
             label.setBuddy(chooser)
             self._captions.append(label)
             self._row.addWidget(label)

@@ -8,7 +8,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
 )
@@ -20,6 +19,7 @@ from app.window.home.recovery_card import RecoveryCard
 from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
 from paravol.trainee import FoundDevice, KnownCase, Ladder
@@ -78,7 +78,7 @@ class HomePage(TextPage):
         self._middle.addLayout(self._left, 3)
         self._middle.addWidget(self.card, 2)
         foot = QHBoxLayout()
-        foot.addWidget(QLabel(tr(KEYS)), 1)
+        foot.addWidget(PlainLabel(tr(KEYS)), 1)
         foot.addWidget(self.stage)
         foot.addWidget(self.share)
         self._rows = QVBoxLayout(self)

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal, SignalInstance
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+from PySide6.QtCore import Signal, SignalInstance
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 from paravol.unfinished_sessions import UnfinishedSession
 
@@ -24,10 +25,9 @@ class RecoveryCard(QFrame):
         self.setObjectName("card")
         self.setProperty("marked", True)
         self._left: list[UnfinishedSession] = []
-        self._text = QLabel()
+        self._text = PlainLabel()
         self._text.setObjectName("body")
         self._text.setWordWrap(True)
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
         self.recover = QPushButton(tr("Recover"))
         self.keep = QPushButton(tr("Keep as it is"))
         self.discard = QPushButton(tr("Discard"))

@@ -3,6 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from paravol.readings import UNKNOWN, Readings
 
@@ -20,13 +21,13 @@ class Gauges(QWidget):
         row = self._row = QHBoxLayout(self)
         self._figures: dict[str, QLabel] = {}
         for caption in SHOWN:
-            before, figure = QLabel(tr(caption)), QLabel(UNKNOWN)
+            before, figure = PlainLabel(tr(caption)), PlainLabel(UNKNOWN)
             before.setObjectName("caption")
             figure.setObjectName("figure")
             row.addWidget(before)
             row.addWidget(figure)
             self._figures[caption] = figure
-        self.status = QLabel()
+        self.status = PlainLabel()
         self.status.setObjectName("status")
         # it has room to become longer at once
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from paravol.guide import GuideMark
 from scenarios import Scenario
@@ -28,14 +29,14 @@ class TaskPanel(QWidget):
         self._has_hint = False
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._count = QLabel()
+        self._count = PlainLabel()
         self._count.setObjectName("caption")
         self._count.setWordWrap(True)
         self._way = ""
         self._lines: list[tuple[QLabel, QProgressBar]] = []
         self._column.addWidget(self._count)
         for _ in range(SHOWN):
-            line, bar = QLabel(), QProgressBar()
+            line, bar = PlainLabel(), QProgressBar()
             line.setObjectName("task")
             line.setWordWrap(True)
             bar.setTextVisible(False)
@@ -43,7 +44,7 @@ class TaskPanel(QWidget):
             self._column.addWidget(line)
             self._column.addWidget(bar)
             self._lines.append((line, bar))
-        self._hint = QLabel()
+        self._hint = PlainLabel()
         self._hint.setWordWrap(True)
         self._column.addWidget(self._hint)
         self.setVisible(bool(scenario.tasks))

@@ -24,6 +24,7 @@ from app.window.panels.moments import MomentView
 from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
+from app.window.plain_label import PlainLabel, plain_tip
 from app.window.replay.time_line import clock_text
 from app.window.texts import later, tr
 from paravol.readings import tool_text
@@ -101,7 +102,7 @@ class MetricTable(QTreeWidget):
         self.clear()
         if why:
             item = QTreeWidgetItem([why])
-            item.setToolTip(0, why)
+            item.setToolTip(0, plain_tip(why))
             self.addTopLevelItem(item)
 
     def show_rows(self, rows: Sequence[Row]) -> None:
@@ -115,7 +116,7 @@ class MetricTable(QTreeWidget):
             texts = [tr(text) for text in row]
             item = QTreeWidgetItem(texts)
             for column, text in enumerate(texts):
-                item.setToolTip(column, text)
+                item.setToolTip(column, plain_tip(text))
             self.addTopLevelItem(item)
 
 
@@ -184,14 +185,14 @@ class ReplaySide(QWidget):
         self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.tasks = TaskPanel(scenario)
-        self._tool = QLabel()
+        self._tool = PlainLabel()
         self._tool.setObjectName("tool")
         self._tool.setWordWrap(True)
-        self._info = QLabel()
+        self._info = PlainLabel()
         self._info.setObjectName("status")
         self._info.setWordWrap(True)
         self.slices.told.connect(self._info.setText)
-        title = QLabel(tr(scenario.title))
+        title = PlainLabel(tr(scenario.title))
         title.setObjectName("title")
         title.setWordWrap(True)
         self.moments = MomentView()
@@ -257,7 +258,7 @@ def _keys() -> QWidget:
 
 def caption() -> QLabel:
     """Return a line below a picture that says which session it is, and when."""
-    label = QLabel()
+    label = PlainLabel()
     label.setObjectName("caption")
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     return label

@@ -4,12 +4,12 @@ from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
+from app.window.plain_label import PlainLabel
 from app.window.replay.time_line import clock_text
 from app.window.texts import later, tr
 
@@ -39,9 +39,9 @@ class Transport(QWidget):
             self.speed.addItem(f"{speed:g}x", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.speed.activated.connect(lambda _: self._speed())
-        self.clock = QLabel(clock_text(0.0))
+        self.clock = PlainLabel(clock_text(0.0))
         self.clock.setObjectName("clock")
-        self.state = QLabel()
+        self.state = PlainLabel()
         self.state.setObjectName("caption")
         self.own = self._button(
             tr("Own view"), tr("Leave the recorded view, come back (V)")

@@ -9,7 +9,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QPushButton,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 
 WELCOME = later("Which session shall be replayed?")
@@ -47,7 +47,7 @@ class WelcomeCard(QWidget):
         self.leave = QPushButton(tr("Leave (Q)"))
         card = QFrame()
         card.setObjectName("card")
-        title, how = QLabel(tr(WELCOME)), QLabel(tr(HOW))
+        title, how = PlainLabel(tr(WELCOME)), PlainLabel(tr(HOW))
         title.setObjectName("heading")
         how.setWordWrap(True)
         buttons = QHBoxLayout()

@@ -6,12 +6,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QWidget,
 )
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 
 
@@ -24,8 +24,7 @@ class DebriefRow(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._file = Path()
-        self.words = QLabel()
-        self.words.setTextFormat(Qt.TextFormat.PlainText)
+        self.words = PlainLabel()
         self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.words.setWordWrap(True)
         self.bar = QProgressBar()

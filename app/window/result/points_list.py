@@ -3,6 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import tr
 from paravol.debrief.advice import amount
 from paravol.verdict_texts import points_text
@@ -107,8 +108,7 @@ def reason_text(part: Part) -> str:
 
 
 def _label(text: str, name: str = "") -> QLabel:
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setObjectName(name)
     label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
     return label

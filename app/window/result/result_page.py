@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from app.window.keyboard.places import american
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
 from app.window.texts import tr
@@ -345,8 +346,7 @@ def _scrolled(content: QWidget) -> QScrollArea:
 
 
 def _label(text: str, name: str = "") -> QLabel:
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setObjectName(name)
     label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
     return label

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from app.window.volume.transfer_editor import TransferEditor
 from paravol.volume import Method, Scan, VolumeLook, presets
@@ -114,11 +115,11 @@ class VolumeControls(QWidget):
             **{tr(name): self.lights[field] for name, field in _LIGHTS.items()},
         }
         for name, slider in named.items():
-            row, figure = QHBoxLayout(), QLabel()
+            row, figure = QHBoxLayout(), PlainLabel()
             figure.setMinimumWidth(figure.fontMetrics().horizontalAdvance("-0000 HU"))
             figure.setAlignment(Qt.AlignmentFlag.AlignRight)
             self._figures[slider] = figure
-            label = QLabel(name)
+            label = PlainLabel(name)
             label.setBuddy(slider)
             row.addWidget(slider, 1)
             row.addWidget(figure)

@@ -8,10 +8,11 @@ from threading import Thread
 
 from PySide6.QtCore import QTimer, Slot
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QVBoxLayout
 
 from app.window.page import TextPage
 from app.window.page_style import page_sheet
+from app.window.plain_label import PlainLabel
 from app.window.texts import later, tr
 from app.window.volume.volume_controls import VolumeControls
 from app.window.volume.volume_picture import VolumePicture
@@ -47,7 +48,7 @@ class VolumePage(TextPage):
         self.picture.start(self._orbit)
         self.controls = VolumeControls(scans)
         self.drawing = VolumeThread(scans, threads)
-        self._heading = QLabel(title)
+        self._heading = PlainLabel(title)
         self._heading.setObjectName("heading")
         self._back = QPushButton(tr("Back"))
         self._lay_out()
@@ -88,7 +89,7 @@ class VolumePage(TextPage):
         middle = QHBoxLayout()
         middle.addWidget(self.picture, 5)
         middle.addWidget(self.controls, 3)
-        keys = QLabel(tr(KEYS))
+        keys = PlainLabel(tr(KEYS))
         keys.setWordWrap(True)
         self._rows.addLayout(head)
         self._rows.addWidget(self.problem)
