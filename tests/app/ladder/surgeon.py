@@ -33,10 +33,13 @@ BITE_S, INJECT_S, SHAVE_S = 1.6, 1.9, 1.2
 WORTH_IT, POOR = 0.012, 1
 """A bite that brings less is not worth many more from there: so many."""
 
-WANTED_MM3, LEAST_MM3, MOST_LAYS, SPARES_MM3, SPARES = 1.0, 0.3, 2, 1.0, 0.03
+WANTED_MM3, LEAST_MM3, MOST_LAYS = 1.0, 0.3, 2
 """A bite that is worth it, and one where larger ones are not found from so many places
-of the scope; and what he risks of what is to be spared, as it is told, or so much of
-what he wants."""
+of the scope."""
+
+SPARES_MM3, SPARES, THIN_MM3 = 1.0, 0.03, 0.4
+"""What he risks of what is to be spared, as it is told, or so much of what he wants;
+the third of the thin plate to the orbit."""
 
 ALLOWED_MM3 = 2.7
 """He risks no more in all of each tissue that is to be spared."""
@@ -314,6 +317,7 @@ class Surgeon:
             mm3 >= least_mm3
             and not any(_is(name, NEVER) for name in sight.bite)
             and spared.total() <= max(SPARES_MM3, SPARES * mm3)
+            and spared["lamina papyracea"] <= max(THIN_MM3, SPARES * mm3)
             and all(n <= ALLOWED_MM3 for n in (self._risked_mm3 + spared).values())
         )
         return mm3 * is_good, spared
