@@ -13,6 +13,7 @@ It is removed first and written last: a folder without it is no case.
 import colorsys
 import hashlib
 import re
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -365,11 +366,13 @@ def store_case(
 ) -> CaseRecord:
     """Write a case; gives the record with hashes, walls and hazards filled in.
 
+    A case that is there already stays as it is until the new one is whole. Raises
+    OSError when the disk refuses.
+
     volumes: by the names of `FILES`. label_names: by the values of the labels; 0 is
     left out. layers, hazards: None for a head whose walls or hazards nobody knows.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / RECORD).unlink(missing_ok=True)
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     volumes = dict(volumes)
     if layers is not None:
         volumes |= {WALLS: layers.wall, GROUND: layers.ground}
@@ -382,15 +385,6 @@ def store_case(
     if hazards is not None:
         volumes |= {_HAZARD + name: held for name, held in hazards.volumes.items()}
         record = msgspec.structs.replace(record, hazard_source=hazards.source)
-    kept = {_file(name)[0] for name in volumes}
-    ours = [folder / file for file, _ in FILES.values()]
-    for old in (*ours, *folder.glob("hazard-*.nrrd")):
-        if old.name not in kept:
-            old.unlink(missing_ok=True)
-    for name, volume in volumes.items():
-        fields = segment_fields(label_names) if name == "labels" else None
-        save_volume(volume, folder / _file(name)[0], fields)
-    write_markups(landmarks, folder / LANDMARKS)
     # in one order, so that what is read and written again is the same file
     hashes = {name: values_hash(volumes[name].values) for name in sorted(volumes)}
     finished = msgspec.structs.replace(
@@ -399,7 +393,20 @@ def store_case(
         frames={name: _frame(volumes[name]) for name in FRAMED if name in volumes},
         label_names={str(v): name for v, name in label_names.items() if v != 0},
     )
-    write_file(folder / RECORD, msgspec.json.encode(finished) + b"\n")
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as name:
+        part = Path(name)
+        for key, volume in volumes.items():
+            fields = segment_fields(label_names) if key == "labels" else None
+            save_volume(volume, part / _file(key)[0], fields)
+        write_markups(landmarks, part / LANDMARKS)
+        write_file(part / RECORD, msgspec.json.encode(finished) + b"\n")
+        # without its record a folder is no case
+        (folder / RECORD).unlink(missing_ok=True)
+        ours = [folder / file for file, _ in FILES.values()]
+        for old in (*ours, *folder.glob("hazard-*.nrrd")):
+            old.unlink(missing_ok=True)
+        for file in sorted(part.iterdir(), key=lambda f: f.name == RECORD):
+            file.replace(folder / file.name)
     return finished
 
 

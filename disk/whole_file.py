@@ -6,6 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+# to read it is to set it, which threads may not do beside each other
+_UMASK = os.umask(0o077)
+os.umask(_UMASK)
+
 
 @contextmanager
 def whole_file(
@@ -13,14 +17,14 @@ def whole_file(
     *,
     prefix: str = ".",
     ending: str | None = None,
-    mode: int = 0o644,
+    mode: int | None = None,
     makes_folder: bool = True,
 ) -> Iterator[Path]:
     """Return a place beside `path` to write to; what is written then takes its place.
 
     prefix, ending: of the other file's name; None for the same ending, for writers that
-    go by it. mode: of the file in the end; readable by all. makes_folder: False where
-    a folder that is gone must stay gone.
+    go by it. mode: of the file in the end; None as the user's umask has it.
+    makes_folder: False where a folder that is gone must stay gone.
 
     An exception inside, Ctrl-C included, leaves `path` as it was and nothing beside
     it. Raises OSError when the disk refuses.
@@ -40,7 +44,7 @@ def whole_file(
     try:
         yield beside
         # mkstemp makes files that only their owner may read
-        beside.chmod(mode)
+        beside.chmod(0o666 & ~_UMASK if mode is None else mode)
         beside.replace(path)
     except BaseException:
         beside.unlink(missing_ok=True)

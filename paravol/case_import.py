@@ -64,7 +64,6 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
             layers = estimate_walls(head.ct, head.distance, hazards)
             progress("Estimating walls", 1.0)
         progress("Writing the case", 0.0)
-        remove_exercise(out)
         record = write_imported_case(
             head,
             tuple(sources),
@@ -74,6 +73,7 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
             layers=layers,
             hazards=hazards,
         )
+        remove_exercise(out)
         if head.approach is not None:
             volumes = {"ct": head.ct, "distance": head.distance}
             scenario_of_case(out, Case(volumes, head.landmarks, record))

@@ -17,15 +17,18 @@ EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
 
 
 @contextmanager
-def claimed_folder(folder: Path) -> Iterator[Path]:
+def claimed_folder(folder: Path, *, mode: int = 0o777) -> Iterator[Path]:
     """Create `folder` and hold it; a second command is refused, not mixed in.
 
-    A folder that was made for a command and stays empty is gone afterwards.
-    Raises ValueError when another command holds it or it cannot be written.
+    mode: of a folder that is made, less what the user's umask takes away.
+
+    A folder that was made for a command and stays empty is gone afterwards, and so is
+    what a command has added that does not come to its end. Raises ValueError when
+    another command holds it or it cannot be written.
     """
     is_ours = not folder.exists()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode, parents=True, exist_ok=True)
         handle = os.open(folder / ".lock", os.O_CREAT | os.O_RDWR, 0o644)
     except OSError as error:
         raise UserError(
@@ -43,8 +46,12 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
                 f"Another command is writing to {folder}; wait for it or choose "
                 "another folder with --out."
             ) from None
+        before = {entry.name for entry in folder.iterdir()}
         try:
             yield folder
+        except BaseException:
+            _remove_new(folder, before)
+            raise
         finally:
             # Windows keeps the name of an open file
             with suppress(PermissionError):
@@ -53,6 +60,18 @@ def claimed_folder(folder: Path) -> Iterator[Path]:
                 folder.rmdir()
     finally:
         os.close(handle)
+
+
+def _remove_new(folder: Path, before: set[str]) -> None:
+    """Remove what was not there before."""
+    for entry in folder.iterdir():
+        if entry.name in before:
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                entry.unlink()
 
 
 @contextmanager
@@ -75,7 +94,8 @@ def claimed_case(folder: Path, *, force: bool = False) -> Iterator[Path]:
             f"{folder} holds {_what_is_held(folder)} already; choose another folder "
             "with --out, or write over it with --force."
         )
-    with claimed_folder(folder):
+    # a patient's head is nobody else's
+    with claimed_folder(folder, mode=0o700):
         yield folder
 
 

@@ -53,7 +53,8 @@ class SessionStore:
         now = datetime.datetime.now()
         word = re.sub(r"[^\w-]+", "-", name).strip("-") or "flight"
         stem = f"{now:%Y-%m-%d_%H-%M-%S}_{word[:60]}"
-        self.folder.mkdir(parents=True, exist_ok=True)
+        # what a trainee did is nobody else's
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         place = self._made(stem)
         with hold_session(place):
             self.make_room()
@@ -83,7 +84,7 @@ class SessionStore:
             name = stem if number == 1 else f"{stem}_{number}"
             place = self.folder / f"{name}{SUFFIX}"
             try:
-                place.mkdir()
+                place.mkdir(mode=0o700)
             except FileExistsError:
                 number += 1
             else:

@@ -155,7 +155,7 @@ def save_volume(
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a small file as a whole or not at all, readable by all as usual."""
+    """Write a small file as a whole or not at all."""
     with whole_file(path) as beside:
         beside.write_bytes(content)
 

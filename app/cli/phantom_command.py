@@ -46,8 +46,8 @@ def run_phantom(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
         stages("Judging the sinuses", 0.0)
         disease = DiseaseRecord.of(phantom)
         stages("Writing the case", 0.0)
-        remove_exercise(out)
         write_case(phantom, out, resonance=options.mr, disease=disease)
+        remove_exercise(out)
         stages("Writing the case", 1.0)
     has = [*variant_names(patient), *told_findings(patient)]
     _tell(options, phantom.ct.shape, has, disease, as_json=as_json)
@@ -66,8 +66,8 @@ def _run_scene(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
             )
     space = build_scene(options.scene, seed, options.spacing)
     with claimed_case(options.out, force=options.force):
-        remove_exercise(options.out)
         write_space(space, options.out)
+        remove_exercise(options.out)
     _tell(options, space.ct.shape, sorted(space.landmarks), None, as_json=as_json)
     return 0
 

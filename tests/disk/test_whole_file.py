@@ -1,4 +1,6 @@
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -77,3 +79,18 @@ def test_a_refusal_names_what_was_asked_for() -> None:
     with pytest.raises(OSError, match="No such file") as caught, whole_file(path):
         pass
     assert caught.value.filename == str(path)
+
+
+@pytest.mark.parametrize(
+    ("umask", "mode"), [(0o077, 0o600), (0o022, 0o644), (2, 0o664)]
+)
+def test_a_file_is_as_open_as_its_user_wants(
+    tmp_path: Path, umask: int, mode: int
+) -> None:
+    program = (
+        "import sys, pathlib; from disk import whole_file\n"
+        "with whole_file(pathlib.Path(sys.argv[1])) as beside: beside.touch()"
+    )
+    file = tmp_path / "a"
+    subprocess.run([sys.executable, "-c", program, file], check=True, umask=umask)
+    assert stat.S_IMODE(file.stat().st_mode) == mode

@@ -78,3 +78,19 @@ def test_somebody_s_own_volume_is_not_written_over(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is a file"):
         claimed_case(tmp_path / "ct.nrrd").__enter__()
     assert os.listdir(tmp_path) == ["ct.nrrd"]
+
+
+def test_what_a_command_has_added_goes_with_it(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine.txt").touch()
+    with pytest.raises(KeyboardInterrupt), claimed_folder(tmp_path) as folder:
+        (folder / "film").touch()
+        (folder / "pictures").mkdir()
+        (folder / "pictures" / "one").touch()
+        raise KeyboardInterrupt
+    assert sorted(os.listdir(tmp_path)) == ["mine", "mine.txt"]
+
+
+def test_a_case_is_its_owners(tmp_path: Path) -> None:
+    with claimed_case(tmp_path / "case") as folder:
+        assert folder.stat().st_mode & 0o077 == 0

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -356,3 +357,37 @@ def test_labels_come_with_a_scan_or_are_said_to_be_missing(
     assert main([*words, "--labels", str(file), "--force"]) == 1
     assert "frame is another one" in " ".join(capsys.readouterr().err.split())
     assert load_case(out).hazards is not None
+
+
+@pytest.mark.parametrize("refused", range(0, 7, 2))
+def test_a_disk_that_fills_leaves_no_half_case(
+    case: Path,
+    tmp_path: Path,
+    refused: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Neither in a new folder, nor of one that is written over."""
+    scan, old, new = tmp_path / "scan.nrrd", tmp_path / "old", tmp_path / "new"
+    save_volume(made_head(), scan)
+    shutil.copytree(case, old)
+    (old / "exercise.toml").write_text("mine")
+    before = {f.name: f.read_bytes() for f in old.iterdir()}
+    left = [refused]
+
+    def save(*words: Any) -> None:
+        if not left[0]:
+            raise OSError(28, "No space left on device")
+        left[0] -= 1
+        save_volume(*words)
+
+    monkeypatch.setattr("anatomy.case.save_volume", save)
+    for out, words in ((new, ()), (old, ("--force",))):
+        left[0] = refused
+        assert main(["import", str(scan), "--out", str(out), *words]) == 1
+        assert "No space left on device" in capsys.readouterr().err
+    assert not new.exists()
+    assert {f.name: f.read_bytes() for f in old.iterdir()} == before
+    monkeypatch.undo()
+    assert main(["import", str(scan), "--out", str(new)]) == 0
+    assert read_case(new).record.sha256.keys() == read_case(case).record.sha256.keys()
