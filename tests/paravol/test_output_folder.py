@@ -83,11 +83,13 @@ def test_somebody_s_own_volume_is_not_written_over(tmp_path: Path) -> None:
 def test_what_a_command_has_added_goes_with_it(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine.txt").touch()
-    with pytest.raises(KeyboardInterrupt), claimed_folder(tmp_path) as folder:
-        (folder / "film").touch()
-        (folder / "pictures").mkdir()
-        (folder / "pictures" / "one").touch()
-        raise KeyboardInterrupt
+    claim = claimed_folder(tmp_path)
+    folder = claim.__enter__()
+    (folder / "film").touch()
+    (folder / "pictures").mkdir()
+    (folder / "pictures" / "one").touch()
+    with pytest.raises(KeyboardInterrupt):
+        claim.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
     assert sorted(os.listdir(tmp_path)) == ["mine", "mine.txt"]
 
 
