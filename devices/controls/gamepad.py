@@ -1,7 +1,7 @@
 """A gamepad or a 3D mouse as controls of a scope."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -25,6 +25,12 @@ X, Y, Z, RX, RY, RZ = range(6)
 FIRST_BUTTON, SECOND_BUTTON, THIRD_BUTTON = 0x130, 0x131, 0x133
 """A pad's lower, right and upper button, by the kernel's gamepad layout."""
 
+OLD_BUTTONS = (0x120, 0x121, 0x123)
+"""The same of a pad that tells its buttons by numbers, as most without a driver do."""
+
+THROTTLE = 0x06
+"""An axis of flight sticks, which have those buttons, too."""
+
 MOUSE_BUTTONS = (0x100, 0x101)
 
 PAD_AXES = {
@@ -34,6 +40,14 @@ PAD_AXES = {
     RY: (Freedom.INSERT, -1),
 }
 """Sticks: the kernel counts right and towards the hand as positive."""
+
+OTHER_AXES = {
+    X: PAD_AXES[X],
+    Y: PAD_AXES[Y],
+    Z: PAD_AXES[RX],
+    RZ: PAD_AXES[RY],
+}
+"""The right stick of a pad without a driver; `RX` and `RY` may be its triggers."""
 
 MOUSE_AXES = {
     Y: (Freedom.INSERT, -1),
@@ -155,14 +169,30 @@ class Gamepad:
 
 def layout_of(description: InputDescription) -> Layout | None:
     """Return the layout of a gamepad or a 3D mouse, None for anything else."""
-    if FIRST_BUTTON in description.keys and {X, Y} <= description.absolute.keys():
-        return PAD
+    absolute = description.absolute
+    is_numbered = OLD_BUTTONS[0] in description.keys and {Z, RZ} <= absolute.keys()
+    is_numbered &= THROTTLE not in absolute
+    if (is_numbered or FIRST_BUTTON in description.keys) and {X, Y} <= absolute.keys():
+        return _pad(description)
     six = {X, Y, Z, RX, RY, RZ}
     if six <= description.relative or (
         six <= description.absolute.keys() and MOUSE_BUTTONS[0] in description.keys
     ):
         return MOUSE
     return None
+
+
+def _pad(description: InputDescription) -> Layout:
+    """Return a pad's layout: its right stick is the pair that rests in the middle."""
+    absolute, layout = description.absolute, PAD
+    pairs = [pair for pair in ((RX, RY), (Z, RZ)) if {*pair} <= absolute.keys()]
+    off = [max(absolute[code].off_middle for code in pair) for pair in pairs]
+    if pairs and pairs[off.index(min(off))] == (Z, RZ):
+        layout = replace(layout, axes=OTHER_AXES)
+    if FIRST_BUTTON not in description.keys:
+        buttons = dict(zip(OLD_BUTTONS, PAD.buttons.values(), strict=True))
+        layout = replace(layout, buttons=buttons)
+    return layout
 
 
 def deflection(value: int, extent: AxisRange) -> float:

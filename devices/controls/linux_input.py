@@ -8,7 +8,7 @@ of asking for a library that has to be compiled on the spot.
 import os
 import struct
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.port import DeviceError, DeviceReason
@@ -39,11 +39,23 @@ class InputEvent:
 
 @dataclass(frozen=True, slots=True)
 class AxisRange:
-    """What values an absolute axis can take, and how far it may rest off its middle."""
+    """What values an absolute axis can take, and how far it may rest off its middle.
+
+    value: that it had when it was asked, None where that is not known.
+    """
 
     low: int
     high: int
     flat: int = 0
+    value: int | None = field(default=None, compare=False)
+
+    @property
+    def off_middle(self) -> float:
+        """Return how far it lay off its middle: 0 to 1, which a trigger does at rest."""
+        half = (self.high - self.low) / 2
+        if self.value is None or half <= 0:
+            return 0.0
+        return abs(self.value - (self.high + self.low) / 2) / half
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +160,8 @@ class InputDevice:
         keys = bits(self._ask(request_number(2, 0x20 + EV_KEY, _MOST_KEYS // 8)))
         ranges = {}
         for code in sorted(axes):
-            _, low, high, _, flat, _ = self._axis(code)
-            ranges[code] = AxisRange(low, high, flat)
+            value, low, high, _, flat, _ = self._axis(code)
+            ranges[code] = AxisRange(low, high, flat, value)
         return InputDescription(
             name.decode("utf-8", "replace"),
             ranges,

@@ -109,9 +109,48 @@ def test_pads_and_caps_are_told_apart(told: InputDescription, layout: Layout) ->
     assert Gamepad(Device(told)).layout is layout
 
 
+BYTE = AxisRange(0, 255, 15, 128)
+TRIGGER = AxisRange(0, 255, 15, 0)
+WITHOUT_DRIVER = {0: BYTE, 1: BYTE, 2: BYTE, 5: BYTE, 16: AxisRange(-1, 1)}
+NUMBERED, NAMED = frozenset(range(0x120, 0x12C)), frozenset(range(0x130, 0x13E))
+
+
+@pytest.mark.parametrize("keys", [NUMBERED, NAMED])
+@pytest.mark.parametrize("triggers", [{}, {3: TRIGGER, 4: TRIGGER}])
+def test_a_pad_without_a_driver_steers_with_both_sticks(
+    keys: frozenset[int], triggers: dict[int, AxisRange]
+) -> None:
+    told = InputDescription("plain pad", WITHOUT_DRIVER | triggers, frozenset(), keys)
+    first = min(keys)
+    for code, freedom, sign in (
+        (0, Freedom.YAW, 1),
+        (1, Freedom.PITCH, -1),
+        (2, Freedom.ROLL, 1),
+        (5, Freedom.INSERT, -1),
+    ):
+        steering, device = Steering(), Device(told)
+        device.waiting = [
+            InputEvent(0.5, EV_ABS, code, 255),
+            InputEvent(0.5, EV_ABS, 3, 0),
+            InputEvent(0.5, EV_KEY, first + 1, 1),
+        ]
+        Gamepad(device, Clock()).poll(steering)
+        demand, buttons = steering.step(0.0, 1.0)
+        assert demand[freedom] == pytest.approx(sign * 0.5)
+        assert sum(map(abs, demand)) == abs(demand[freedom])
+        assert buttons == 2
+
+
+def test_a_driver_that_has_triggers_on_the_other_axes_keeps_its_stick() -> None:
+    axes = {0: STICK, 1: STICK, 2: TRIGGER, 3: STICK, 4: STICK, 5: TRIGGER}
+    told = InputDescription("pad", axes, frozenset(), NAMED)
+    assert layout_of(told) is PAD
+
+
 @pytest.mark.parametrize(
     "told",
     [
+        InputDescription("stick", {**WITHOUT_DRIVER, 6: BYTE}, frozenset(), NUMBERED),
         InputDescription("keyboard", {}, frozenset(), frozenset(range(1, 200))),
         InputDescription("mouse", {}, frozenset({0, 1, 8}), frozenset({0x110})),
         InputDescription("tablet", {0: CAP, 1: CAP}, frozenset(), frozenset({0x14A})),
