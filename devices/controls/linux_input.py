@@ -51,7 +51,7 @@ class AxisRange:
 
     @property
     def off_middle(self) -> float:
-        """Return how far it lay off its middle: 0 to 1, which a trigger does at rest."""
+        """Return how far it lay off its middle, 0 to 1; a trigger rests at 1."""
         half = (self.high - self.low) / 2
         if self.value is None or half <= 0:
             return 0.0

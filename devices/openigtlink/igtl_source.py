@@ -56,8 +56,8 @@ class OpenIGTLinkSource(QueuedSource):
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
     peer's time stamps, set to the host's monotonic clock at the first message, and
     always rises; ``host_time_s`` is when the message arrived. Poses of a tool that is
-    not seen, or that stands as no tracker's does, are left out. A peer that goes away is
-    looked for until it is back; that, and that it sends nothing of the tool for two
+    not seen, or that stands as no tracker's does, are left out. A peer that goes away
+    is looked for until it is back; that, and that it sends nothing of the tool for two
     seconds, is a DeviceError of the next ``read``, once.
     """
 

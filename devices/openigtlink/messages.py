@@ -124,8 +124,8 @@ def encode(transform: ToolTransform) -> bytes:
 class TransformReader:
     """Cut bytes into transforms, however they arrive; other messages are passed over.
 
-    Nothing is taken whose CRC is wrong; some peers compute none and send 0. After bytes that are no message, reading
-    begins again at the next TRANSFORM.
+    Nothing is taken whose CRC is wrong; some peers compute none and send 0. After
+    bytes that are no message, reading begins again at the next TRANSFORM.
     """
 
     def __init__(self) -> None:
