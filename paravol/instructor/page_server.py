@@ -16,6 +16,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -36,7 +37,12 @@ PICTURES_PER_S = 6.0
 STATES_PER_S = 5.0
 
 MOST_CONNECTIONS = 16
-"""A page takes two. More are turned away: each costs a thread."""
+"""A page takes two. More are turned away: each costs a thread. Of those that have not
+shown the token there are so many as well; the oldest goes for a new one."""
+
+REQUEST_S = 5.0
+"""A connection that has not shown the token by then is closed, however busily it
+speaks."""
 
 PATIENCE_S = 10.0
 """A connection that takes or says nothing for so long is closed."""
@@ -152,7 +158,8 @@ class _Server(ThreadingHTTPServer):
     allow_reuse_address = os.name == "posix"
 
     def __init__(self, *words: Any) -> None:
-        self._open: set[socket.socket] = set()
+        self._open: dict[socket.socket, float] = {}
+        """When each was made; inf once it has shown the token."""
         self._lock = threading.Lock()
         super().__init__(*words)
 
@@ -164,33 +171,51 @@ class _Server(ThreadingHTTPServer):
     def process_request(self, request: Any, client_address: Any) -> None:
         """Serve a connection in a thread of its own, or turn it away."""
         with self._lock:
-            is_full = len(self._open) >= MOST_CONNECTIONS
-            if not is_full:
-                self._open.add(request)
-        if is_full:
-            self.shutdown_request(request)
-            return
+            strangers = [(s, c) for c, s in self._open.items() if s < math.inf]
+            self._open[request] = time.monotonic()
+        if len(strangers) >= MOST_CONNECTIONS:
+            _drop(min(strangers, key=lambda each: each[0])[1])
         request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
         super().process_request(request, client_address)
 
     def shutdown_request(self, request: Any) -> None:
         """Forget a connection."""
         with self._lock:
-            self._open.discard(request)
+            self._open.pop(request, None)
         super().shutdown_request(request)
+
+    def admit(self, request: socket.socket) -> bool:
+        """Keep a connection that has shown the token; False for one too many."""
+        with self._lock:
+            known = sum(made == math.inf for made in self._open.values())
+            if known < MOST_CONNECTIONS and request in self._open:
+                self._open[request] = math.inf
+                return True
+        return False
+
+    def service_actions(self) -> None:
+        """Close those that take too long to show the token."""
+        oldest_s = time.monotonic() - REQUEST_S
+        with self._lock:
+            late = [c for c, made in self._open.items() if made < oldest_s]
+        for connection in late:
+            _drop(connection)
 
     def drop_all(self) -> None:
         """Close what is still being served."""
         with self._lock:
             left = list(self._open)
         for connection in left:
-            try:
-                connection.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                continue
+            _drop(connection)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of a reader that went away."""
+
+
+def _drop(connection: socket.socket) -> None:
+    """Let whoever serves or asks there find the end of it."""
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -221,6 +246,10 @@ class _Handler(BaseHTTPRequestHandler):
         }
         if not slash or not self.owner.knows(token) or name not in parts:
             self._refuse(HTTPStatus.NOT_FOUND)
+            return
+        server = self.server
+        assert isinstance(server, _Server)
+        if not server.admit(self.connection):
             return
         parts[name]()
 

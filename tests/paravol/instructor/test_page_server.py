@@ -229,6 +229,33 @@ def test_who_says_nothing_is_let_go(
     until(lambda: len(page._server._open) == 0)
 
 
+def test_strangers_lock_nobody_out(
+    page: InstructorPage, watcher: FlightWatcher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many there are, and though each says a byte now and then."""
+    monkeypatch.setattr(page_server, "REQUEST_S", 1.0)
+    made = [
+        socket.create_connection(("127.0.0.1", page.port), LIMIT_S)
+        for _ in range(3 * MOST_CONNECTIONS)
+    ]
+    until(lambda: len(page._server._open) <= MOST_CONNECTIONS + 1)
+    assert ask(page, way(page))[0] == 200
+    with stream(page, "states") as reader:
+        read_until(reader, b"clock_s")
+        ends = time.monotonic() + LIMIT_S
+        # they drip, and are let go all the same; who knows the token is not
+        while len(page._server._open) > 1 and time.monotonic() < ends:
+            for stranger in made:
+                with contextlib.suppress(OSError):
+                    stranger.send(b"G")
+            time.sleep(0.1)
+        assert len(page._server._open) == 1
+        watcher.on_frame(frame(2))  # type: ignore[arg-type]
+        read_until(reader, b"clock_s")
+    for stranger in made:
+        stranger.close()
+
+
 def test_the_end_ends_all_answers_and_threads(
     page: InstructorPage, watcher: FlightWatcher
 ) -> None:
