@@ -78,9 +78,14 @@ class Levels:
 
         Raises ValueError for a volume that does not hold two levels.
         """
+        values = np.asarray(volume.values, np.float32)[::2, ::2, ::2]
         # padding far below air would be taken for a level of its own
-        values = np.maximum(np.asarray(volume.values, np.float32), LOWEST_HU)
-        low, high = np.percentile(values[::2, ::2, ::2], (0.1, 99.9))
+        return cls.of_values(np.maximum(values, LOWEST_HU))
+
+    @classmethod
+    def of_values(cls, values: NDArray[np.float32]) -> "Levels":
+        """Find the levels of values in any order; see `of`."""
+        low, high = np.percentile(values, (0.1, 99.9))
         if not high > low:
             raise UserError("the volume is the same everywhere")
         counts, edges = np.histogram(values, bins=512, range=(low, high))
@@ -176,14 +181,18 @@ def read_scan(
 def _without_padding(volume: Volume, kind: Modality | None) -> tuple[Volume, list[str]]:
     """Take what no tissue has for air, but in MR, whose numbers may be any.
 
-    Where the kind is not known, high values are padding if they are all the same.
+    Where the kind is not known, high values are padding if they are all the same; low
+    ones are if they are few.
     """
     values = np.asarray(volume.values)
     low, high = NO_TISSUE
     above = values > high
     if kind is Modality.MR or (kind is None and np.unique(values[above]).size > 1):
         return volume, []
-    padding = above | (values < low)
+    below = values < low
+    if np.unique(values[below]).size > LISTED_VALUES:
+        below &= False
+    padding = above | below
     count = int(padding.sum())
     if not count or count == padding.size:
         return volume, []
@@ -211,11 +220,9 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
         )
         in_hu = in_hu or is_bone
         if not in_hu and not CT_CONTRAST[0] < contrast < CT_CONTRAST[1]:
-            raise UserError(
-                f"these are no CT numbers: air is at {levels.air:.0f} and tissue at "
-                f"{levels.tissue:.0f}; if this is MR, say so"
-            )
-        if not in_hu:
+            values, note = _two_levels(values)
+            notes.append(note)
+        elif not in_hu:
             values = values + np.float32(offset)
             notes.append(f"stored values are CT numbers less {-offset:.0f}")
         values = np.maximum(values, np.float32(LOWEST_HU))
@@ -233,6 +240,39 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
         )
     limited = np.clip(np.rint(values), -32768, 32767).astype(np.int16)
     return volume.with_values(limited, AIR_HU), notes
+
+
+def _two_levels(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
+    """Put grey values of a cone-beam CT on the scale of CT numbers, by air and tissue.
+
+    Raises ValueError where no air is left to go by.
+    """
+    some = values[::2, ::2, ::2]
+    lowest = some.min()
+    if np.mean(some == lowest) > WINDOW_SHARE:
+        # what lies outside the field of view, or air that a window has cut off
+        some = some[some > lowest]
+    levels = Levels.of_values(some)
+    contrast = levels.tissue - levels.air
+    first = Levels.of_values(values[::2, ::2, ::2])
+    if levels.air - lowest > 0.5 * (first.tissue - lowest) or contrast <= 0.0:
+        raise UserError(
+            f"these are no CT numbers, and cut off at {lowest:g}, where air should be: "
+            f"tissue is at {first.tissue:.0f}; export the scan with all its numbers; "
+            "if this is MR, say so"
+        )
+    scale = (TISSUE_HU - AIR_HU) / contrast
+    middle = levels.air + contrast / 2
+    # the mean of each level and its mode are one where the level is sharp
+    off = max(
+        abs(float(np.mean(some[some < middle])) - levels.air),
+        abs(float(np.median(some[some >= middle])) - levels.tissue),
+    )
+    return (values - np.float32(levels.air)) * np.float32(scale) + np.float32(AIR_HU), (
+        f"grey values are no CT numbers: air at {levels.air:.0f} and soft tissue at "
+        f"{levels.tissue:.0f} are put at {AIR_HU:.0f} and {TISSUE_HU:.0f} HU, and what "
+        f"lies between and beyond in proportion, some {off * scale:.0f} HU off"
+    )
 
 
 def _guess(volume: Volume) -> Modality:

@@ -155,11 +155,26 @@ def test_an_mr_of_deviations_is_an_mr(tmp_path: Path) -> None:
     assert scan.modality is Modality.MR
 
 
-def test_other_numbers_are_no_ct(tmp_path: Path) -> None:
-    ct = head()
-    file = stored(ct, np.asarray(ct.values) * 5, tmp_path / "a.nrrd")
-    with pytest.raises(ValueError, match="no CT numbers"):
-        read_scan(file, modality=Modality.CT)
+@pytest.mark.parametrize(("scale", "offset"), [(5.0, 0), (0.4, 600), (1.6, 2000)])
+@pytest.mark.parametrize("outside", [False, True])
+def test_a_cone_beam_ct_is_put_on_the_scale_and_keeps_its_bone(
+    tmp_path: Path, scale: float, offset: float, outside: bool
+) -> None:
+    """Its grey values are no CT numbers, and differ from machine to machine."""
+    ct = head(40.0)
+    grey = np.rint(np.asarray(ct.values, np.float32) * scale + offset)
+    if outside:
+        # a cylinder is scanned; what is around it was never measured
+        grey[:, :6] = grey.min() - 50
+    file = stored(ct, grey.astype(np.float32), tmp_path / "a.nrrd")
+    scan = read_scan(file, modality=Modality.CT)
+    kept = scan.volume.values[:, 6:]
+    away = np.abs(kept - np.asarray(ct.values, np.float32)[:, 6:])
+    assert np.median(away) < 25
+    bone = np.asarray(head(0.0).values)[:, 6:] == 900
+    assert np.median(kept[bone]) == pytest.approx(900, abs=40)
+    (told,) = (note for note in scan.notes if "no CT numbers" in note)
+    assert "HU off" in told
 
 
 @pytest.mark.parametrize(
