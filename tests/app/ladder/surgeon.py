@@ -226,14 +226,18 @@ class Surgeon:
     def _bite(self, sight: Sight, mark: Mark) -> None:
         """Point at the mark, and about it, until the tool says what it would take."""
         person = self._person
-        for step in range(STEPS):
-            away = WIDER * step
-            x = mark.x + away * math.cos(GOLDEN * step)
-            y = mark.y + away * math.sin(GOLDEN * step)
-            person.hand.glide(person.picture, x, y)
-            if sight.mark is not None and sight.mark.mm > SHORT_MM:
-                # the wheel lets it go as far as tissue
-                person.hand.wheel(4)
+        for step in range(-1, STEPS):
+            if step >= 0:
+                away = WIDER * step
+                x = mark.x + away * math.cos(GOLDEN * step)
+                y = mark.y + away * math.sin(GOLDEN * step)
+                person.hand.glide(person.picture, x, y)
+                if sight.mark is not None and sight.mark.mm > SHORT_MM:
+                    # the wheel lets it go as far as tissue
+                    person.hand.wheel(4)
+            elif not self._worth(sight)[0]:
+                # nothing is told from where it lies already
+                continue
             began = moved_s = grown_s = time.monotonic()
             before_mm, most_mm3 = math.inf, 0.0
             while time.monotonic() < min(moved_s + SETTLES_S, began + COMES_S):
