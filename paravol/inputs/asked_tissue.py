@@ -73,6 +73,8 @@ class AskedTissue:
             else:
                 continue
             voxels = np.unique(np.concatenate(found))
+            # a wall that two share may be one to be spared, as the plate to the orbit
+            voxels = voxels[self._values[voxels] != SPARED]
             if len(voxels):
                 self._each[task.name] = voxels
         self._all = np.unique(np.concatenate([*self._each.values(), _NONE]))

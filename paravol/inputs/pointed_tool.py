@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.picture_ray import FARTHEST_MM, ray_of, reach_mm
-from paravol.inputs.tool_hold import BITES_MM, ToolHold
+from paravol.inputs.tool_hold import BITES_MM, SPARES_MM, ToolHold
 from paravol.inputs.tool_plan import (
     SHUT_STEPS,
     Pose,
@@ -86,6 +86,9 @@ NEAR_MM = 2.5
 
 TURNS_IN_MM = 0.05
 """A turn in a step that dents walls by more is not made."""
+
+PUSHED_MM = 4.5
+"""From so near a push brings it to its bite, though walls hold it off till then."""
 
 TRIES = 4
 """So many other ways to a place are tried."""
@@ -289,11 +292,19 @@ class PointedTool:
         if pose.jaw < 1.0 and not math.isfinite(self._drawn_mm):
             way, depth_mm, roll_deg = self._wanted(state)
             end = self._rod(pose.entry_mm, way, depth_mm + pose.bite_mm, roll_deg)
-            if self.is_there:
+            if self.is_there or self._gets_to(end):
                 self.bite = end, pose.jaw
                 place = self._planned_for[:3]
                 self._planned = _Told(self.bite, time_s, place, self.frame)
         return self.frame
+
+    def _gets_to(self, end: Doubles) -> bool:
+        """Return whether a push brings it to a bite from where walls hold it off."""
+        left_mm = float(np.linalg.norm(self._pose.end_mm - self.frame[:3, 3]))
+        if not self.has_come or left_mm > PUSHED_MM:
+            return False
+        spared_mm, _ = self.hold.harm(self.frame, end[None])
+        return bool(spared_mm[0] >= SPARES_MM)
 
     def tell(self) -> tuple[Doubles, float] | None:
         """Return the bite, which somebody is told of now: who presses means it."""

@@ -268,3 +268,35 @@ def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
             nearest = min(nearest, float(off.min()))
     assert pointed.depth_mm < 0.0
     assert nearest > 0.0
+
+
+@pytest.mark.parametrize(
+    ("left_mm", "hazard_mm", "is_told"),
+    [(3.0, 20.0, True), (3.0, 1.0, False), (5.5, 20.0, False), (1.0, 1.0, True)],
+)
+def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
+    left_mm: float, hazard_mm: float, is_told: bool
+) -> None:
+    """hazard_mm: from where the bite closes; one that lies there was looked at."""
+    hand = hand_before(-14.0)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    pointed = hand.pointed
+    assert pointed is not None
+    assert pointed.bite is not None
+    end, _ = pointed.bite
+    distance = wall_at(-14.0)
+    places = np.stack(np.indices(distance.shape)[::-1], axis=-1) * SPACING_MM
+    gaps = np.linalg.norm(places + distance.origin_mm - end[:3, 3], axis=-1)
+    steps = np.rint(np.minimum(gaps + hazard_mm - 3.0, 20.0) / UNIT_MM)
+    near = distance.with_values(steps.astype(np.int16), 2500.0)
+    held = ToolHold(distance, FULCRUM.pivot_mm, HazardVolumes({"artery": near}))
+    # walls hold it there
+    held.push = lambda *words, **more: None  # type: ignore[method-assign]
+    held.__class__ = type("Held", (ToolHold,), {"__call__": lambda s, a, b: a})
+    pointed.hold = held
+    pointed.frame = pointed.frame.copy()
+    pointed.frame[:3, 3] += left_mm * pointed.frame[:3, 2]
+    hand.complete(Pose(time_s + 0.01, time_s + 0.01, np.eye(4), 0))
+    assert (pointed.bite is not None) == is_told
