@@ -287,7 +287,8 @@ def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
     assert pointed.bite is not None
     end, _ = pointed.bite
     distance = wall_at(-14.0)
-    places = np.stack(np.indices(distance.shape)[::-1], axis=-1) * SPACING_MM
+    k, j, i = np.indices(distance.shape)
+    places = np.stack([i, j, k], axis=-1) * SPACING_MM
     gaps = np.linalg.norm(places + distance.origin_mm - end[:3, 3], axis=-1)
     steps = np.rint(np.minimum(gaps + hazard_mm - 3.0, 20.0) / UNIT_MM)
     near = distance.with_values(steps.astype(np.int16), 2500.0)
