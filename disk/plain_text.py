@@ -7,7 +7,10 @@ clipboard or hides a line. Every control character becomes one that can be seen.
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, TextIO, cast
+
+from disk.user_error import UserError
 
 _KEPT = "\n\t"
 
@@ -22,6 +25,22 @@ _SHOWN |= dict.fromkeys(range(0xD800, 0xE000), "\ufffd")
 def plain(text: str) -> str:
     """Return text in which nothing commands a terminal, and which can be encoded."""
     return text if text.isprintable() else text.translate(_SHOWN)
+
+
+def checked_name(path: Path | str) -> str:
+    """Return a path as text; UserError where it is not UTF-8.
+
+    Systems allow names of any bytes. Libraries in C++ end the process over them.
+    """
+    name = str(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError as error:
+        raise UserError(
+            f"{plain(name)} has a name, or lies in a folder with one, that is not "
+            "UTF-8; rename it"
+        ) from error
+    return name
 
 
 class PlainStream:

@@ -19,6 +19,7 @@ from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.scan.scan_quality import scan_quality
 from anatomy.scan.wall_estimate import estimate_walls
 from disk import UserError
+from disk.plain_text import plain
 from paravol.case_options import ImportOptions
 from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
@@ -44,12 +45,13 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
         head = import_head(scan, options.spacing, progress, pivot)
         if head.approach is not None:
             straight_path(head.approach, head.distance)  # refused before it is written
-        sources = [source_record(scan, file.resolve().name)]
+        sources = [source_record(scan, plain(file.resolve().name))]
         others = {}
         quality: dict[str, float] = {}
         if options.second is not None and second is not None:
             laid = lay_second(head, scan, second, progress)
-            sources.append(source_record(second, options.second.resolve().name))
+            name = plain(options.second.resolve().name)
+            sources.append(source_record(second, name))
             others["mr"] = laid.on_grid
             quality = laid.quality
         hazards = None

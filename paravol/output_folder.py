@@ -10,6 +10,7 @@ import msgspec
 
 from anatomy.case import RECORD, CaseRecord
 from disk import UserError
+from disk.plain_text import checked_name
 from machine import NoLocksError, lock_file
 
 EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
@@ -26,6 +27,7 @@ def claimed_folder(folder: Path, *, mode: int = 0o777) -> Iterator[Path]:
     what a command has added that does not come to its end. Raises ValueError when
     another command holds it or it cannot be written.
     """
+    checked_name(folder)
     is_ours = not folder.exists()
     try:
         folder.mkdir(mode, parents=True, exist_ok=True)

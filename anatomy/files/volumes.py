@@ -14,6 +14,7 @@ from anatomy.files.text_header import plain_text, units_mm
 from anatomy.files.volume_frame import check_square, squared
 from anatomy.files.volume_header import check_header
 from disk import UserError, foreign_file, simple_itk, whole_file
+from disk.plain_text import checked_name
 from renderers.scene import AIR_HU, Volume
 
 FORMATS = ("NrrdImageIO", "MetaImageIO")
@@ -58,6 +59,7 @@ def load_layers(path: Path | str, background: float = AIR_HU) -> tuple[Volume, .
 def _load(
     path: Path, background: float, most_layers: int
 ) -> tuple[tuple[Volume, ...], list[str]]:
+    checked_name(path)
     if not path.is_file():
         raise UserError(f"there is no volume file {path}")
     check_data_files(path)
@@ -131,7 +133,7 @@ def save_volume(
     """
     sitk = simple_itk()
 
-    target = Path(path)
+    target = Path(checked_name(path))
     image = sitk.GetImageFromArray(volume.values)
     image.SetSpacing([float(v) for v in volume.spacing_mm])
     image.SetOrigin([float(v) for v in volume.origin_mm])

@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import os
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import load_case, load_patient
 from renderers.scene import Volume
 from scenarios import load_scenario
+from tests.dicom_files import write_slice
 
 STEP = 1.5
 
@@ -391,3 +394,27 @@ def test_a_disk_that_fills_leaves_no_half_case(
     monkeypatch.undo()
     assert main(["import", str(scan), "--out", str(new)]) == 0
     assert read_case(new).record.sha256.keys() == read_case(case).record.sha256.keys()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text elsewhere")
+def test_names_of_any_bytes_end_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Archives of Windows and disks of old cameras bring them."""
+    odd = tmp_path / os.fsdecode(b"scan \xff\xfe")
+    (tmp_path / "dicom").mkdir()
+    save_volume(made_head(), tmp_path / "a.nrrd")
+    shutil.copy(tmp_path / "a.nrrd", f"{odd}.nrrd")
+    assert main(["import", f"{odd}.nrrd", "--out", str(tmp_path / "one")]) == 1
+    assert "is not UTF-8; rename it" in capsys.readouterr().err
+    assert main(["import", str(tmp_path / "a.nrrd"), "--out", str(odd)]) == 1
+    assert "is not UTF-8; rename it" in capsys.readouterr().err
+    assert not odd.exists()
+    assert not (tmp_path / "one").exists()
+    # DICOM is read by name, whatever it is, and told by what can be written
+    for n in range(6):
+        pixels = np.full((20, 20), 1064 * (n % 2), np.int16)
+        write_slice(tmp_path / "dicom" / f"{n}", pixels, np.array([0, 0, float(n)]))
+    (tmp_path / "dicom").rename(odd)
+    assert main(["import", str(odd), "--out", str(tmp_path / "two")]) == 1
+    assert "terminate" not in capsys.readouterr().err
