@@ -44,7 +44,8 @@ class Scored(msgspec.Struct, frozen=True):
     """Hold one session's line: its assessment, or why there is none.
 
     session: its place below the folder. key: of the bundle, the rubric and the program;
-    the same key needs no scoring again. source: see `SessionMetrics`.
+    the same key needs no scoring again. source: see `SessionMetrics`. exercise,
+    recorded: its name, and when it was flown.
     """
 
     session: str
@@ -52,6 +53,26 @@ class Scored(msgspec.Struct, frozen=True):
     assessment: Assessment | None = None
     problem: str = ""
     source: str = ""
+    exercise: str = ""
+    recorded: str = ""
+
+    def told(self, folder: Path) -> "Scored":
+        """Return the line with what a session's folder says of it."""
+        try:
+            content = (folder / "session.json").read_bytes()
+            info = msgspec.json.decode(content, type=_Described)
+        except (OSError, msgspec.DecodeError, UnicodeDecodeError):
+            return self
+        return msgspec.structs.replace(
+            self, exercise=info.scenario_name, recorded=info.created
+        )
+
+
+class _Described(msgspec.Struct):
+    """The part of session.json that tables tell."""
+
+    scenario_name: str
+    created: str
 
 
 class BatchOrder(msgspec.Struct, frozen=True):
@@ -272,6 +293,7 @@ def score_line(folder: Path, session: str, order: BatchOrder) -> Scored:
     except Exception as error:
         # one session must not end a night of scoring; its line says what broke
         line = Scored(session, key, problem=f"{type(error).__name__}: {error}")
+    line = line.told(folder)
     if key:
         write_json(kept_file(session, order), line)
     return line
@@ -297,7 +319,8 @@ def score_all(
         if kept is None:
             left.append((path, name))
         else:
-            yield kept
+            # lines of before did not say
+            yield kept.told(path)
     if executor is None:
         for path, name in left:
             yield score_line(path, name, order)

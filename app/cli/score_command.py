@@ -107,7 +107,11 @@ def _lines(sessions: Path, order: BatchOrder, jobs: int, *, mpi: bool) -> list[S
 
 def line_text(line: Scored) -> str:
     """Return a session's total, or why it has none."""
-    return line.problem if line.assessment is None else whole_text(line.assessment)
+    found = line.assessment
+    if found is None:
+        return line.problem
+    # what limits a score is told wherever the score is
+    return "; ".join([whole_text(found), *found.remarks])
 
 
 def print_assessment(assessment: Assessment, source: str) -> None:
@@ -162,31 +166,43 @@ def _when(intervals: tuple[tuple[float, float], ...]) -> str:
 def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
     """Return a row a session: total, verdict, points of each item, problem.
 
-    rubric: None where each session had its own: then a column belongs to an item of
-    any of them.
+    rubric: None where each session had its own: then a column names its rubric, too.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     if rubric is not None:
         items = [item.name for item in rubric.items]
     else:
-        told = [line.assessment.parts for line in lines if line.assessment is not None]
-        items = list(dict.fromkeys(part.name for parts in told for part in parts))
+        told = [line.assessment for line in lines if line.assessment is not None]
+        items = list(dict.fromkeys(_item(a, part) for a in told for part in a.parts))
     head = ["Session", "Percent", "Sigma", "Verdict", "Exercise", "HardFails"]
-    head.append("Problem")
-    writer.writerow([*head, *items])
+    head += ["Problem", "ExerciseName", "Recorded", "Rubric", "RubricVersion"]
+    writer.writerow([*head, "Remarks", *items])
     for line in lines:
         found = line.assessment
+        flown = [line.exercise, line.recorded]
         if found is None:
-            writer.writerow([line.session, "", "", "", "", "", line.problem])
+            row = [line.session, *[""] * 5, line.problem, *flown]
+            writer.writerow(row + [""] * (3 + len(items)))
             continue
         percent = "" if found.percent is None else repr(found.percent)
         fails = ";".join(fail.name for fail in found.fails)
         row = [line.session, percent, repr(found.percent_sigma), str(found.verdict)]
         row.append("" if found.exercise is None else str(found.exercise.verdict))
-        points = {p.name: repr(p.points) for p in found.parts if p.counts}
-        writer.writerow([*row, fails, "", *(points.get(item, "") for item in items)])
+        own = [found.rubric, str(found.rubric_version), " ".join(found.remarks)]
+        points = {
+            p.name if rubric is not None else _item(found, p): repr(p.points)
+            for p in found.parts
+            if p.counts
+        }
+        row += [fails, "", *flown, *own]
+        writer.writerow([*row, *(points.get(item, "") for item in items)])
     return text.getvalue()
+
+
+def _item(assessment: Assessment, part: Part) -> str:
+    """Name an item among those of several rubrics."""
+    return f"{assessment.rubric} {assessment.rubric_version}: {part.name}"
 
 
 @dataclass(frozen=True, slots=True)

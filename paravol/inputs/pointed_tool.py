@@ -168,6 +168,7 @@ class PointedTool:
         self._drawn_mm = -math.inf
         self._vain: list[Pose] = []
         self._vain_at = self._pivot
+        self._leaves: tuple[Doubles, float] | None = None
         self.has_come = self.is_stuck = False
         self._is_held = self._is_resting = False
         self._may_bite: bool | None = None
@@ -432,6 +433,7 @@ class PointedTool:
         if eases or self.depth_mm > self._drawn_mm + SAME_MM:
             self._go_back(most_mm)
             return
+        self._leaves = None
         depth_mm = min(depth_mm, self._drawn_mm)
         step_mm = min(max(depth_mm - self.depth_mm, -most_mm), most_mm)
         # entry, line and turn change together, as `_drawn` has looked at them
@@ -497,13 +499,15 @@ class PointedTool:
         self, entry: Doubles, way: Doubles, depth_mm: float, before: Doubles
     ) -> None:
         """Go out though walls hold it, turned and tilted as it does least harm."""
+        if self._leaves is None:
+            self._leaves = way, self._roll_deg
+        # about the line by which it began to leave: what it leans does not add up
+        way, roll_deg = self._leaves
         x, y = before[:3, 0], before[:3, 1]
         lines = [way, *(way + LEANS * (a * x + b * y) for a, b in AROUND)]
         lines = [line / np.linalg.norm(line) for line in lines]
         choices = [
-            (line, self._roll_deg + turn_deg)
-            for turn_deg in TURNS_DEG
-            for line in lines
+            (line, roll_deg + turn_deg) for turn_deg in TURNS_DEG for line in lines
         ]
         frames = np.stack(
             [self._rod(entry, line, depth_mm, roll) for line, roll in choices]

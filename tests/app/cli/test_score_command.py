@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -76,12 +77,36 @@ def test_a_folder_is_scored_to_a_table_and_no_session_twice(
     ]
     assert {row["Exercise"] for row in found} == {"not passed"}
     assert all(0.0 <= float(row["Percent"]) <= 100.0 for row in found)
+    # who reads the table alone knows what each line is of
+    for row in found:
+        assert row["ExerciseName"]
+        assert row["Recorded"]
+        assert any(name.startswith(f"{row['Rubric']} ") for name in row)
     before = {file: file.stat().st_mtime_ns for file in out.iterdir()}
     assert len(before) == 2 * COUNT
     assert main([*words, "--json"]) == 0
     told = json.loads(capsys.readouterr().out.partition("[")[2].join("[ "))
     assert len(told) == 2 * COUNT
     assert {file: file.stat().st_mtime_ns for file in out.iterdir()} == before
+
+
+def test_a_damage_is_told_in_every_table(
+    sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "sessions"
+    shutil.copytree(sessions / "experts", place)
+    stream = place / "0.paravol" / "stream.mcap"
+    content = bytearray(stream.read_bytes())
+    content[len(content) // 3] ^= 0x40
+    stream.write_bytes(content)
+    table = tmp_path / "scores.csv"
+    assert main(["score", str(place), "--csv", str(table)]) in (0, 1)
+    told = capsys.readouterr().out
+    first, *others = lines(table)
+    said = first["Remarks"] or first["Problem"]
+    assert said
+    assert said.split()[0] in told
+    assert not any(row["Remarks"] or row["Problem"] for row in others)
 
 
 def test_a_part_without_data_is_told_without_markup_where_the_table_is_piped(

@@ -1,5 +1,6 @@
 """A tool goes where somebody points: from outside, beside the scope, into no tissue."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -255,7 +256,7 @@ def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
     # as after a turn: no way in is known by which it could leave
     pointed._trail.clear()
     hand.is_scope_laid = lambda: True
-    nearest = np.inf
+    nearest, into = np.inf, pointed.frame[:3, 2]
     for _ in range(round(3.0 / step_s)):
         before = pointed.frame
         time_s += step_s
@@ -266,6 +267,8 @@ def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
             there = along + balls[:, 2:] @ frame[:3, :3].T
             off = np.linalg.norm(there - on_its_way, axis=1) - 0.5 - balls[:, 1]
             nearest = min(nearest, float(off.min()))
+        # it leans, and does not tumble
+        assert pointed.frame[:3, 2] @ into > 0.97
     assert pointed.depth_mm < 0.0
     assert nearest > 0.0
 
@@ -301,3 +304,34 @@ def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
     pointed.frame[:3, 3] += left_mm * pointed.frame[:3, 2]
     hand.complete(Pose(time_s + 0.01, time_s + 0.01, np.eye(4), 0))
     assert (pointed.bite is not None) == is_told
+
+
+def test_a_tool_that_is_held_all_along_does_not_tumble() -> None:
+    """What must not be hurt lies beside it on its whole way out."""
+    hand = hand_before(-14.0, "backbiter")
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    pointed = hand.pointed
+    assert pointed is not None
+    begun = pointed.frame
+    distance = wall_at(-14.0)
+    k, j, i = np.indices(distance.shape) * SPACING_MM
+    off = np.stack([i, j, k], axis=-1) + distance.origin_mm - begun[:3, 3]
+    aside = off @ begun[:3, 0]
+    # a slit that is narrower than the tool, and a nerve along one side of it
+    slit = np.maximum(np.asarray(distance.values), np.abs(aside) - 0.5)
+    caught = distance.with_values(slit.astype(np.float32), -100.0)
+    steps = np.rint(np.clip(1.8 + aside, -5.0, 20.0) / UNIT_MM).astype(np.int16)
+    nerve = Volume(steps, distance.spacing_mm, distance.origin_mm, background=2500.0)
+    hazards = HazardVolumes({"nerve": nerve})
+    pointed.hold = ToolHold(caught, FULCRUM.pivot_mm, hazards)
+    pointed._trail.clear()
+    hand.is_scope_laid = lambda: True
+    for _ in range(200):
+        time_s += 0.01
+        hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        assert pointed.frame[:3, 2] @ begun[:3, 2] > math.cos(math.radians(8.0))
+        if pointed.depth_mm < 0.0:
+            break
+    assert pointed.depth_mm < 0.0
