@@ -87,9 +87,12 @@ class PoseQueue:
         if pose is None:
             pose = self._wait(timeout_s)
         if pose is None:
+            since_s, self._vain_s = self._vain_s, None
+            # who is told of a loss begins to wait anew
             self._tell_or_refuse()
+            self._vain_s = since_s
             # who waits in slices is told of the whole wait
-            waited_s = max(time.monotonic() - self._vain_s, timeout_s)
+            waited_s = max(time.monotonic() - since_s, timeout_s)
             raise TimeoutError(self._silence(round(waited_s, 2)))
         self._vain_s = None
         return pose

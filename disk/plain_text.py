@@ -4,8 +4,9 @@ A title or a name may hold an escape sequence that moves the cursor, writes the
 clipboard or hides a line. Every control character becomes one that can be seen.
 """
 
+import io
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO, cast
@@ -59,11 +60,6 @@ class PlainStream:
         self.raw.write(told.encode(encoding, "replace").decode(encoding))
         return len(text)
 
-    def writelines(self, lines: Iterable[str]) -> None:
-        """Write several texts."""
-        for line in lines:
-            self.write(line)
-
     def __getattr__(self, name: str) -> Any:
         return getattr(self.raw, name)
 
@@ -72,6 +68,10 @@ class PlainStream:
 def plain_output() -> Iterator[None]:
     """Let standard output and error be plain meanwhile."""
     before = sys.stdout, sys.stderr
+    for stream in before:
+        # what a console of rich writes there goes past us
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     # a program without a terminal has none
     if sys.stdout is not None:
         sys.stdout = cast(TextIO, PlainStream(sys.stdout))

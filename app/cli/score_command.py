@@ -110,8 +110,9 @@ def line_text(line: Scored) -> str:
     found = line.assessment
     if found is None:
         return line.problem
-    # what limits a score is told wherever the score is
-    return "; ".join([whole_text(found), *found.remarks])
+    # that a recording could not be trusted is told wherever its score is
+    doubt = f"; {line.source}" if line.source not in ("", "recorded") else ""
+    return whole_text(found) + doubt
 
 
 def print_assessment(assessment: Assessment, source: str) -> None:
@@ -177,13 +178,13 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
         items = list(dict.fromkeys(_item(a, part) for a in told for part in a.parts))
     head = ["Session", "Percent", "Sigma", "Verdict", "Exercise", "HardFails"]
     head += ["Problem", "ExerciseName", "Recorded", "Rubric", "RubricVersion"]
-    writer.writerow([*head, "Remarks", *items])
+    writer.writerow([*head, "Remarks", "Measured", *items])
     for line in lines:
         found = line.assessment
         flown = [line.exercise, line.recorded]
         if found is None:
             row = [line.session, *[""] * 5, line.problem, *flown]
-            writer.writerow(row + [""] * (3 + len(items)))
+            writer.writerow(row + [""] * (4 + len(items)))
             continue
         percent = "" if found.percent is None else repr(found.percent)
         fails = ";".join(fail.name for fail in found.fails)
@@ -195,7 +196,7 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
             for p in found.parts
             if p.counts
         }
-        row += [fails, "", *flown, *own]
+        row += [fails, "", *flown, *own, line.source]
         writer.writerow([*row, *(points.get(item, "") for item in items)])
     return text.getvalue()
 

@@ -327,10 +327,14 @@ def test_each_session_is_scored_for_what_was_done(
     }
     for line in found:
         assert line.assessment is not None
+        found_by = f"{line.assessment.rubric} {line.assessment.rubric_version}"
         for part in line.assessment.parts:
-            told = rows[line.session][part.name]
+            told = rows[line.session][f"{found_by}: {part.name}"]
             assert told == (repr(part.points) if part.counts else "")
-    assert rows["looked.paravol"]["blood"] == ""
+    # items of another rubric are none of its own
+    others = [n for n in rows["looked.paravol"] if n.endswith(": blood")]
+    assert others
+    assert {rows["looked.paravol"][name] for name in others} == {""}
 
 
 @pytest.mark.usefixtures("heads")

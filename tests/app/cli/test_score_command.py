@@ -103,10 +103,9 @@ def test_a_damage_is_told_in_every_table(
     assert main(["score", str(place), "--csv", str(table)]) in (0, 1)
     told = capsys.readouterr().out
     first, *others = lines(table)
-    said = first["Remarks"] or first["Problem"]
-    assert said
-    assert said.split()[0] in told
-    assert not any(row["Remarks"] or row["Problem"] for row in others)
+    assert "damaged" in first["Measured"]
+    assert told.count("damaged") == 1
+    assert not any("damaged" in row["Measured"] for row in others)
 
 
 def test_a_part_without_data_is_told_without_markup_where_the_table_is_piped(

@@ -235,7 +235,8 @@ def read_all(
 ) -> None:
     """Send one pose after another, as a tracker does, and read what comes of them."""
     for frame in frames:
-        peer.sendall(frame)
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+            peer.sendall(frame)
         with contextlib.suppress(TimeoutError):
             source.read(0.05)
 
