@@ -19,7 +19,8 @@ HOME_PAGE = "https://paravol.invalid"
 can belong to nobody (RFC 2606)."""
 
 UNNAMED = "unnamed"
-"""Account of whoever gave no name."""
+"""Begins the account of whoever gave no name; the session follows. Two of them may be
+two people: a record store would add up what they did."""
 
 _VERBS = "http://adlnet.gov/expapi/verbs/"
 _SIMULATION = "http://adlnet.gov/expapi/activities/simulation"
@@ -63,7 +64,7 @@ def _statement(entry: SessionEntry, base: str) -> dict[str, Any]:
             "objectType": "Agent",
             "account": {
                 "homePage": base,
-                "name": UNNAMED if entry.trainee == NOBODY else entry.trainee,
+                "name": _account(entry),
             },
         },
         "verb": {"id": _VERBS + verb, "display": {"en-US": verb}},
@@ -80,6 +81,13 @@ def _statement(entry: SessionEntry, base: str) -> dict[str, Any]:
         "timestamp": entry.begun,
         "version": "1.0.3",
     }
+
+
+def _account(entry: SessionEntry) -> str:
+    """Return a trainee's name, or one for the session of somebody who gave none."""
+    if entry.trainee != NOBODY:
+        return entry.trainee
+    return f"{UNNAMED}-{entry.sha256[:12]}"
 
 
 def _result(entry: SessionEntry, base: str) -> dict[str, Any]:
