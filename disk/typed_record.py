@@ -13,6 +13,14 @@ from disk.validation_message import decode_untyped, place_of, validation_message
 _T = TypeVar("_T")
 
 
+def read_kept(file: Path, kind: type[_T]) -> _T | None:
+    """Read JSON that the program kept for itself; None where it is gone or damaged."""
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=kind)
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
 def decode_json(content: bytes, kind: type[_T], file: Path | str, what: str) -> _T:
     """Decode JSON as `kind`.
 

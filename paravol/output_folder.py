@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import msgspec
-
 from anatomy.case import RECORD, CaseRecord
 from disk import UserError
 from disk.plain_text import checked_name
+from disk.typed_record import read_kept
 from machine import NoLocksError, lock_file
 
 EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
@@ -103,9 +102,8 @@ def claimed_case(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
 def _what_is_held(folder: Path) -> str:
     """Describe a case, and what a person may have changed in it."""
-    try:
-        record = msgspec.json.decode((folder / RECORD).read_bytes(), type=CaseRecord)
-    except (OSError, msgspec.DecodeError):
+    record = read_kept(folder / RECORD, CaseRecord)
+    if record is None:
         kind = "a case"
     else:
         names = " and ".join(source.name for source in record.sources)

@@ -392,7 +392,7 @@ def _recorded_score(folder: Path) -> dict[str, Any] | None:
         return None
     try:
         recorded = msgspec.json.decode(raw, type=_Recorded).score
-    except msgspec.DecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{folder}/result.json is not valid: {error}.") from error
     lacking = sorted(_FIRST_FIGURES - recorded.keys())
     if lacking:

@@ -11,9 +11,11 @@ import msgspec
 from xxhash import xxh3_128
 
 from disk import UserError
+from disk.typed_record import read_kept
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.recorded_gaps import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
+from paravol.session_store import SUFFIX, Described
 from paravol.versions import versions
 from scenarios import Scenario
 from scenarios.bundle import EditRecord, Recording, read_recording, write_json
@@ -36,7 +38,6 @@ from scenarios.tasks.task import Inject, Open, Remove
 SCORING_VERSION = 4
 """Grows when the same session and rubric may get other points."""
 
-SUFFIX = ".paravol"
 _PARTS = "session.json", "stream.mcap", "result.json"
 
 
@@ -58,21 +59,12 @@ class Scored(msgspec.Struct, frozen=True):
 
     def told(self, folder: Path) -> "Scored":
         """Return the line with what a session's folder says of it."""
-        try:
-            content = (folder / "session.json").read_bytes()
-            info = msgspec.json.decode(content, type=_Described)
-        except (OSError, msgspec.DecodeError, UnicodeDecodeError):
+        info = read_kept(folder / "session.json", Described)
+        if info is None:
             return self
         return msgspec.structs.replace(
             self, exercise=info.scenario_name, recorded=info.created
         )
-
-
-class _Described(msgspec.Struct):
-    """The part of session.json that tables tell."""
-
-    scenario_name: str
-    created: str
 
 
 class BatchOrder(msgspec.Struct, frozen=True):
@@ -247,11 +239,9 @@ def kept_line(session: str, key: str, order: BatchOrder) -> Scored | None:
 
     A file that cannot be read counts as none: it is written anew.
     """
-    try:
-        line = msgspec.json.decode(kept_file(session, order).read_bytes(), type=Scored)
-    except (OSError, msgspec.DecodeError):
-        return None
-    return line if line.key == key and line.session == session else None
+    line = read_kept(kept_file(session, order), Scored)
+    is_same = line is not None and (line.key, line.session) == (key, session)
+    return line if is_same else None
 
 
 _patients: dict[bytes, PatientScene] = {}

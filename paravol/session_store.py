@@ -12,6 +12,7 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from disk.typed_record import read_kept
 from machine import NoLocksError, lock_file
 
 KEPT_BYTES = 1_000_000_000
@@ -20,10 +21,11 @@ KEPT_BYTES = 1_000_000_000
 SUFFIX = ".paravol"
 
 
-class _Described(msgspec.Struct):
-    """The part of session.json that says whether and when it may be removed."""
+class Described(msgspec.Struct):
+    """The part of session.json that tells sessions of a folder apart."""
 
     created: str
+    scenario_name: str = ""
     automatic: bool = False
 
 
@@ -149,12 +151,8 @@ def _removable(folder: Path) -> str | None:
     """Return when an automatic session began; None for everything else."""
     if folder.is_symlink() or not folder.is_dir():
         return None
-    try:
-        raw = (folder / "session.json").read_bytes()
-        described = msgspec.json.decode(raw, type=_Described)
-    except (OSError, msgspec.DecodeError):
-        return None
-    return described.created if described.automatic else None
+    described = read_kept(folder / "session.json", Described)
+    return described.created if described and described.automatic else None
 
 
 def _size(folder: Path) -> int:

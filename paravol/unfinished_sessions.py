@@ -65,7 +65,7 @@ def unfinished_session(folder: Path) -> UnfinishedSession:
     info = recording.info
     try:
         title = msgspec.json.decode(info.scenario, type=_Named).title
-    except msgspec.DecodeError:
+    except (ValueError, RecursionError):
         title = info.scenario_name
     last_s = max(
         (r.time_s for r in recording.records if isinstance(r, SampleRecord)),

@@ -6,6 +6,7 @@ import msgspec
 import platformdirs
 
 from disk import UserError, whole_file
+from disk.typed_record import read_kept
 
 FONT_SCALES = (0.8, 1.5)
 """Smallest and largest factor on the window's texts."""
@@ -62,11 +63,8 @@ def read_preferences(file: Path | None = None) -> WindowPreferences:
 
     A window opens in any case: what it looks like is not worth an error.
     """
-    try:
-        raw = (file or preferences_file()).read_bytes()
-        return msgspec.json.decode(raw, type=WindowPreferences).checked()
-    except (OSError, msgspec.DecodeError):
-        return WindowPreferences()
+    chosen = read_kept(file or preferences_file(), WindowPreferences)
+    return (chosen or WindowPreferences()).checked()
 
 
 def write_preferences(chosen: WindowPreferences, file: Path | None = None) -> None:

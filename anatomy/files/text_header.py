@@ -67,7 +67,7 @@ def units_mm(path: Path) -> tuple[NDArray[np.float64], list[str]]:
 
 
 @contextmanager
-def plain_text(path: Path) -> Iterator[Path]:
+def readable_copy(path: Path) -> Iterator[Path]:
     """Give the file itself, or a copy for a while that ITK can read.
 
     Raises UserError for numbers with commas that can be read in two ways, and for

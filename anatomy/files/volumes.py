@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from anatomy.files.data_files import check_data_files
 from anatomy.files.nifti import is_nifti, read_nifti
-from anatomy.files.text_header import plain_text, units_mm
+from anatomy.files.text_header import readable_copy, units_mm
 from anatomy.files.volume_frame import check_square, squared
 from anatomy.files.volume_header import check_header
 from disk import UserError, foreign_file, simple_itk, whole_file
@@ -68,7 +68,7 @@ def _load(
         layers, frame, notes = found.layers, found.frame, found.notes
     else:
         factors, notes = units_mm(path)
-        with plain_text(path) as readable:
+        with readable_copy(path) as readable:
             layers, frame = _read_with_itk(path, readable, most_layers)
         frame = factors[:, None] * frame
     # labels are not mixed

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 
 from disk import UserError
+from disk.typed_record import read_kept
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric
@@ -214,11 +215,8 @@ def has_passed(
 
 def _score(folder: Path) -> Score | None:
     """Return what a session counted itself; None where it did not get to its end."""
-    try:
-        content = (folder / "result.json").read_bytes()
-        return msgspec.json.decode(content, type=_Result).score
-    except (OSError, msgspec.DecodeError):
-        return None
+    result = read_kept(folder / "result.json", _Result)
+    return None if result is None else result.score
 
 
 def _figures(score: Score) -> list[Value]:

@@ -47,7 +47,7 @@ def case_at(folder: Path) -> KnownCase:
             f"{folder} is no case: {RECORD} cannot be read ({error.strerror}). Choose "
             "a folder that paravol import or paravol phantom wrote."
         ) from error
-    except msgspec.DecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(
             f"The case {folder} cannot be used: {RECORD} is not valid ({error})."
         ) from error

@@ -1,6 +1,7 @@
 """What people write wrong is named: file, line, value, allowed, the nearest word."""
 
 import json
+from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from disk import ForeignFileError
 from disk.line_finder import json_line, toml_line
-from disk.typed_record import decode_json, decode_toml
+from disk.typed_record import decode_json, decode_toml, read_kept
 
 
 class Round(msgspec.Struct, forbid_unknown_fields=True, tag="round", tag_field="kind"):
@@ -150,3 +151,33 @@ def test_ends_of_lines_in_what_is_quoted_are_escaped(
     told = str(caught.value)
     assert told.splitlines() == [told]
     assert "3\\" in told
+
+
+@pytest.mark.parametrize(
+    "held",
+    [
+        b"",
+        b"{",
+        b"[]",
+        b'{"title": 1}',
+        b'{"title": "\xff"}',
+        b'{"title": "a", "x": 1}',
+    ],
+)
+def test_what_is_damaged_counts_as_not_kept(tmp_path: Path, held: bytes) -> None:
+    """Bytes that are no text raise another error than JSON that is none."""
+    assert read_kept(tmp_path / "kept.json", Sketch) is None
+    (tmp_path / "kept.json").write_bytes(held)
+    assert read_kept(tmp_path / "kept.json", Sketch) is None
+    (tmp_path / "kept.json").write_bytes(b'{"title": "a"}')
+    assert read_kept(tmp_path / "kept.json", Sketch) == Sketch("a")
+
+
+def test_what_is_nested_without_end_counts_as_not_kept(tmp_path: Path) -> None:
+    deep = b'{"title": "a", "x": ' + b"[" * 100_000 + b"}"
+    (tmp_path / "kept.json").write_bytes(deep)
+
+    class Loose(msgspec.Struct):
+        title: str
+
+    assert read_kept(tmp_path / "kept.json", Loose) is None

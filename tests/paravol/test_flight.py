@@ -19,13 +19,13 @@ from PIL import Image, ImageColor
 
 from app.__main__ import main
 from app.window.style import ALARM
-from devices import Pose, load_probe_path, save_probe_path
+from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
 from paravol import keyframes
 from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
 from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
-from paravol.inputs.flight_input import in_the_patient
+from paravol.inputs.flight_input import FlightInput, in_the_patient
 from paravol.keyframes import Keyframes, load_keyframes
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
@@ -118,7 +118,7 @@ from paravol.inputs import choose_input
 from app.window.flight.flight_page import FlightPage
 from app.window.flight.flight_thread import FlightThread
 from app.window.main_window import MainWindow
-from devices import Pose, load_probe_path, save_probe_path
+from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from scenarios import load_scenario
 
 application = QApplication([])
@@ -207,6 +207,15 @@ def test_q_and_escape_ask_and_the_end_shows_the_result(
 
 SIZE = 48
 TIMES_S = (1.0, 1.5)
+
+
+def played_scenario(file: Path) -> tuple[Scenario, ProbePath, FlightInput]:
+    """Return an exercise, its path, and the input that plays it."""
+    scenario, folder = load_scenario(str(file))
+    path_file = folder / scenario.path
+    path = load_probe_path(path_file)
+    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    return scenario, path, played
 
 
 def flight_order(scenario: Scenario, record: Path) -> FlightOrder:
@@ -526,10 +535,7 @@ def test_a_flight_goes_on_when_its_recording_cannot(
     is_removed: bool,
 ) -> None:
     """The disk is full, or somebody removes the folder: a score is due all the same."""
-    scenario, folder = load_scenario(str(short_scenario))
-    path_file = folder / scenario.path
-    path = load_probe_path(path_file)
-    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    scenario, path, played = played_scenario(short_scenario)
     record = tmp_path / "flight.paravol"
     heard: list[str] = []
     flush = SessionRecorder.flush
@@ -568,10 +574,7 @@ def test_a_flight_goes_on_when_its_recording_cannot(
 def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     short_scenario: Path, tmp_path: Path
 ) -> None:
-    scenario, folder = load_scenario(str(short_scenario))
-    path_file = folder / scenario.path
-    path = load_probe_path(path_file)
-    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    scenario, path, played = played_scenario(short_scenario)
     record = tmp_path / "flight.paravol"
     observer = Exchanging()
     flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
@@ -691,10 +694,7 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     monkeypatch.setattr(Pushing, "push", noted)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(keyframes, "APART_S", 0.4)
-    scenario, folder = load_scenario(str(first_bite(tmp_path)))
-    path_file = folder / scenario.path
-    path = load_probe_path(path_file)
-    played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
+    scenario, path, played = played_scenario(first_bite(tmp_path))
     record, observer = tmp_path / "flight.paravol", Biting()
     flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
     observer.flight = flight

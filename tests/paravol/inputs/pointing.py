@@ -59,6 +59,16 @@ def settled(hand: OperatingHand, begin_s: float = 0.0, for_s: float = 3.0) -> fl
     return time_s
 
 
+def reached(tool: str = "straight forceps") -> tuple[OperatingHand, PointedTool, float]:
+    """Return a hand whose tool came to the wall at -14 mm, the tool, and the time."""
+    hand = hand_before(-14.0, tool)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand)
+    assert hand.pointed is not None
+    return hand, hand.pointed, time_s
+
+
 def tip(hand: OperatingHand, time_s: float) -> NDArray[np.float64]:
     """Return where the tool's tip is at a time, ``(3,)``."""
     sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))

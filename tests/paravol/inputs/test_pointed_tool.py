@@ -39,6 +39,7 @@ from tests.paravol.inputs.pointing import (
     SPACING_MM,
     Bare,
     hand_before,
+    reached,
     settled,
     shaft_of_tool,
     tip,
@@ -225,12 +226,7 @@ def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
     step_s: float, side: float
 ) -> None:
     """Tissue closes between its hook and the nostril, and a duct lies in it."""
-    hand = hand_before(-14.0, "backbiter")
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    time_s = settled(hand)
-    pointed = hand.pointed
-    assert pointed is not None
+    hand, pointed, time_s = reached("backbiter")
     distance = wall_at(-14.0)
     k, j, i = np.indices(distance.shape) * SPACING_MM
     places = np.stack([i, j, k], axis=-1) + distance.origin_mm
@@ -281,12 +277,7 @@ def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
     left_mm: float, hazard_mm: float, is_told: bool
 ) -> None:
     """hazard_mm: from where the bite closes; one that lies there was looked at."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    time_s = settled(hand)
-    pointed = hand.pointed
-    assert pointed is not None
+    hand, pointed, time_s = reached()
     assert pointed.bite is not None
     end, _ = pointed.bite
     distance = wall_at(-14.0)
@@ -308,12 +299,7 @@ def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
 
 def test_a_tool_that_is_held_all_along_does_not_tumble() -> None:
     """What must not be hurt lies beside it on its whole way out."""
-    hand = hand_before(-14.0, "backbiter")
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    time_s = settled(hand)
-    pointed = hand.pointed
-    assert pointed is not None
+    hand, pointed, time_s = reached("backbiter")
     begun = pointed.frame
     distance = wall_at(-14.0)
     k, j, i = np.indices(distance.shape) * SPACING_MM
