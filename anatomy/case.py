@@ -10,7 +10,6 @@ hundredths of a millimetre, negative inside. ``case.json`` names all with their 
 It is removed first and written last: a folder without it is no case.
 """
 
-import colorsys
 import hashlib
 import re
 import tempfile
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 
 from anatomy.abstract import LABELS, AbstractSpace
 from anatomy.files.markups import read_markups, write_markups
+from anatomy.files.segments import segment_fields
 from anatomy.files.volumes import load_volume, save_volume, write_file
 from anatomy.hazard_volumes import FARTHEST_MM as HAZARD_MM
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
@@ -396,7 +396,8 @@ def store_case(
     with tempfile.TemporaryDirectory(dir=folder, prefix=".part-") as name:
         part = Path(name)
         for key, volume in volumes.items():
-            fields = segment_fields(label_names) if key == "labels" else None
+            is_named = key == "labels"
+            fields = segment_fields(label_names, volume.shape) if is_named else None
             save_volume(volume, part / _file(key)[0], fields)
         write_markups(landmarks, part / LANDMARKS)
         write_file(part / RECORD, msgspec.json.encode(finished) + b"\n")
@@ -501,21 +502,6 @@ def _hazards(volumes: Mapping[str, Volume], record: CaseRecord) -> HazardVolumes
         if name.startswith(_HAZARD)
     }
     return HazardVolumes(found, record.hazard_source) if found else None
-
-
-def segment_fields(names: Mapping[int, str]) -> dict[str, str]:
-    """Name labels in a header the way 3D Slicer's segmentations do."""
-    fields = {"Segmentation_MasterRepresentation": "Binary labelmap"}
-    for i, value in enumerate(sorted(v for v in names if v != 0)):
-        red, green, blue = colorsys.hsv_to_rgb(i * 0.618 % 1.0, 0.55, 0.9)
-        fields |= {
-            f"Segment{i}_ID": f"Segment_{value}",
-            f"Segment{i}_Name": names[value],
-            f"Segment{i}_LabelValue": str(value),
-            f"Segment{i}_Layer": "0",
-            f"Segment{i}_Color": f"{red:.3f} {green:.3f} {blue:.3f}",
-        }
-    return fields
 
 
 def values_hash(values: NDArray[Any]) -> str:

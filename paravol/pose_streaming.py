@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from disk import UserError
+from paravol.exchange.tool_motion import INSTRUMENT, SCOPE
 from paravol.inputs.pose_completer import PoseCompleter
-from scenarios import Sample, tip_frame
+from scenarios import Sample
+from scenarios.sample import tool_frame
 
 if TYPE_CHECKING:
     from devices.openigtlink import PoseStreamer
-
-SCOPE = "ScopeTipToPatient"
-INSTRUMENT = "InstrumentToPatient"
-"""Names as tracking software writes them: from which frame to which."""
 
 
 @dataclass(slots=True)
@@ -36,8 +34,7 @@ class StreamingCompleter:
         world_from_tip = self.world_from_device @ sample.device_from_tip
         self.streamer.publish(SCOPE, world_from_tip, pose.host_time_s)
         if self.has_instrument:
-            instrument = tip_frame(sample.instrument_tip_mm, sample.instrument_pointing)
-            self.streamer.publish(INSTRUMENT, instrument, pose.host_time_s)
+            self.streamer.publish(INSTRUMENT, tool_frame(sample), pose.host_time_s)
         return sample
 
 

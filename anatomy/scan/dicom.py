@@ -23,6 +23,7 @@ from anatomy.scan.dicom_frames import (
     has_many_frames,
     kind_of,
 )
+from anatomy.scan.dicom_segments import SEGMENTATIONS
 from anatomy.scan.slice_stack import SAME_PLACE_MM, Layout, SliceStack, straighten
 from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
@@ -135,6 +136,10 @@ class DicomSeries:
         )
 
 
+NO_SCANS = *SEGMENTATIONS, "1.2.840.10008.5.1.4.1.1.481.2"
+"""Kinds that lie beside a scan, in slices as it does: segmentations, and doses."""
+
+
 @dataclass(frozen=True, slots=True)
 class Examination:
     """Hold what a folder holds. left_out: how many files of each kind are no slices."""
@@ -177,6 +182,9 @@ def find_series(folder: Path, progress: Progress | None = None) -> Examination:
                 left_out[_foreign(file)] += 1
                 continue
             check_whole(image, file)
+            if kind_of(image) in NO_SCANS:
+                left_out[_kind(image)] += 1
+                continue
             frames = frames_of(image, file)
             if not frames:
                 left_out[_kind(image)] += 1
@@ -207,7 +215,8 @@ def _foreign(file: Path) -> str:
 def _kind(image: "Dataset") -> str:
     """Name what a DICOM file is that holds no slice."""
     uid = kind_of(image)
-    return f"{'DICOM' if uid is None else uid.name}, without a place in the patient"
+    what = "no scan" if uid in NO_SCANS else "without a place in the patient"
+    return f"{'DICOM' if uid is None else uid.name}, {what}"
 
 
 def _sort_in(frame: Frame, found: dict[tuple[object, ...], list[DicomSeries]]) -> None:

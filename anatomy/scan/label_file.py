@@ -1,8 +1,8 @@
 """Labels of a scan from a segmentation program: read, checked, measured as hazards.
 
-3D Slicer's ``.seg.nrrd`` carries the segments' names in its header, and a NIfTI of
-TotalSegmentator in an XML extension; its folder of masks has them in the files' names.
-Other label maps need their names beside them.
+3D Slicer's ``.seg.nrrd`` carries the segments' names in its header, a segmentation of
+DICOM with its segments, and a NIfTI of TotalSegmentator in an XML extension; its folder
+of masks has them in the files' names. Other label maps need their names beside them.
 """
 
 import json
@@ -17,6 +17,7 @@ from anatomy.files.nifti import opened
 from anatomy.files.volumes import load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
+from anatomy.scan.dicom_segments import is_segmentation, read_segments
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
 from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
@@ -89,7 +90,7 @@ class LabelMap:
 
 
 def read_labels(path: Path, names: str | None = None) -> LabelMap:
-    """Read a label map: ``.seg.nrrd``, NRRD, NIfTI or MetaImage; or a folder of masks.
+    """Read a label map: ``.seg.nrrd``, DICOM SEG, NRRD, NIfTI, MetaImage; or masks.
 
     names: a task of `TASKS`, or a JSON file of names: nnU-Net's ``dataset.json``, or
     one object of values and names; None takes those that the file carries. Raise
@@ -97,6 +98,9 @@ def read_labels(path: Path, names: str | None = None) -> LabelMap:
     """
     if path.is_dir():
         return _masks(path)
+    if is_segmentation(path):
+        masks, unread = read_segments(path, lambda name: bool(hazard_of(name)))
+        return _of_masks(path, masks, unread)
     layers = load_layers(path, background=0.0)
     for layer in layers:
         values = np.asarray(layer.values)
@@ -236,7 +240,7 @@ def _carried(path: Path) -> dict[int, Names]:
 
 def _masks(folder: Path) -> LabelMap:
     """Read a folder of masks, as TotalSegmentator writes them; the rest is left out."""
-    masks, unread = {}, []
+    files, unread = {}, []
     for file in sorted(folder.iterdir()):
         name, ending = file.name, ""
         while Path(name).suffix.lower() in MASKS:
@@ -244,28 +248,32 @@ def _masks(folder: Path) -> LabelMap:
         if not ending or name.startswith("."):
             continue
         if hazard_of(name):
-            masks[name] = file
+            files[name] = file
         else:
             unread.append(name)
-    if not masks:
-        raise UserError(
-            f"{folder} holds no mask of what must be kept clear of; hazards are known "
-            f"by names such as {', '.join(HAZARDS)}, each a file such as "
-            "optic_nerve_left.nii.gz"
-        )
-    layers: list[Volume] = []
-    segments: list[tuple[int, int, str]] = []
-    for number, (name, file) in enumerate(masks.items()):
+    masks: dict[str, Volume] = {}
+    for name, file in files.items():
         (layer, *_) = load_layers(file, background=0.0)
-        first = layers[0] if layers else layer
+        first = next(iter(masks.values()), layer)
         if layer.shape != first.shape or not np.allclose(
             layer.world_from_voxel, first.world_from_voxel, atol=SAME_GRID
         ):
             raise UserError(f"{file} lies on another grid than the masks beside it")
         mask = (np.asarray(layer.values) > 0.5).astype(np.uint8)
-        layers.append(layer.with_values(mask, 0.0))
-        segments.append((number, 1, name))
-    found = _overlapping(folder.name, tuple(layers), segments)
+        masks[name] = layer.with_values(mask, 0.0)
+    return _of_masks(folder, masks, unread)
+
+
+def _of_masks(path: Path, masks: Mapping[str, Volume], unread: list[str]) -> LabelMap:
+    """Put masks of one grid into a label map."""
+    if not masks:
+        raise UserError(
+            f"{path} holds no mask of what must be kept clear of; hazards are known "
+            f"by names such as {', '.join(HAZARDS)}, each a file such as "
+            "optic_nerve_left.nii.gz, or a segment"
+        )
+    segments = [(number, 1, name) for number, name in enumerate(masks)]
+    found = _overlapping(path.name, tuple(masks.values()), segments)
     return replace(found, unread=tuple(unread))
 
 

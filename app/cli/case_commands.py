@@ -65,23 +65,24 @@ def export(
     case: Path,
     *,
     out: Path,
-    format: Literal["ply", "vtp", "stl", "perktutor", "seq", "csv"] = "ply",
+    format: Literal["ply", "vtp", "stl", "dicom", "perktutor", "seq", "csv"] = "ply",
     json: Json = False,
 ) -> int:
-    """Write a case's surfaces, or a session's motion, for other programs.
+    """Write a case's surfaces or images, or a session's motion, for other programs.
 
     Parameters
     ----------
     case
         A case folder, as import and phantom write, or a session, NAME.paravol.
     out
-        Of a case: folder for the surfaces: air, skin, and each cavity or structure. Of
-        a session: the file.
+        Of a case: folder for the surfaces: air, skin, and each cavity or structure; or
+        for its images. Of a session: the file.
     format
         Of a case, in patient LPS millimetres: PLY for printers and viewers, VTP for
-        ParaView and 3D Slicer, STL for printers. Of a session: perktutor, XML of its
-        Transform Recorder; seq, a .seq.mha or .seq.nrrd of 3D Slicer and PLUS; csv, all
-        samples.
+        ParaView and 3D Slicer, STL for printers; dicom, its slices and its labels as
+        CT or MR images and a segmentation, for archives and their viewers. Of a
+        session: perktutor, XML of its Transform Recorder; seq, a .seq.mha or .seq.nrrd
+        of 3D Slicer and PLUS; csv, all samples.
     """
     is_session = (case / "session.json").is_file()
     if format in ("perktutor", "seq", "csv"):

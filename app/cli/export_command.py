@@ -1,29 +1,63 @@
-"""`paravol export`: a case's surfaces as PLY, VTP or STL."""
+"""`paravol export`: a case's surfaces as PLY, VTP or STL, or its scan as DICOM."""
 
+from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 
-from anatomy.case import read_case
-from anatomy.files.surfaces import Surface, save_surface
+from anatomy.case import Case, read_case
+from anatomy.files.surfaces import save_surface
 from app.cli.terminal import Stages, print_json, print_table
-from app.vtk.case_surfaces import case_surfaces
 from paravol.output_folder import claimed_folder
 
 
 def run_export(*, case: Path, out: Path, ending: str, as_json: bool) -> int:
-    """Read the case, write its surfaces, tell what they are."""
-    written: dict[str, Surface] = {}
+    """Read the case, write its files, tell what they are."""
+    written: dict[str, int] = {}
+    is_dicom = ending == "dicom"
     with Stages() as stages, claimed_folder(out):
         stages("Reading the case", 0.0)
         read = read_case(case)
         stages("Reading the case", 1.0)
-        for share, name, surface in case_surfaces(read):
-            stages("Writing surfaces", share)
-            file = f"{name.replace(' ', '_')}.{ending}"
-            save_surface(surface, out / file)
-            written[file] = surface
-    counts = {file: len(surface.faces) for file, surface in written.items()}
+        task = "Writing images" if is_dicom else "Writing surfaces"
+        made = (
+            _images(read, case.resolve().name, out)
+            if is_dicom
+            else _surfaces(read, out, ending)
+        )
+        for share, file, count in made:
+            stages(task, share)
+            written[file] = count
+    what = "bytes" if is_dicom else "triangles"
     if as_json:
-        print_json({"folder": str(out), "triangles": counts, "space": "LPS"})
+        print_json({"folder": str(out), what: written, "space": "LPS"})
+    elif is_dicom:
+        told = [("images and segmentation", f"{len(written)} files")]
+        print_table(str(out), [*told, ("size", f"{sum(written.values()):,} bytes")])
     else:
-        print_table(str(out), [(f, f"{n:,} triangles") for f, n in counts.items()])
+        rows = [(file, f"{count:,} triangles") for file, count in written.items()]
+        print_table(str(out), rows)
     return 0
+
+
+def _surfaces(case: Case, out: Path, ending: str) -> Iterator[tuple[float, str, int]]:
+    from app.vtk.case_surfaces import case_surfaces
+
+    for share, name, surface in case_surfaces(case):
+        file = f"{name.replace(' ', '_')}.{ending}"
+        save_surface(surface, out / file)
+        yield share, file, len(surface.faces)
+
+
+def _images(case: Case, name: str, out: Path) -> Iterator[tuple[float, str, int]]:
+    from anatomy.files.dicom_export import write_dicom
+    from paravol.versions import versions
+
+    sources = case.record.sources
+    names = {int(value): told for value, told in case.record.label_names.items()}
+    for share, file in write_dicom(
+        *(out, case.ct, case.labels, names, name),
+        is_mr=bool(sources) and sources[0].modality == "MR",
+        version=versions()["paravol-ess"],
+        made=datetime.now().astimezone(),
+    ):
+        yield share, file.name, file.stat().st_size

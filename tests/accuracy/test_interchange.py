@@ -10,6 +10,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from anatomy.case import Case, CaseRecord, read_case, store_case
+from anatomy.files.segments import STRUCTURE, code_of
 from anatomy.files.surfaces import Surface, save_surface
 from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Side
@@ -78,15 +79,21 @@ def test_simpleitk_reads_the_same_numbers_at_the_same_places(
     assert np.array(image.GetDirection()).reshape(3, 3) == pytest.approx(TURN)
 
 
-def test_segments_are_named_where_slicer_looks(folder: Path) -> None:
-    header = (folder / "labels.seg.nrrd").read_bytes().split(b"\n\n")[0].decode()
-    fields = dict(line.split(":=", 1) for line in header.splitlines() if ":=" in line)
-    assert "space: left-posterior-superior" in header
-    found = {
-        int(fields[f"Segment{i}_LabelValue"]): fields[f"Segment{i}_Name"]
-        for i in range(len(NAMES))
-    }
-    assert found == NAMES
+def test_slicers_own_reader_knows_the_segments(folder: Path) -> None:
+    slicerio = importlib.import_module("slicerio")
+    read = slicerio.read_segmentation(str(folder / "labels.seg.nrrd"))
+    assert {s["labelValue"]: s["name"] for s in read["segments"]} == NAMES
+    nz, ny, nx = SHAPE
+    for segment in read["segments"]:
+        assert segment["extent"] == [0, nx - 1, 0, ny - 1, 0, nz - 1]
+        assert segment["status"] == "completed"
+        assert segment["terminology"]["category"] == ["SCT", *STRUCTURE]
+        assert segment["terminology"]["type"] == ["SCT", *code_of(segment["name"])]
+    assert read["containedRepresentationNames"] == ["Binary labelmap"]
+    # its arrays are indexed x, y, z, and its world is LPS as the file's
+    again = read_case(folder).labels
+    assert np.array_equal(read["voxels"].transpose(), again.values)
+    assert read["ijkToLPS"] == pytest.approx(again.world_from_voxel, abs=1e-9)
 
 
 def test_landmarks_are_read_by_a_plain_parser(folder: Path) -> None:

@@ -9,7 +9,7 @@ import SimpleITK as sitk  # noqa: N813
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anatomy.case import segment_fields
+from anatomy.files.segments import segment_fields
 from anatomy.files.volumes import save_volume
 from anatomy.scan.label_file import check_labels, hazards_from_labels, read_labels
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
@@ -43,7 +43,7 @@ TWO = ((3, (15, 20, 25), 6.0), (7, (8, 30, 10), 4.0))
 
 def slicer(folder: Path, names: dict[int, str], labels: Volume) -> Path:
     path = folder / "head.seg.nrrd"
-    save_volume(labels, path, segment_fields(names))
+    save_volume(labels, path, segment_fields(names, labels.shape))
     return path
 
 

@@ -14,7 +14,8 @@ import pytest
 import trimesh
 from PIL import Image
 
-from anatomy.case import read_case, segment_fields
+from anatomy.case import read_case
+from anatomy.files.segments import segment_fields
 from anatomy.files.markups import read_markups, write_markups
 from anatomy.files.surfaces import load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
@@ -224,6 +225,24 @@ def test_closed_surfaces_look_outwards_and_hold_their_label(
         assert mesh.volume == pytest.approx(own.sum() * voxel_mm3, rel=0.03)
 
 
+def test_a_case_goes_out_as_dicom_and_comes_in_again(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "dicom"
+    words = ["export", str(case), "--out", str(out), "--format", "dicom", "--json"]
+    assert main(words) == 0
+    scan = load_volume(case / "ct.nrrd", -1000.0)
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["bytes"]) == scan.shape[0] + 1
+    # slices and segmentation lie side by side, as archives send them
+    again = tmp_path / "again"
+    assert main(["import", str(out), "--out", str(again), "--spacing", "1.0"]) == 0
+    assert "1 Segmentation Storage" in " ".join(capsys.readouterr().out.split())
+    read = load_volume(again / "ct.nrrd", -1000.0)
+    places = np.random.default_rng(3).uniform(-40.0, 40.0, (200, 3))
+    assert read.sample(places) == pytest.approx(scan.sample(places), abs=1.0)
+
+
 def test_a_scanned_face_comes_back_to_its_place(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -340,7 +359,7 @@ def test_labels_come_with_a_scan_or_are_said_to_be_missing(
     names = {2: "optic_nerve_left", 9: "some lesion"}
     file = scan.parent / "marks.seg.nrrd"
     marked = Volume(marks, head.spacing_mm, head.origin_mm, background=0.0)
-    save_volume(marked, file, segment_fields(names))
+    save_volume(marked, file, segment_fields(names, marks.shape))
     out = scan.parent / "labelled"
     words = ["import", str(scan), "--out", str(out), "--spacing", "1.0"]
     assert main([*words, "--labels", str(file)]) == 0
@@ -356,7 +375,7 @@ def test_labels_come_with_a_scan_or_are_said_to_be_missing(
     assert main([*words, "--label-names", "total", "--force"]) == 1
     assert "give the map with --labels" in capsys.readouterr().err
     away = Volume(marks, head.spacing_mm, head.origin_mm + 400.0, background=0.0)
-    save_volume(away, file, segment_fields(names))
+    save_volume(away, file, segment_fields(names, marks.shape))
     assert main([*words, "--labels", str(file), "--force"]) == 1
     assert "frame is another one" in " ".join(capsys.readouterr().err.split())
     assert load_case(out).hazards is not None
