@@ -175,6 +175,11 @@ class Session:
         """Return the score's clock: the last sample's time without what was frozen."""
         return self._clock.score_s
 
+    @property
+    def last_s(self) -> float:
+        """Return the last sample's time, as a recording counts it; 0 before the first."""
+        return self._clock.last_s or 0.0
+
     def take_task_events(self) -> list[TaskEvent]:
         """Return what happened to tasks since the last call."""
         taken, self._task_events = self._task_events, []

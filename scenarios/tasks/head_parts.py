@@ -2,7 +2,8 @@
 
 A structure is a part of its own. Of the uncinate process only the sheet counts, not the
 ledge of the side wall that it stands on. The ethmoid's are the walls between its cells
-and to the nose: those of the bulla, and of all other cells before the basal lamella.
+and to the nose: those of the bulla, and of all other cells before the basal lamella, of
+which those behind the bulla's middle are a part of their own.
 """
 
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ GUTTER_MM = 8.0
 """What has the process itself so near before it is the far wall of the infundibulum."""
 
 BULLA, CELLS = "ethmoid bulla", "anterior ethmoid cells"
+RETROBULLAR = "retrobullar cells"
 CELL_AIR = "anterior ethmoid air"
 BESIDE = ("nasal air", "variant cell air")
 """Rooms that a cell's wall may part it from, beside other cells."""
@@ -39,7 +41,7 @@ OSTIUM_MM = 1.4
 
 PART_NAMES = tuple(
     f"{name}, {side}"
-    for name in (*dict.fromkeys(NAMES.values()), BULLA, CELLS)
+    for name in (*dict.fromkeys(NAMES.values()), BULLA, CELLS, RETROBULLAR)
     for side in SIDES
 )
 
@@ -76,7 +78,7 @@ class Head:
         what, _, side = name.partition(", ")
         if self._middle_mm is None or side not in SIDES:
             return None
-        if what in (BULLA, CELLS):
+        if what in (BULLA, CELLS, RETROBULLAR):
             chosen = self._cell_walls(what, side)
         else:
             chosen = self._structure(what, side)
@@ -129,7 +131,7 @@ class Head:
         return sheet
 
     def _cell_walls(self, what: str, side: str) -> Voxels:
-        """Return the walls of the bulla, or of the other cells before the lamella."""
+        """Return the walls of the bulla, or of other cells before the lamella."""
         assert self.structures is not None
         known = self.structures
         labels, values = known.labels.values, self.distance.values
@@ -170,7 +172,11 @@ class Head:
         wall &= rooms == 0
         inside = np.argwhere(wall) + low
         flat = np.ravel_multi_index(tuple(inside.T), self.distance.shape)
-        return self._on(side, flat.astype(np.int64))
+        found_walls = self._on(side, flat.astype(np.int64))
+        if what == RETROBULLAR:
+            is_behind = self.places(found_walls)[:, 1] > bulla[1]
+            found_walls = found_walls[is_behind]
+        return found_walls
 
 
 def _spread(cores: NDArray[np.int32]) -> NDArray[np.int32]:

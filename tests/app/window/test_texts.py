@@ -41,7 +41,7 @@ from scenarios.rubrics.rubric import FIGURES
 from scenarios.scenario import Level, bundled_scenarios
 from scenarios.structures import MUCOSA, NAMES
 from scenarios.tasks import Status
-from scenarios.tasks.head_parts import BULLA, CELLS
+from scenarios.tasks.head_parts import BULLA, CELLS, RETROBULLAR
 
 WINDOW = FOLDER.parent
 SHOWS = {
@@ -227,7 +227,7 @@ def made_below() -> set[str]:
     found |= {*FIGURES, *TISSUES, *SCENE_LABELS.values()}
     found |= {plate.name for plate in plates(PhantomParameters())}
     labels = {label.name.lower().replace("_", " ") for label in Label}
-    found |= {BULLA, CELLS, *(name for name in labels if not name.endswith("air"))}
+    found |= {BULLA, CELLS, RETROBULLAR, *(name for name in labels if not name.endswith("air"))}
     found |= {name.partition(",")[0] for name in landmarks(PhantomParameters())}
     found |= {definition.name for definition in DEFINITIONS}
     for file in shipped_rubrics():
