@@ -400,8 +400,7 @@ class Flight:
             timing = self._follow(source, completer, session, view, recorder, patient)
             for reach in reaches:
                 if told := reach.told():
-                    now_s = session.score().duration_s
-                    recorder.add(EventRecord(now_s, "device", told))
+                    recorder.add(EventRecord(session.last_s, "device", told))
             if not recorder.samples:
                 return None
             score = session.score()
@@ -459,7 +458,7 @@ class Flight:
         self, recorder: SessionRecorder, session: Session, text: str
     ) -> None:
         """Record that the tool's device was lost, or is back."""
-        recorder.add(EventRecord(session.score().duration_s, "device", text))
+        recorder.add(EventRecord(session.last_s, "device", text))
         self._observer.on_tool_device(text)
 
     def _follow(
@@ -475,8 +474,7 @@ class Flight:
         observer = self._observer
 
         def note(text: str, later_s: float = 0.0) -> None:
-            time_s = session.score().duration_s + later_s
-            recorder.add(EventRecord(time_s, "device", text))
+            recorder.add(EventRecord(session.last_s + later_s, "device", text))
 
         def on_loss(loss: DeviceError) -> None:
             note(str(loss))
