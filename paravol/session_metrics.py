@@ -17,7 +17,13 @@ from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
 from paravol.recorded_cavity import cavity_of, recorded_cavity
-from paravol.recorded_gaps import Poses, check_recorded, recorded_gaps, why_untrusted
+from paravol.recorded_gaps import (
+    ChangedStreamError,
+    Poses,
+    check_recorded,
+    recorded_gaps,
+    why_untrusted,
+)
 from paravol.session_replay import recorded_score
 from paravol.session_setup import coverage_watch, flown_scenario, reopen_session
 from paravol.session_timeline import SessionTimeline
@@ -126,13 +132,19 @@ def session_metrics(
     `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
     watch: looks on while the session is stepped. timeline: of this session, before its
     first sample, that is stepped to its end instead of another one. UserError when the
-    session cannot be read, holds no sample, or was flown through another head.
+    session cannot be read, holds no sample, was changed, or was flown through another
+    head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
     samples = SampleColumns.of(_sample_records(recording))
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
+    if recording.is_edited:
+        raise ChangedStreamError(
+            f"{folder} was changed after the flight: exercise or registration in "
+            "session.json are not those that were flown; give it as it was recorded."
+        )
     scenario = _scenario(recording.info)
     if callable(chosen):
         chosen = chosen(scenario)

@@ -177,7 +177,7 @@ class Session:
 
     @property
     def last_s(self) -> float:
-        """Return the last sample's time, as a recording counts it; 0 before the first."""
+        """Return the last sample's time, as recordings count it; 0 before the first."""
         return self._clock.last_s or 0.0
 
     def take_task_events(self) -> list[TaskEvent]:

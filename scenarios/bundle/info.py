@@ -1,8 +1,10 @@
 """The description of a recorded session, and how a bundle's JSON is written."""
 
+import hashlib
 import json
+from contextlib import suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
@@ -50,6 +52,19 @@ class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return what was flown; UserError where the text is none."""
         file, what = "the exercise in session.json", "an exercise"
         return decode_json(self.scenario.encode(), Scenario, file, what)
+
+    def seal(self) -> str:
+        """Return a hash of what a score depends on: exercise and registration.
+
+        Where the case lies is left out: a folder may be moved.
+        """
+        told: Any = self.scenario
+        with suppress(msgspec.DecodeError):
+            told = msgspec.json.decode(told)
+        if isinstance(told, dict) and isinstance(told.get("head"), dict):
+            told["head"].pop("case", None)
+        content = msgspec.json.encode([told, self.world_from_device], order="sorted")
+        return hashlib.sha256(content).hexdigest()
 
 
 def write_json(path: Path, value: object) -> None:

@@ -19,7 +19,13 @@ import msgspec
 from disk import ForeignFileError, UserError, foreign_file
 from disk.typed_record import decode_json
 from scenarios.bundle.info import SessionInfo
-from scenarios.bundle.records import TOPICS, EventRecord, Record, SampleRecord
+from scenarios.bundle.records import (
+    SEAL,
+    TOPICS,
+    EventRecord,
+    Record,
+    SampleRecord,
+)
 
 _RECORD_LIMIT_BYTES = 1 << 24
 """No record of ours is near this; a larger one means a damaged file."""
@@ -65,6 +71,7 @@ class Stream:
     complete: bool = False
     damages: tuple[Damage, ...] = ()
     places: dict[int, int] = field(default_factory=dict)
+    seal: str = ""
 
 
 class _Message(NamedTuple):
@@ -88,7 +95,9 @@ class Recording(NamedTuple):
 
     records: in order. complete: the stream was closed properly. damages: parts of the
     stream that cannot be read. places: where samples are among those in `records`, by
-    their numbers in the flight, which frames name; lost ones are not there.
+    their numbers in the flight, which frames name; lost ones are not there. is_edited:
+    the exercise or the registration is not the one that was flown; older recordings
+    cannot tell.
     """
 
     info: SessionInfo
@@ -96,6 +105,7 @@ class Recording(NamedTuple):
     complete: bool
     damages: tuple[Damage, ...]
     places: dict[int, int]
+    is_edited: bool = False
 
 
 def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
@@ -127,7 +137,12 @@ def read_recording(folder: Path) -> Recording:
         )
     stream = read_stream(folder / "stream.mcap")
     return Recording(
-        info, stream.records, stream.complete, stream.damages, stream.places
+        info,
+        stream.records,
+        stream.complete,
+        stream.damages,
+        stream.places,
+        bool(stream.seal) and stream.seal != info.seal(),
     )
 
 
@@ -361,6 +376,9 @@ def _join(stream: Stream, parts: list[list[_Message] | _Gap]) -> None:
                 number += 1
                 count += 1
             elif isinstance(record, EventRecord):
+                if record.kind == SEAL:
+                    stream.seal = record.text
+                    continue
                 time_s = max(time_s, record.time_s)
             stream.records.append(record)
     close(time_s)

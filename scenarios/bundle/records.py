@@ -10,6 +10,9 @@ from scenarios.instrument_state import AS_BEFORE, InstrumentState
 from scenarios.sample import Sample
 from surgery.edit import Edit
 
+SEAL = "seal"
+"""Kind of the event that holds `SessionInfo.seal`; readers keep it to themselves."""
+
 
 class SampleRecord(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True

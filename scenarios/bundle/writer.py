@@ -12,7 +12,7 @@ import msgspec
 from devices.port import Closing
 from disk import UserError
 from scenarios.bundle.info import SessionInfo, write_json
-from scenarios.bundle.records import TOPICS, EventRecord, Record, SampleRecord
+from scenarios.bundle.records import SEAL, TOPICS, EventRecord, Record, SampleRecord
 
 _FLUSH_EVERY = 50
 """Records between two flushes, so that no chunk holds much."""
@@ -71,15 +71,16 @@ class SessionRecorder(Closing):
         self._counts = dict.fromkeys(TOPICS.values(), 0)
         self._adding = threading.Lock()
         self.samples = 0
+        self._refusal: OSError | None = None
         # before the first sample there is a stream to be opened already
         try:
-            self._file.flush()
+            self._append(EventRecord(0.0, SEAL, info.seal()))
+            self.flush()
         except OSError:
             with suppress(OSError):
                 self._file.close()
             raise
         self._ended = threading.Event()
-        self._refusal: OSError | None = None
         self._on_refusal, self._is_full = on_refusal, False
         self._flusher = threading.Thread(
             target=self._flush_in_time, name="recording", daemon=True

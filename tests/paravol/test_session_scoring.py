@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.cli.score_command import as_csv
+from disk import UserError
 from paravol import session_scoring
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
@@ -205,6 +206,27 @@ def test_an_edited_stream_is_told(
     assert line.assessment is None
 
     assert re.search(words, line.problem), line.problem
+
+
+@pytest.mark.usefixtures("heads")
+def test_a_mark_that_was_edited_is_told_and_not_believed(
+    flight: Flight, tmp_path: Path
+) -> None:
+    """By one more limit a pass would become none, or none a pass."""
+    place = tmp_path / "in" / "a.paravol"
+    shutil.copytree(flight.folder, place)
+    info = read_recording(place).info
+    scenario = msgspec.json.decode(info.scenario)
+    scenario["pass"] = {"metrics": [{"name": "path length", "most": 1.0}]}
+    text = msgspec.json.encode(scenario).decode()
+    write_json(place / "session.json", msgspec.structs.replace(info, scenario=text))
+    (line,) = score_all(tmp_path / "in", BatchOrder(None, tmp_path / "out"), None)
+    assert line.assessment is None
+    assert line.problem.startswith("changed: ")
+    with pytest.raises(UserError, match=r"session\.json"):
+        score_session(place, RUBRIC)
+    # what was flown can still be looked at
+    assert read_recording(place).is_edited
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ from scenarios.bundle import (
     read_session,
     writer,
 )
+from scenarios.bundle.info import write_json
 from tests.scenarios.session_info import INFO
 
 
@@ -71,6 +72,30 @@ def test_round_trip_keeps_every_bit(tmp_path: Path) -> None:
     assert np.array_equal(first.sample().device_from_tip, sample(0).device_from_tip)
     samples = [r.sample() for r in read if isinstance(r, SampleRecord)]
     assert [s.camera_roll_deg for s in samples[:4]] == [0.0, 1.0, 2.0, 0.0]
+
+
+def edited(folder: Path, **changes: object) -> bool:
+    info = msgspec.structs.replace(INFO, **changes)
+    write_json(folder / "session.json", info)
+    return read_recording(folder).is_edited
+
+
+def test_who_edits_exercise_or_registration_is_found_out(tmp_path: Path) -> None:
+    """And nobody else is: a program may be newer, and a case lie elsewhere."""
+    record_all(tmp_path, 3)
+    head = {"seed": 1, "case": "/a"}
+    assert not edited(tmp_path)
+    assert not edited(tmp_path, automatic=True, created="now", versions={})
+    moved = [number + 1e-9 for number in INFO.world_from_device]
+    assert edited(tmp_path, world_from_device=moved)
+    assert edited(tmp_path, scenario='{"tasks": []}')
+    assert edited(tmp_path, scenario="{")
+    other = tmp_path / "other"
+    told = msgspec.structs.replace(INFO, scenario=json.dumps({"a": 1, "head": head}))
+    SessionRecorder(other, told).close()
+    there = json.dumps({"head": {"case": "/b", "seed": 1}, "a": 1}, indent=2)
+    assert not edited(other, scenario=there, world_from_device=told.world_from_device)
+    assert edited(other, scenario=there.replace('"seed": 1', '"seed": 2'))
 
 
 def test_frames_of_older_looks_are_still_read() -> None:

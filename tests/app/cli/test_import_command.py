@@ -15,8 +15,8 @@ import trimesh
 from PIL import Image
 
 from anatomy.case import read_case
-from anatomy.files.segments import segment_fields
 from anatomy.files.markups import read_markups, write_markups
+from anatomy.files.segments import segment_fields
 from anatomy.files.surfaces import load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
 from anatomy.tissue import Label

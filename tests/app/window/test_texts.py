@@ -227,7 +227,8 @@ def made_below() -> set[str]:
     found |= {*FIGURES, *TISSUES, *SCENE_LABELS.values()}
     found |= {plate.name for plate in plates(PhantomParameters())}
     labels = {label.name.lower().replace("_", " ") for label in Label}
-    found |= {BULLA, CELLS, RETROBULLAR, *(name for name in labels if not name.endswith("air"))}
+    found |= {BULLA, CELLS, RETROBULLAR}
+    found |= {name for name in labels if not name.endswith("air")}
     found |= {name.partition(",")[0] for name in landmarks(PhantomParameters())}
     found |= {definition.name for definition in DEFINITIONS}
     for file in shipped_rubrics():
