@@ -20,6 +20,9 @@ KEPT_BYTES = 1_000_000_000
 
 SUFFIX = ".paravol"
 
+OWN = {"session.json", "stream.mcap", "result.json", "notes.json", "snapshots"}
+"""What a session's folder holds; hidden files beside it are some system's."""
+
 
 class Described(msgspec.Struct):
     """The part of session.json that tells sessions of a folder apart."""
@@ -33,8 +36,9 @@ class Described(msgspec.Struct):
 class SessionStore:
     """Keep sessions in a folder; remove the oldest where they are too much.
 
-    Only sessions marked as automatic are ever removed, and none that is being recorded:
-    a link, a session that was recorded by name and everything else in the folder stays.
+    Only sessions marked as automatic are ever removed, and none that is being recorded
+    or in which somebody put a file: a link, a session that was recorded by name and
+    everything else in the folder stays.
     """
 
     folder: Path
@@ -64,7 +68,8 @@ class SessionStore:
 
     def make_room(self) -> list[Path]:
         """Remove the oldest until the rest is within the limit; give those removed."""
-        found = sorted((_removable(f) or "", f, _size(f)) for f in self.sessions())
+        own = [folder for folder in self.sessions() if not foreign_files(folder)]
+        found = sorted((_removable(f) or "", f, _size(f)) for f in own)
         total = sum(size for _, _, size in found)
         removed = []
         for _, folder, size in found:
@@ -130,16 +135,30 @@ def is_held(folder: Path) -> bool:
 
 
 def remove_session(folder: Path) -> bool:
-    """Remove a session unless it is being filled; return whether it is gone."""
+    """Remove a session unless it is being filled; return whether it is gone.
+
+    What somebody else put into its folder stays there.
+    """
     if folder.is_symlink() or is_held(folder):
         return False
     try:
-        shutil.rmtree(folder)
+        if not foreign_files(folder):
+            shutil.rmtree(folder)
+        else:
+            shutil.rmtree(folder / "snapshots", ignore_errors=True)
+            for name in OWN - {"snapshots"}:
+                (folder / name).unlink(missing_ok=True)
     except OSError:
         return False
     with suppress(OSError):
         _lock_of(folder).unlink()
     return True
+
+
+def foreign_files(folder: Path) -> list[str]:
+    """Return the names of what lies in a session's folder and is no part of it."""
+    names = sorted(entry.name for entry in folder.iterdir())
+    return [name for name in names if name not in OWN and not name.startswith(".")]
 
 
 def _lock_of(folder: Path) -> Path:

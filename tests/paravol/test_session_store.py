@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from paravol.session_store import SessionStore
+from paravol.session_store import SessionStore, remove_session
 from scenarios.bundle import SessionInfo
 
 INFO = SessionInfo(
@@ -62,6 +62,23 @@ def test_what_somebody_named_or_put_there_stays(tmp_path: Path) -> None:
     for path in (named, elsewhere, strange, before_it, kept.folder / "file.paravol"):
         assert path.exists()
     assert (kept.folder / "link.paravol").is_symlink()
+
+
+def test_a_session_in_which_somebody_put_a_file_stays(tmp_path: Path) -> None:
+    kept = SessionStore(tmp_path, limit_bytes=0)
+    own = put(tmp_path / "a.paravol", 1, 3000)
+    (own / "snapshots").mkdir()
+    for name in ("snapshots/view.png", "notes.json", ".DS_Store"):
+        (own / name).write_text("x")
+    shared = put(tmp_path / "b.paravol", 2, 3000)
+    (shared / "thesis.odt").write_text("mine")
+    assert kept.make_room() == [own]
+    assert not own.exists()
+    # by name it goes, and the file stays
+    assert kept.sessions() == [shared]
+    assert remove_session(shared)
+    assert [file.name for file in shared.iterdir()] == ["thesis.odt"]
+    assert kept.sessions() == []
 
 
 def test_a_session_that_is_being_recorded_is_not_removed(tmp_path: Path) -> None:
