@@ -28,10 +28,11 @@ def is_segmentation(path: Path) -> bool:
     """
     if not path.is_file() or not is_dicom(path):
         return False
-    kind = kind_of(read_dicom(path, pixels=False))
+    with foreign_file(path, "a DICOM file"):
+        kind = kind_of(read_dicom(path, pixels=False))
+        what = "of no kind" if kind is None else kind.name
     if kind in SEGMENTATIONS:
         return True
-    what = "of no kind" if kind is None else kind.name
     raise UserError(
         f"{path} is DICOM, but no segmentation ({what}); give the SEG file, or a label "
         "map as NRRD or NIfTI"
@@ -74,6 +75,8 @@ def read_segments(
         found: dict[str, Volume] = {}
         for n, number in enumerate(numbers):
             values = (held.array[..., n] >= HALF).astype(np.uint8)
+            # slices without a voxel are left out of files, at times all but one
+            values = np.pad(values, [(0, max(2 - size, 0)) for size in values.shape])
             label = labels[number]
             if label in found:
                 values |= found[label].values

@@ -106,6 +106,24 @@ def test_what_goes_out_comes_in(written: tuple[Path, Volume, Volume]) -> None:
     assert read.hazards().keys() == {"optic nerve", "orbit"}
 
 
+def test_a_segment_of_one_slice_lies_in_its_place(
+    written: tuple[Path, Volume, Volume],
+) -> None:
+    folder, scan, labels = written
+    values = labels.values.copy()
+    values[:3] = values[4:] = 0
+    alone = labels.with_values(values, 0.0)
+    for _ in write_dicom(
+        *(folder, scan, alone, NAMES, "a"), is_mr=False, version="", made=MADE
+    ):
+        pass
+    read = read_labels(folder / SEGMENTS)
+    inside = np.isin(read.volume.values, read.hazards()["orbit"])
+    assert places(read.volume, inside) == pytest.approx(
+        places(alone, values == 9), abs=1e-6
+    )
+
+
 def test_segments_may_overlap_and_be_fractions(
     written: tuple[Path, Volume, Volume],
 ) -> None:

@@ -8,14 +8,21 @@ raises an error that a person is told in one sentence.
 import gzip
 import io
 import json
+import os
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
 import numpy as np
+from pyigtl import TransformMessage
 
 from anatomy.case import read_case
+from anatomy.files.dicom_export import SEGMENTS, write_dicom
 from anatomy.files.markups import read_markups, write_markups
+from anatomy.files.segments import segment_fields
 from anatomy.files.surfaces import Surface, load_surface, save_surface
 from anatomy.files.volumes import load_volume, save_volume
 from anatomy.queries.landmarks import Landmark
@@ -40,6 +47,7 @@ from paravol.exchange.flown_path import path_of, read_motions
 from paravol.exchange.perktutor import write_perktutor
 from paravol.exchange.sequence_file import write_sequence
 from paravol.exchange.tool_motion import INSTRUMENT
+from paravol.session_store import SessionStore
 from paravol.snapshots.camera_path import load_camera_path
 from paravol.snapshots.path_state import load_state, save_state
 from paravol.snapshots.view_file import load_view
@@ -281,12 +289,42 @@ def labels(file: Path) -> Read:
     return lambda path: read_labels(path, str(names_file))
 
 
+def segments(file: Path) -> Read:
+    """Labels that carry their names."""
+    values = np.zeros((3, 4, 5), np.uint8)
+    values[1] = 1
+    labels, names = Volume(values, np.ones(3), np.zeros(3)), {1: "optic nerve"}
+    if file.suffix == ".dcm":
+        made = datetime(2026, 1, 1)
+        scan = labels.with_values(values.astype(np.int16), 0.0)
+        for _ in write_dicom(
+            *(file.parent, scan, labels, names, "a"), is_mr=False, version="", made=made
+        ):
+            pass
+        (file.parent / SEGMENTS).rename(file)
+    else:
+        save_volume(labels, file, segment_fields(names, labels.shape))
+    assert read_labels(file).hazards()
+    return read_labels
+
+
+def listed_marks(file: Path) -> Read:
+    file.write_text(
+        "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n"
+        "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+        "1,1.5,-2,3,0,0,0,1,1,1,0,nostril,,\n"
+    )
+    assert read_markups(file)
+    return read_markups
+
+
 def dicom(file: Path) -> Read:
-    """One slice of a series; the others are sound."""
+    """One slice of a series, with its preamble or without; the others are sound."""
     folder = file.parent / "series"
     write_stack(folder)
     slice_ = folder / "000"
-    file.write_bytes(slice_.read_bytes())
+    content = slice_.read_bytes()
+    file.write_bytes(content[132:] if file.stem == "bare" else content)
 
     def read(path: Path) -> object:
         slice_.write_bytes(path.read_bytes())
@@ -326,7 +364,11 @@ READERS: dict[str, Callable[[Path], Read]] = {
     "notes.json": notes,
     "settings.toml": metrics_settings,
     "labels.nrrd": labels,
+    "labels.seg.nrrd": segments,
+    "labels.dcm": segments,
+    "a.fcsv": listed_marks,
     "slice.dcm": dicom,
+    "bare.dcm": dicom,
 }
 
 
@@ -374,12 +416,59 @@ def hear_trackers(data: bytes) -> object:
     return whole
 
 
+def hear_names(data: bytes) -> object:
+    """Files of any name lie where programs look for their own."""
+    name = data.replace(b"\0", b"").replace(b"/", b"")[:80]
+    if name in (b"", b".", b".."):
+        return None
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        client = SnapshotClient(folder / "spool")
+        spool = client.spool
+        write_stack(folder / "scan", 3)
+        mask = Volume(np.ones((3, 3, 3), np.uint8), np.ones(3), np.zeros(3))
+        (folder / "masks").mkdir()
+        save_volume(mask, folder / "masks" / "optic_nerve_left.nii")
+        (folder / "kept").mkdir()
+        for where in (spool.queue, spool.jobs, *folder.iterdir()):
+            stray = os.path.join(os.fsencode(where), name)
+            with suppress(OSError):
+                os.mkdir(stray) if data[0] & 1 else os.close(os.open(stray, os.O_CREAT))
+        kept = SessionStore(folder / "kept", 0)
+        assert kept.sessions() == kept.make_room() == []
+        assert spool.claim() is None
+        assert spool.take_over() is None
+        found: list[object] = []
+        for read, where in ((find_series, "scan"), (read_labels, "masks")):
+            try:
+                found.append(read(folder / where))
+            except Exception as error:
+                if not is_told(error):
+                    raise
+        return found
+
+
 Hear = Callable[[bytes], object]
+
+
+def remarked() -> bytes:
+    """Return a transform with what PLUS says of it, as pyigtl writes that."""
+    message = TransformMessage(np.eye(4), device_name="scope", timestamp=0.25)
+    message.header_version = 2
+    message.metadata = {
+        "TransformStatus": "OK",
+        "IGTL_DEVICE_NAME": "ScopeTipToReferenceOfTheTracker",
+    }
+    packed: bytes = message.pack()
+    return packed
+
 
 STREAMS: dict[str, tuple[bytes, Hear]] = {
     "packets": (b"\xf0\xf3\x04\xc8name\0\xf1\x23\xa3" + bytes(40), hear_packets),
     "commands": (b"\xc5IMMCBEGIN\xc8\xc0\x3f\xd1\x00\x05", hear_commands),
     "trackers": (encode(ToolTransform("scope", 0.25, np.eye(4))), hear_trackers),
+    "remarks": (remarked(), hear_trackers),
+    "names": (b"5-.json", hear_names),
 }
 
 
