@@ -1,6 +1,5 @@
 """`paravol metrics`: compute, print, write tables."""
 
-import csv
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -9,6 +8,7 @@ import msgspec
 
 from app.cli.terminal import Stages, print_json, print_table
 from disk import demand_place, whole_file
+from disk.csv_table import CsvTable
 from paravol.metric_texts import metric_remark, metric_text, says_nothing
 from paravol.session_metrics import SessionMetrics, session_metrics
 from scenarios.bundle import write_json
@@ -78,13 +78,13 @@ def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
 def as_csv(metrics: list[Metric]) -> str:
     """Return PerkTutor's columns, then ours; a missing value is an empty cell."""
     text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *OUR_COLUMNS])
+    table = CsvTable(text)
+    table.add([*COLUMNS, *OUR_COLUMNS])
     for metric in metrics:
         figures = (metric.value, metric.sigma, metric.floor)
         value, sigma, floor = ("" if f is None else repr(f) for f in figures)
         row = [metric.name, metric.role, metric.unit, value, sigma, floor]
-        writer.writerow([*row, metric_remark(metric)])
+        table.add([*row, metric_remark(metric)])
     return text.getvalue()
 
 

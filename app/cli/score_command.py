@@ -1,12 +1,12 @@
 """`paravol score` and `paravol pass-mark`: score, print, write tables."""
 
-import csv
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place, whole_file
+from disk.csv_table import CsvTable
 from paravol.scoring_executors import scoring_executor
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import (
@@ -170,7 +170,7 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
     rubric: None where each session had its own: then a column names its rubric, too.
     """
     text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    table = CsvTable(text)
     if rubric is not None:
         items = [item.name for item in rubric.items]
     else:
@@ -178,13 +178,13 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
         items = list(dict.fromkeys(_item(a, part) for a in told for part in a.parts))
     head = ["Session", "Percent", "Sigma", "Verdict", "Exercise", "HardFails"]
     head += ["Problem", "ExerciseName", "Recorded", "Rubric", "RubricVersion"]
-    writer.writerow([*head, "Remarks", "Measured", *items])
+    table.add([*head, "Remarks", "Measured", *items])
     for line in lines:
         found = line.assessment
         flown = [line.exercise, line.recorded]
         if found is None:
             row = [line.session, *[""] * 5, line.problem, *flown]
-            writer.writerow(row + [""] * (4 + len(items)))
+            table.add(row + [""] * (4 + len(items)))
             continue
         percent = "" if found.percent is None else repr(found.percent)
         fails = ";".join(fail.name for fail in found.fails)
@@ -197,7 +197,7 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
             if p.counts
         }
         row += [fails, "", *flown, *own, line.source]
-        writer.writerow([*row, *(points.get(item, "") for item in items)])
+        table.add([*row, *(points.get(item, "") for item in items)])
     return text.getvalue()
 
 

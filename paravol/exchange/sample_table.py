@@ -1,11 +1,11 @@
 """A session's samples in full, as CSV: one row each, every digit."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from disk import UserError, whole_file
+from disk.csv_table import CsvTable
 from scenarios.bundle import Recording, SampleRecord
 
 COLUMNS = (
@@ -43,12 +43,12 @@ def write_samples(file: Path, recording: Recording) -> int:
         whole_file(file) as beside,
         open(beside, "w", encoding="utf-8", newline="") as stream,
     ):
-        table = csv.writer(stream)
-        table.writerow(COLUMNS)
+        table = CsvTable(stream, "\r\n")
+        table.add(COLUMNS)
         for record in records:
             tip = matrix @ record.sample().device_from_tip
             held = record.instrument
-            table.writerow(
+            table.add(
                 (
                     record.time_s,
                     int(record.is_frozen),

@@ -1,9 +1,9 @@
 """Sessions as one table for a spreadsheet or for statistics."""
 
-import csv
 from collections.abc import Sequence
 from io import StringIO
 
+from disk.csv_table import CsvTable
 from paravol.progress.session_entry import PERCENT, SessionEntry
 
 COLUMNS = (
@@ -19,36 +19,31 @@ def as_csv(entries: Sequence[SessionEntry]) -> str:
     figure has one row.
     """
     text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    table = CsvTable(text)
+    table.add(COLUMNS)
     for entry in entries:
         scored = entry.scored
         head = [
             entry.trainee,
-            _plain(entry.exercise),
+            entry.exercise,
             entry.begun,
-            _plain(entry.bundle),
+            entry.bundle,
             entry.sha256,
             repr(entry.duration_s),
             _word(entry.is_complete),
             _word(entry.has_passed),
-            "" if scored is None else _plain(scored.rubric),
+            "" if scored is None else scored.rubric,
             "" if scored is None else scored.version,
         ]
         percent = entry.value(PERCENT)
         figures = [*([] if percent is None else [percent]), *entry.values]
         for value in figures:
             cells = ("" if v is None else repr(v) for v in (value.value, value.sigma))
-            writer.writerow([*head, value.role, value.name, value.unit, *cells])
+            table.add([*head, value.role, value.name, value.unit, *cells])
         if not figures:
-            writer.writerow([*head, *[""] * 5])
+            table.add([*head, *[""] * 5])
     return text.getvalue()
 
 
 def _word(answer: bool | None) -> str:
     return "" if answer is None else str(answer).lower()
-
-
-def _plain(text: str) -> str:
-    """Return a text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
