@@ -261,6 +261,43 @@ def test_far_from_the_origin_pictures_are_the_same(
 
 
 @BOTH
+@pytest.mark.parametrize("offset", [1e6, -3e7])
+@pytest.mark.parametrize("kind_of_number", [np.float32, np.float64, np.int32])
+def test_far_from_zero_densities_lose_nothing_but_what_their_numbers_do(
+    offset: float, kind_of_number: type, kind: ClassificationName
+) -> None:
+    """Normals are differences of neighbours, which float32 rounds to 1/16 there."""
+    random = np.random.default_rng(2).uniform(-1.0, 1.0, (N, N, N))
+    values = (20.0 * random + offset).astype(kind_of_number)
+    ramp = TransferFunction(
+        np.array([-20.0, 5.0, 20.0]), np.eye(3), np.array([0.0, 0.02, 0.2])
+    )
+    far = replace(ramp, nodes=ramp.nodes + offset)
+    camera = Camera.looking_at(
+        (40.0, -40.0, 30.0), (16.0, 16.0, 16.0), extent=0.3, size=(24, 24),
+        projection=Projection.PERSPECTIVE,
+    )  # fmt: skip
+    quality = replace(QUALITY, classification=kind)
+    pictures = []
+    for held, transfer in (
+        (values, far), ((values.astype(np.float64) - offset).astype(np.float32), ramp)
+    ):  # fmt: skip
+        volume = Volume(held, np.ones(3), np.zeros(3), background=float(held.min()))
+        scene = Scene(volume, transfer, four_lights())
+        tracer = ActiveRayTracer(scene, quality, threads=1)
+        pictures.append(tracer.render(camera).rgba)
+        # and so it is after an edit
+        edited = held.copy()
+        edited[8:24, 8:24, 8:24] = held.max()
+        tracer.replace(replace(scene, volume=volume.with_values(edited, 0.0)))
+        pictures.append(tracer.render(camera).rgba)
+    assert pictures[0][..., 3].max() > 0.5
+    assert np.abs(pictures[0] - pictures[1]).max() > 0.1
+    assert np.abs(pictures[0] - pictures[2]).max() < 1e-5
+    assert np.abs(pictures[1] - pictures[3]).max() < 1e-5
+
+
+@BOTH
 def test_a_step_longer_than_the_way_is_one_segment(kind: ClassificationName) -> None:
     """Of its true length: two voxels, half a millimetre apart, and steps of 4."""
     values = np.zeros((9, 2, 9), np.int16)

@@ -9,6 +9,7 @@ from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cells import CellShare
 from renderers.art.cells.memory_budget import demand_distances
+from renderers.art.classification import about_zero
 from renderers.art.march import March
 from renderers.art.quality import Quality
 from renderers.art.ranks.directory import (
@@ -124,6 +125,8 @@ def make_node(
     if ranks == 1:
         demand_distances(scene.volume.shape, limit)
     settings = LookSettings(mode, quality, packet, deflection)
+    if mode == "classic":
+        scene = about_zero(scene)
     looked = SceneLook.of(scene, settings, cell_side)
     seen, march = looked.seen.copy(), looked.march
     fits_whole = True
@@ -172,6 +175,8 @@ def edit_node(
     where `SceneLook.follow` cannot: make a new node.
     """
     looked, grid, before = work.look, work.bricks.grid, work.share.values
+    if looked.settings.mode == "classic":
+        scene = about_zero(scene)
     values = looked.settings.volume(scene).values
     if values.shape != grid.shape or values.dtype != before.dtype:
         return None
