@@ -1,9 +1,11 @@
 """A learning curve as a picture."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 from disk import UserError, whole_file
+from disk.plain_text import plain
 from paravol.progress.learning_curve import LearningCurve, PassRate
 
 FORMATS = (".png", ".svg")
@@ -34,14 +36,18 @@ def draw_curve(
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with rc_context({"svg.hashsalt": "paravol"}):
+    # a name between two dollars is no formula
+    settings = {"svg.hashsalt": "paravol", "text.parse_math": False}
+    with rc_context(settings), warnings.catch_warnings():
+        # letters that the font lacks are drawn as boxes
+        warnings.filterwarnings("ignore", "Glyph")
         figure = Figure(figsize=(7.0, 5.4 if rates else 4.0), layout="constrained")
         ratios = [3, 1] if rates else [1]
         grid = figure.subplots(
             len(ratios), squeeze=False, sharex=True, height_ratios=ratios
         )
         axes = grid[0][0]
-        figure.suptitle(title)
+        figure.suptitle(plain(title))
         numbers = range(1, len(figures) + 1)
         axes.plot(numbers, figures, "o", color="black", label="attempts")
         if curve is not None:
@@ -54,7 +60,7 @@ def draw_curve(
                 label="90 % band of the curve",
             )
             axes.plot(curve.attempts, curve.middle, color=_BLUE, label=curve.shape)
-        axes.set_ylabel(label)
+        axes.set_ylabel(plain(label))
         axes.legend(frameon=False)
         if rates:
             below = grid[1][0]
