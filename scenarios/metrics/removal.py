@@ -6,7 +6,7 @@ from scenarios.metrics.measured import Measured
 from scenarios.metrics.metric import PATIENT, Answer, Definition, Found, Interval
 
 NOBODY = "nobody operated"
-NOT_WANTED = "the task does not say what to remove"
+NOT_WANTED = "no task asks for a volume of tissue"
 NOT_PROTECTED = "the task does not say what to spare"
 
 
