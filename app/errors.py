@@ -1,5 +1,7 @@
 """Which errors are the user's or the world's, and how they are told to a person."""
 
+import errno
+
 import msgspec
 
 from devices import DeviceError
@@ -25,6 +27,8 @@ def sentence(error: Exception) -> str | None:
             FileNotFoundError | PermissionError | NotADirectoryError | IsADirectoryError
         )
         remedy = "; check the name and your permissions" * isinstance(error, names)
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            remedy = "; make room there, or write to another disk"
         return f"{error.strerror}{where}{remedy}."
     # The renderers' errors are known by their family, so that commands which draw
     # nothing need not load them.

@@ -1,5 +1,6 @@
 """Files that appear whole or not at all."""
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -9,6 +10,9 @@ from pathlib import Path
 # to read it is to set it, which threads may not do beside each other
 _UMASK = os.umask(0o077)
 os.umask(_UMASK)
+
+FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO
+"""What a disk says that takes no more."""
 
 
 @contextmanager
@@ -46,6 +50,8 @@ def whole_file(
         # mkstemp makes files that only their owner may read
         beside.chmod(0o666 & ~_UMASK if mode is None else mode)
         beside.replace(path)
-    except BaseException:
+    except BaseException as error:
         beside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno in FULL and not error.filename:
+            error.filename = str(path)  # a stream that is written to has no name
         raise

@@ -35,9 +35,13 @@ LANE_COLOURS = {
     Kind.FROZEN: Colour.FROZEN,
     Kind.SCOPE: Colour.OWN,
     Kind.DEVICE: Colour.FROZEN,
+    Kind.AID: Colour.QUIET,
     Kind.SNAPSHOT: Colour.OWN,
     Kind.MOMENT: Colour.OWN,
 }
+
+MOMENTS = Kind.DEVICE, Kind.SCOPE, Kind.AID, Kind.SNAPSHOT, Kind.MOMENT
+"""Kinds that last no time."""
 
 AXES = ("right to left", "front to back", "down to up")
 PLANES = (
@@ -105,7 +109,7 @@ def _mark(event: Event, scale: _Scale, top: float) -> Markup:
     if event.kind in (Kind.INJURY, Kind.BREAK):
         points = f"{x},{y - 9} {x + 8},{y} {x},{y + 9} {x - 8},{y}"
         shape = element("polygon", told, points=points, fill=colour)
-    elif event.kind in (Kind.DEVICE, Kind.SCOPE, Kind.SNAPSHOT, Kind.MOMENT):
+    elif event.kind in MOMENTS:
         shape = element("circle", told, cx=begin, cy=y, r=6, fill=colour)
     else:
         shape = element(

@@ -1,3 +1,6 @@
+import errno
+import os
+import re
 import stat
 import subprocess
 import sys
@@ -5,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from app.errors import sentence
 from disk import whole_file
 
 
@@ -94,3 +98,19 @@ def test_a_file_is_as_open_as_its_user_wants(
     file = tmp_path / "a"
     subprocess.run([sys.executable, "-c", program, file], check=True, umask=umask)
     assert stat.S_IMODE(file.stat().st_mode) == mode
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS])
+def test_a_full_disk_is_told_with_the_file_that_was_asked_for(
+    tmp_path: Path, number: int
+) -> None:
+    file = tmp_path / "a.csv"
+    with pytest.raises(OSError, match=re.escape(str(file))), whole_file(file):
+        raise OSError(number, os.strerror(number))
+    told = sentence(OSError(number, os.strerror(number), str(file)))
+    assert told is not None
+    assert str(file) in told
+    # an error about another file keeps its name
+    with pytest.raises(OSError, match="elsewhere"), whole_file(file):
+        raise OSError(number, os.strerror(number), "elsewhere")
+    assert not list(tmp_path.iterdir())

@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from paravol.debrief.charts import timeline
 from paravol.debrief.events import (
     APART_S,
     URGENCY,
@@ -33,6 +34,22 @@ EVENTS = st.lists(
     ),
     max_size=20,
 )
+
+
+def test_every_kind_of_event_is_drawn() -> None:
+    """The way is an aid: who had it shown got no debrief."""
+    findings: Any = SimpleNamespace(
+        begin_s=0.0, end_s=60.0, followed=SimpleNamespace(blood=[])
+    )
+    events = [
+        Event(kind, n, n + 0.5, n, f"something {n}", number=n, is_told=told)
+        for n, kind in enumerate(Kind)
+        for told in (True, False)
+    ]
+    drawn = timeline(findings, events)
+    for n, kind in enumerate(Kind):
+        assert str(kind) in drawn
+        assert drawn.count(f"something {n}.") == 2
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=60), st.floats(0.05, 2.0))
