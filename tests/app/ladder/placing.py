@@ -18,6 +18,9 @@ AT = 0.06
 ENOUGH_S = 10.0
 """He gives a place up after so long."""
 
+CHANGES_S = 2.0
+"""He waits so long for another tool to be named."""
+
 DEEPER_S = 0.8
 """After so long without a touch he turns the wheel."""
 
@@ -75,8 +78,10 @@ def _take(person: Person, tool: str) -> None:
         if words.startswith(tool):
             person.wait(1.5)
             return
+        before, began = person.eyes.sight.tool, time.monotonic()
         person.hand.tap(Qt.Key.Key_T)
-        person.wait(0.15)
+        while person.eyes.sight.tool == before and time.monotonic() < began + CHANGES_S:
+            person.wait(0.05)
     raise LostError(f"there is no {tool}")
 
 

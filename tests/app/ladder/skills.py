@@ -156,10 +156,10 @@ class Trainee:
         mark = sight.mark
         if "upright" in sight.task and self._level(sight):
             return
-        if sight.touching == "wall" and self._eased < 2:
-            # the last stroke a part back, then the scope
+        if sight.touching == "wall" and self._eased < 4:
+            # the last stroke a part back, then the scope, and once more
             self._eased += 1
-            if self._eased == 1:
+            if self._eased % 2:
                 self.person.ease()
             else:
                 self.person.go(-1)
