@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from disk import UserError, whole_file
 from disk.plain_text import plain
@@ -37,7 +38,7 @@ def draw_curve(
     from matplotlib.figure import Figure
 
     # a name between two dollars is no formula
-    settings = {"svg.hashsalt": "paravol", "text.parse_math": False}
+    settings: Any = {"svg.hashsalt": "paravol", "text.parse_math": False}
     with rc_context(settings), warnings.catch_warnings():
         # letters that the font lacks are drawn as boxes
         warnings.filterwarnings("ignore", "Glyph")

@@ -137,10 +137,17 @@ def test_segments_may_overlap_and_be_fractions(
         for n, name in ((1, "Orbit"), (2, "Optic Nerve_L"))
     ]
     highdicom.seg.Segmentation(
-        *(slices, shares, "FRACTIONAL", described),
-        **{"series_instance_uid": "1.2.3", "sop_instance_uid": "1.2.4"},
-        **{"series_number": 1, "instance_number": 1, "device_serial_number": "1"},
-        **{"manufacturer": "x", "manufacturer_model_name": "x"},
+        source_images=slices,
+        pixel_array=shares,
+        segmentation_type="FRACTIONAL",
+        segment_descriptions=described,
+        series_instance_uid="1.2.3",
+        sop_instance_uid="1.2.4",
+        series_number=1,
+        instance_number=1,
+        device_serial_number="1",
+        manufacturer="x",
+        manufacturer_model_name="x",
         software_versions="1",
     ).save_as(folder / "fractions.dcm")
     read = read_labels(folder / "fractions.dcm")
@@ -166,7 +173,7 @@ def test_other_files_of_dicom_are_no_labels(
 
 
 def test_codes_mean_what_dicom_says() -> None:
-    known = {}
+    known: dict[str, set[str]] = {}
     for name in codes.SCT.dir():
         code = getattr(codes.SCT, name)
         known.setdefault(code.value, set()).add(code.meaning.lower())

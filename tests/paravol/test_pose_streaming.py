@@ -5,14 +5,9 @@ import pytest
 from pyigtl import OpenIGTLinkClient
 
 from devices import Pose
+from paravol.exchange.tool_motion import INSTRUMENT, SCOPE
 from paravol.inputs.pose_completer import AWAY_MM, HandChannel
-from paravol.pose_streaming import (
-    INSTRUMENT,
-    SCOPE,
-    StreamingCompleter,
-    listening_address,
-    streaming,
-)
+from paravol.pose_streaming import StreamingCompleter, listening_address, streaming
 from tests.devices.openigtlink.peers import PATIENCE_S, wait_for_peers
 
 

@@ -439,9 +439,9 @@ def hear_names(data: bytes) -> object:
         assert spool.claim() is None
         assert spool.take_over() is None
         found: list[object] = []
-        for read, where in ((find_series, "scan"), (read_labels, "masks")):
+        for read, here in ((find_series, "scan"), (read_labels, "masks")):
             try:
-                found.append(read(folder / where))
+                found.append(read(folder / here))
             except Exception as error:
                 if not is_told(error):
                     raise

@@ -268,7 +268,7 @@ def test_far_from_zero_densities_lose_nothing_but_what_their_numbers_do(
 ) -> None:
     """Normals are differences of neighbours, which float32 rounds to 1/16 there."""
     random = np.random.default_rng(2).uniform(-1.0, 1.0, (N, N, N))
-    values = (20.0 * random + offset).astype(kind_of_number)
+    values: NDArray[np.generic] = (20.0 * random + offset).astype(kind_of_number)
     ramp = TransferFunction(
         np.array([-20.0, 5.0, 20.0]), np.eye(3), np.array([0.0, 0.02, 0.2])
     )
