@@ -11,6 +11,9 @@ from disk.validation_message import validation_message
 FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
 """Modules whose errors are sentences."""
 
+LONGEST = 2000
+"""Letters of a sentence."""
+
 
 def sentence(error: Exception) -> str | None:
     """Put an expected error into one clear sentence; None for a defect of ours."""
@@ -35,5 +38,7 @@ def sentence(error: Exception) -> str | None:
     if type(error).__module__.startswith(FAMILIES):
         return str(error)
     if isinstance(error, UserError | TimeoutError | DeviceError):
-        return str(error)
+        # some quote what a file says, of any length and with breaks of lines
+        told = " ".join(str(error).splitlines())
+        return told if len(told) <= LONGEST else f"{told[:LONGEST]} ..."
     return None

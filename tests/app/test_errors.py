@@ -43,3 +43,12 @@ def test_debug_shows_the_traceback_of_a_users_error(
     assert capsys.readouterr().err == "paravol: no folder x; make it\n"
     with pytest.raises(UserError):
         __main__.main(["doctor", "--debug"])
+
+
+def test_what_a_damaged_file_says_is_told_in_one_line() -> None:
+    """A fuzzer put breaks of lines, and kilobytes, where a number belongs."""
+    told = faults.sentence(
+        UserError("a.dcm has an unusable PixelSpacing: 1\n2\x0b3\u20284")
+    )
+    assert told == "a.dcm has an unusable PixelSpacing: 1 2 3 4"
+    assert len(faults.sentence(UserError("x" * 10**6)) or "") < 3000
