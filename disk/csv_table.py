@@ -6,7 +6,7 @@ from typing import TextIO
 
 from disk.plain_text import plain
 
-_FORMULAS = ("=", "+", "-", "@", "\t", "＝", "＋", "－", "＠")  # noqa: RUF001
+_FORMULAS = ("=", "+", "-", "@", "\t", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """What a spreadsheet takes for a formula's beginning, full width included."""
 
 

@@ -10,6 +10,7 @@ All that the stream says twice must agree, see `check_recorded`.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,15 @@ EXACT_MM = 1e-6
 
 class ChangedStreamError(UserError):
     """A recording contradicts itself: it was changed, or another version made it."""
+
+
+def demand_as_flown(folder: Path, recording: Recording) -> None:
+    """Raise ChangedStreamError where what is judged by is not what was flown."""
+    if recording.is_edited:
+        raise ChangedStreamError(
+            f"{folder} was changed after the flight: exercise or registration in "
+            "session.json are not those that were flown; give it as it was recorded."
+        )
 
 
 @dataclass(frozen=True, slots=True)

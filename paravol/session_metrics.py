@@ -18,9 +18,9 @@ from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
 from paravol.recorded_cavity import cavity_of, recorded_cavity
 from paravol.recorded_gaps import (
-    ChangedStreamError,
     Poses,
     check_recorded,
+    demand_as_flown,
     recorded_gaps,
     why_untrusted,
 )
@@ -140,11 +140,7 @@ def session_metrics(
     samples = SampleColumns.of(_sample_records(recording))
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
-    if recording.is_edited:
-        raise ChangedStreamError(
-            f"{folder} was changed after the flight: exercise or registration in "
-            "session.json are not those that were flown; give it as it was recorded."
-        )
+    demand_as_flown(folder, recording)
     scenario = _scenario(recording.info)
     if callable(chosen):
         chosen = chosen(scenario)

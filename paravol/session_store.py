@@ -68,7 +68,7 @@ class SessionStore:
 
     def make_room(self) -> list[Path]:
         """Remove the oldest until the rest is within the limit; give those removed."""
-        own = [folder for folder in self.sessions() if not foreign_files(folder)]
+        own = [folder for folder in self.sessions() if not _is_shared(folder)]
         found = sorted((_removable(f) or "", f, _size(f)) for f in own)
         total = sum(size for _, _, size in found)
         removed = []
@@ -142,7 +142,7 @@ def remove_session(folder: Path) -> bool:
     if folder.is_symlink() or is_held(folder):
         return False
     try:
-        if not foreign_files(folder):
+        if not _is_shared(folder):
             shutil.rmtree(folder)
         else:
             shutil.rmtree(folder / "snapshots", ignore_errors=True)
@@ -155,10 +155,16 @@ def remove_session(folder: Path) -> bool:
     return True
 
 
-def foreign_files(folder: Path) -> list[str]:
-    """Return the names of what lies in a session's folder and is no part of it."""
-    names = sorted(entry.name for entry in folder.iterdir())
-    return [name for name in names if name not in OWN and not name.startswith(".")]
+def _is_shared(folder: Path) -> bool:
+    """Return whether somebody put a file into a session's folder.
+
+    So it counts where nobody may look: another program may be removing it.
+    """
+    try:
+        names = {entry.name for entry in folder.iterdir()}
+    except OSError:
+        return True
+    return any(name not in OWN and not name.startswith(".") for name in names)
 
 
 def _lock_of(folder: Path) -> Path:

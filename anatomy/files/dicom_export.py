@@ -17,6 +17,7 @@ from pydicom.uid import (
 )
 
 from anatomy.files.segments import STRUCTURE, code_of, color_of
+from disk import whole_file
 from renderers.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -41,14 +42,16 @@ def write_dicom(
     for number in range(scan.shape[0]):
         image = _slice(scan, number, seed, patient, is_mr=is_mr, made=made)
         file = folder / f"slice-{number + 1:04}.dcm"
-        image.save_as(file, enforce_file_format=True)
+        with whole_file(file) as beside:
+            image.save_as(beside, enforce_file_format=True)
         slices.append(image)
         yield 0.7 * (number + 1) / scan.shape[0], file
     there = {int(value) for value in np.unique(labels.values)}
     named = {value: names[value] for value in sorted(there) if value and value in names}
     if named:
         made_of = _segmentation(slices, labels, named, seed, version)
-        made_of.save_as(folder / SEGMENTS, enforce_file_format=True)
+        with whole_file(folder / SEGMENTS) as beside:
+            made_of.save_as(beside, enforce_file_format=True)
         yield 1.0, folder / SEGMENTS
 
 
@@ -125,7 +128,7 @@ def _segmentation(
 
     numbers = np.zeros(int(labels.values.max()) + 1, np.uint8)
     described = []
-    way = AlgorithmIdentificationSequence(MODEL, codes.DCM.EdgeDetection, version)
+    way = AlgorithmIdentificationSequence(MODEL, codes.DCM.HistogramAnalysis, version)
     for number, (value, name) in enumerate(named.items(), start=1):
         numbers[value] = number
         kind, what = (
@@ -134,7 +137,7 @@ def _segmentation(
         red, green, blue = (round(255 * share) for share in color_of(number - 1))
         described.append(
             SegmentDescription(
-                *(number, name[:64], kind, what, "SEMIAUTOMATIC"),
+                *(number, name[:64], kind, what, "AUTOMATIC"),
                 algorithm_identification=way,
                 display_color=CIELabColor.from_rgb(red, green, blue),
             )

@@ -10,6 +10,7 @@ import msgspec
 
 from disk import UserError
 from disk.typed_record import read_kept
+from paravol.recorded_gaps import demand_as_flown
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric
@@ -151,10 +152,12 @@ def entry_of_session(
     """Return what is kept of a session.
 
     metrics: of it, where they were computed; else what its result says. assessment: by
-    a rubric. UserError where it cannot be read, or the assessment is another session's.
+    a rubric. UserError where it cannot be read, was changed after the flight, or the
+    assessment is another session's.
     """
     trainee = demand_name(trainee)
     recording = read_recording(folder)
+    demand_as_flown(folder, recording)
     name = folder.absolute().name
     if assessment is not None and assessment.session != name:
         raise UserError(

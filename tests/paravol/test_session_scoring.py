@@ -22,6 +22,7 @@ from disk import UserError
 from paravol import session_scoring
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
+from paravol.progress.session_entry import entry_of_session
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import (
     BatchOrder,
@@ -225,7 +226,9 @@ def test_a_mark_that_was_edited_is_told_and_not_believed(
     assert line.problem.startswith("changed: ")
     with pytest.raises(UserError, match=r"session\.json"):
         score_session(place, RUBRIC)
-    # what was flown can still be looked at
+    # no progress is made by it, and what was flown can still be looked at
+    with pytest.raises(UserError, match=r"session\.json"):
+        entry_of_session(place)
     assert read_recording(place).is_edited
 
 

@@ -81,6 +81,17 @@ def test_a_session_in_which_somebody_put_a_file_stays(tmp_path: Path) -> None:
     assert kept.sessions() == []
 
 
+def test_a_session_that_goes_meanwhile_ends_no_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two programs make room at once."""
+    kept = SessionStore(tmp_path, limit_bytes=0)
+    gone, left = (put(tmp_path / f"{n}.paravol", n, 10) for n in (1, 2))
+    monkeypatch.setattr(SessionStore, "sessions", lambda _: [gone, left])
+    remove_session(gone)
+    assert kept.make_room() == [left]
+
+
 def test_a_session_that_is_being_recorded_is_not_removed(tmp_path: Path) -> None:
     kept = SessionStore(tmp_path, limit_bytes=0)
     with kept.new_session("first flight/../x") as folder:
