@@ -13,7 +13,7 @@ from pydicom.sr.codedict import codes
 from anatomy.files.dicom_export import SEGMENTS, write_dicom
 from anatomy.files.segments import CODES, STRUCTURE
 from anatomy.scan.dicom import choose_series, find_series, read_series
-from anatomy.scan.label_file import read_labels
+from anatomy.scan.label_file import check_labels, read_labels
 from disk import UserError
 from renderers.scene.volume import Volume
 
@@ -96,7 +96,7 @@ def test_segments_are_where_highdicom_finds_them(
 
 
 def test_what_goes_out_comes_in(written: tuple[Path, Volume, Volume]) -> None:
-    folder, _, labels = written
+    folder, scan, labels = written
     read = read_labels(folder / SEGMENTS)
     for hazard, values in read.hazards().items():
         value = {name: v for v, name in NAMES.items()}[hazard]
@@ -104,6 +104,12 @@ def test_what_goes_out_comes_in(written: tuple[Path, Volume, Volume]) -> None:
         mine = places(labels, labels.values == value)
         assert theirs == pytest.approx(mine, abs=1e-6)
     assert read.hazards().keys() == {"optic nerve", "orbit"}
+    # they are of the scan that lies beside them, and not of one elsewhere
+    soft = scan.with_values(np.zeros(SHAPE, np.int16), 0.0)
+    check_labels(read, soft)
+    away = Volume(soft.values, soft.spacing_mm, soft.origin_mm + 9.0, soft.direction)
+    with pytest.raises(UserError, match="lies 9 mm away"):
+        check_labels(read, away)
 
 
 def test_a_segment_of_one_slice_lies_in_its_place(

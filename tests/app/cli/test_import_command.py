@@ -236,7 +236,11 @@ def test_a_case_goes_out_as_dicom_and_comes_in_again(
     assert len(told["bytes"]) == scan.shape[0] + 1
     # slices and segmentation lie side by side, as archives send them
     again = tmp_path / "again"
-    assert main(["import", str(out), "--out", str(again), "--spacing", "1.0"]) == 0
+    words = ["import", str(out), "--out", str(again), "--spacing", "1.0"]
+    # its labels lie where it does, though they name nothing to be kept clear of
+    assert main([*words, "--labels", str(out / "segmentation.dcm")]) == 1
+    assert "hazards are known by names" in " ".join(capsys.readouterr().err.split())
+    assert main(words) == 0
     assert "1 Segmentation Storage" in " ".join(capsys.readouterr().out.split())
     read = load_volume(again / "ct.nrrd", -1000.0)
     places = np.random.default_rng(3).uniform(-40.0, 40.0, (200, 3))
