@@ -65,13 +65,18 @@ class ShaftHold:
         self.pivot_mm = np.asarray(pivot_mm, np.float64)
 
     def held(
-        self, start: Doubles, wanted: Doubles, balls: Doubles, give_mm: float
+        self,
+        start: Doubles,
+        wanted: Doubles,
+        balls: Doubles,
+        grown: Doubles,
+        give_mm: float,
     ) -> Doubles:
         """Return the pose that a shaft gets to, 4x4, on its way to a wanted one.
 
-        balls: as `surgery.kernels.hold_back` takes them. give_mm: how deep a wall is
-        dented. The least gap is kept, or that depth: nothing is pushed deeper. The
-        wanted pose itself is returned where nothing holds.
+        balls, grown: as `surgery.kernels.hold_back` takes them. give_mm: how deep a
+        wall is dented. The least gap is kept, or that depth: nothing is pushed deeper.
+        The wanted pose itself is returned where nothing holds.
         """
         away = float(np.linalg.norm(self.pivot_mm - start[:3, 3]))
         lever = max(away, LEAST_LEVER_MM)
@@ -82,6 +87,7 @@ class ShaftHold:
             self._spacing_mm,
             self.guard,
             balls,
+            grown,
             lever,
             rod,
             aim,
@@ -139,19 +145,26 @@ class ScopeHold(ShaftHold):
         # nobody knows the way through the face
         inside_mm = float(np.linalg.norm(self.pivot_mm - start[:3, 3]))
         balls = self._balls[: max(int(np.sum(self._balls[:, 0] <= inside_mm)), 1)]
-        return self.held(start, wanted, balls, self._give_mm)
+        grown = np.zeros(len(balls))
+        return self.held(start, wanted, balls, grown, self._give_mm)
 
 
 class CapsuleHold(ShaftHold):
     """Hold a tool that is made of capsules, bent ends and open jaws included."""
 
     def go(
-        self, start: Doubles, wanted: Doubles, balls: Doubles, give_mm: float
+        self,
+        start: Doubles,
+        wanted: Doubles,
+        balls: Doubles,
+        grown: Doubles,
+        give_mm: float,
     ) -> Doubles:
         """Return the pose that a tool gets to, 4x4, on its way to a wanted one.
 
         balls: of `balls_along`, in the frame that is moved, whose +z runs back up the
-        shaft; without any nothing holds it. A wanted pose that is not finite is
+        shaft; without any nothing holds it. grown: ``(n,)`` how much thicker they are
+        for tissue, mm. A wanted pose that is not finite is
         refused. Far turns are gone in steps, `MOST_TURNS` at most.
         """
         if not np.all(np.isfinite(wanted)):
@@ -165,14 +178,14 @@ class CapsuleHold(ShaftHold):
             aim = wanted if left == 1 else between(frame, wanted, 1.0 / left)
             off = balls.copy()
             off[:, 2:] = balls[:, 2:] @ aim[:3, :3].T
-            frame = self.held(frame, aim, off, give_mm)
+            frame = self.held(frame, aim, off, grown, give_mm)
         if frame is wanted:
             return wanted
         # walls have turned it, too, and what lies off its line with it
         for _ in range(TURNED):
             off = balls.copy()
             off[:, 2:] = balls[:, 2:] @ frame[:3, :3].T
-            frame = self.held(frame, frame, off, give_mm)
+            frame = self.held(frame, frame, off, grown, give_mm)
         return frame
 
 

@@ -93,8 +93,9 @@ class ToolHold:
         """Return the shaft's frame, 4x4, that it gets to on its way to a wanted one."""
         balls = self._inside(self._balls(), start)
         if not len(balls):
-            return self._hold.go(start, wanted, balls, self._give_mm)
-        held = self._hold.go(start, wanted, self._sparing(start, balls), self._give_mm)
+            return wanted if np.all(np.isfinite(wanted)) else start
+        grown = self._grown(start, balls)
+        held = self._hold.go(start, wanted, balls, grown, self._give_mm)
         before, after = (
             self._hazards_mm(self._places(frame, balls)) - balls[:, 1]
             for frame in (start, held)
@@ -138,9 +139,9 @@ class ToolHold:
         balls = self._inside(self._balls(), start)
         if not len(balls):
             return 0.0
-        balls = self._sparing(start, balls)
+        thick = balls[:, 1] + self._grown(start, balls)
         before, after = (
-            self._distance.sample(self._places(frame, balls)) + balls[:, 1]
+            self._distance.sample(self._places(frame, balls)) + thick
             for frame in (start, end)
         )
         return float((after - np.maximum(before, self._give_mm)).max())
@@ -176,16 +177,15 @@ class ToolHold:
         found: Doubles = self._hazards.nearest.sample(places) * UNIT_MM
         return found
 
-    def _sparing(self, start: Doubles, balls: Doubles) -> Doubles:
-        """Return balls of which each may go as deep as it may.
+    def _grown(self, start: Doubles, balls: Doubles) -> Doubles:
+        """Return how much thicker balls are, ``(n,)``, so that each stays where it may.
 
         One that lies deeper already goes no deeper, and lets no other go as deep. A
         push gains nothing on hazards.
         """
         places = self._places(start, balls)
         deep = self._distance.sample(places) + balls[:, 1]
-        sized = balls.copy()
-        sized[:, 1] -= np.maximum(deep - self._give_mm, 0.0)
+        grown: Doubles = -np.maximum(deep - self._give_mm, 0.0)
         if self.pushed_mm > 0.0:
             left = self._hazards_mm(places) - balls[:, 1] - SPARES_MM
             # from the wall on: so deep it lies already, and so far it may go on
@@ -199,8 +199,8 @@ class ToolHold:
             for n in np.flatnonzero(deep > balls[:, 1]):
                 if is_in_middle(values, voxel, places[n]):
                     may[n] = min(may[n], deep[n] - TOUCH_MM)
-            sized[:, 1] += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
-        return sized
+            grown += self.pushed_mm - np.clip(may, 0.0, self.pushed_mm)
+        return grown
 
     @property
     def _give_mm(self) -> float:

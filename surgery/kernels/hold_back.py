@@ -125,7 +125,7 @@ def _ball(rod: Doubles, lever: float, balls: Doubles, n: int, out: Doubles) -> N
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gaps(
     distance: Floats, voxel: Doubles, h: float, guard: Doubles, rod: Doubles,
-    lever: float, balls: Doubles, gaps: Doubles,
+    lever: float, balls: Doubles, grown: Doubles, gaps: Doubles,
 ) -> float:  # fmt: skip
     """Write the free way around each ball, mm; returns the least gap to tissue.
 
@@ -136,11 +136,12 @@ def _gaps(
     least = math.inf
     for n in range(balls.shape[0]):
         _ball(rod, lever, balls, n, place)
-        gaps[n] = air_mm(distance, voxel, place[0], place[1], place[2]) - balls[n, 1]
+        radius = balls[n, 1] + grown[n]
+        gaps[n] = air_mm(distance, voxel, place[0], place[1], place[2]) - radius
         if gaps[n] < FREE_MM:
             least = min(least, gaps[n])
         else:
-            gaps[n] = _off_grid(distance, voxel, h, place, balls[n, 1])
+            gaps[n] = _off_grid(distance, voxel, h, place, radius)
         free = off_guard(guard, place, aside) - balls[n, 1]
         gaps[n] = min(gaps[n], free)
     return least
@@ -149,13 +150,12 @@ def _gaps(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _outward(
     distance: Floats, voxel: Doubles, h: float, guard: Doubles, place: Doubles,
-    out: Doubles,
+    grown: float, out: Doubles,
 ) -> bool:  # fmt: skip
     """Write the unit direction into the air; False where there is none."""
     total = 0.0
-    if off_guard(guard, place, out) < air_mm(
-        distance, voxel, place[0], place[1], place[2]
-    ):
+    air = air_mm(distance, voxel, place[0], place[1], place[2])
+    if off_guard(guard, place, out) < air - grown:
         return True
     for c in range(3):
         ahead = place.copy()
@@ -176,7 +176,8 @@ def _outward(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _touches(
     distance: Floats, voxel: Doubles, h: float, guard: Doubles, rod: Doubles,
-    lever: float, balls: Doubles, gaps: Doubles, limit: float, found: Doubles,
+    lever: float, balls: Doubles, grown: Doubles, gaps: Doubles, limit: float,
+    found: Doubles,
 ) -> int:  # fmt: skip
     """Write the deepest balls below a limit: number, gap, direction outwards.
 
@@ -207,7 +208,7 @@ def _touches(
             if found[at, 1] <= gaps[n]:
                 continue
         _ball(rod, lever, balls, n, place)
-        if not _outward(distance, voxel, h, guard, place, out):
+        if not _outward(distance, voxel, h, guard, place, grown[n], out):
             continue
         found[at, 0], found[at, 1] = n, gaps[n]
         found[at, 2:5] = out
@@ -264,17 +265,18 @@ def _straighten(rod: Doubles, lever: float) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def hold_back(
     distance: Floats, voxel: Doubles, h: float, guard: Doubles, balls: Doubles,
-    lever: float, rod: Doubles, wanted: Doubles, give: float, soft: float,
-    iterations: int,
+    grown: Doubles, lever: float, rod: Doubles, wanted: Doubles, give: float,
+    soft: float, iterations: int,
 ) -> float:  # fmt: skip
     """Move a rod towards where it is wanted, not deeper into tissue than `give`.
 
     distance: signed, mm, negative in air; h: its spacing. guard: ``(7,)`` ends and
     radius of another shaft in the way, a negative radius for none. balls: ``(n, 5)``
     way from the tip along the rod and radius, mm, in order, and how far off the rod's
-    line it lies, in patient axes; a turn of the rod does not turn that. lever: from the
-    tip to the point in the nostril, mm. rod: ``(6,)`` tip and that point, changed in
-    place. wanted: ``(6,)``.
+    line it lies, in patient axes; a turn of the rod does not turn that. grown: ``(n,)``
+    how much thicker a ball is for tissue, mm; for the guard it is as thick as it is.
+    lever: from the tip to the point in the nostril, mm. rod: ``(6,)`` tip and that
+    point, changed in place. wanted: ``(6,)``.
 
     Returns the least gap, mm. It is at least -give, or that of the start where it
     began deeper.
@@ -282,7 +284,7 @@ def hold_back(
     gaps = np.empty(balls.shape[0])
     found = np.empty((MOST_TOUCHES, 5))
     way, trial = np.empty(6), np.empty(6)
-    least = _gaps(distance, voxel, h, guard, rod, lever, balls, gaps)
+    least = _gaps(distance, voxel, h, guard, rod, lever, balls, grown, gaps)
     best, held = rod.copy(), least
     for _ in range(iterations):
         size = 0.0
@@ -296,7 +298,8 @@ def hold_back(
             # out first, then on
             way[:] = 0.0
         count = _touches(
-            distance, voxel, h, guard, rod, lever, balls, gaps, SLIDE_MM - give, found
+            distance, voxel, h, guard, rod, lever, balls, grown, gaps, SLIDE_MM - give,
+            found,
         )  # fmt: skip
         if _turn_aside(way, found, count, lever, balls, soft, give - NEAR_MM):
             is_whole = False
@@ -319,7 +322,7 @@ def hold_back(
             size = max(size, abs(way[c]))
         _straighten(trial, lever)
         rod[:] = wanted if is_whole else trial
-        least = _gaps(distance, voxel, h, guard, rod, lever, balls, gaps)
+        least = _gaps(distance, voxel, h, guard, rod, lever, balls, grown, gaps)
         if least >= min(-give, held):
             best[:], held = rod, least
         if size < 1e-6:

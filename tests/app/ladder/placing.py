@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 
 from tests.app.ladder.person import LostError, Person
 
-PLACES = 3
+PLACES = 5
 APART = 0.1
 """Places are at least so far apart, in shares of the picture."""
 

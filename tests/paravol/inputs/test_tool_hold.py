@@ -83,6 +83,23 @@ def test_no_tool_is_pushed_through_a_plate_sideways(
         assert gap_mm(name, tool) >= -TOUCH_MM - LOOSE_MM
 
 
+@pytest.mark.parametrize("pushed_s", [0.0, 0.3, 1.0])
+def test_a_push_into_tissue_holds_nothing_off_the_scope(pushed_s: float) -> None:
+    """Air lies between tool and scope: however hard walls are pushed, it goes on."""
+    hold = ToolHold(PLATE, np.array([14.0, -60.0, 0.0]))
+    hold.state = InstrumentState("ball probe", jaw=1.0)
+    ahead = np.array([0.0, 1.0, 0.0])
+    beside = contact_table("ball probe", 1.0, INSIDE_MM)[:, 6].max() + 2.0 + 0.2
+    hold.push(0.0, 0.0, pushed_s, is_held=True)
+    hold.beside(tip_frame(np.array([14.0 + beside, 0.0, 0.0]), ahead), 2.0)
+    start, aim = (
+        shaft_of_tool("ball probe", tip_frame(np.array([14.0, y, 0.0]), ahead))
+        for y in (0.0, 4.0)
+    )
+    assert hold.pushed_mm == pytest.approx(min(5.0 * pushed_s, YIELDS_MM))
+    assert hold(start, aim) is aim
+
+
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_push_yields_but_stops_before_what_must_not_be_hurt(name: str) -> None:
     """A hazard .8 mm behind the plate's face, and none at all."""
