@@ -1,5 +1,6 @@
 """The files of an examination's folder, and none from elsewhere."""
 
+import warnings
 import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -100,6 +101,8 @@ def read_dicom(file: Path, *, pixels: bool = True) -> "Dataset":
     """
     import pydicom
 
+    # what matters of a value is told in our words; pydicom's are lines of the terminal
+    warnings.filterwarnings("ignore", module="pydicom")
     with foreign_file(file, "a DICOM file"):
         _check_deflated(file)
         image = pydicom.dcmread(file, stop_before_pixels=not pixels, force=True)

@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from importlib import import_module
@@ -73,6 +74,8 @@ def _search(module: str, name: str, seconds: int, out: Path) -> int:
     """Let atheris search; it ends the process."""
     import atheris
 
+    # each text of a warning is kept for good where warnings are shown
+    warnings.simplefilter("ignore")
     from paravol.environment import prepare_environment
 
     prepare_environment()

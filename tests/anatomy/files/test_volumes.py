@@ -1,3 +1,6 @@
+import resource
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +45,31 @@ def test_what_is_no_volume_is_refused_by_name(tmp_path: Path) -> None:
             load_volume(path)
     with pytest.raises(ValueError, match=r"no volume file .*absent\.nrrd"):
         load_volume(tmp_path / "absent.nrrd")
+
+
+BOMB = bytes.fromhex(
+    "0800dd0055491400312e322e3834302e313018000000000000003232000808004353100044455249"
+    "5645443333200065914154040062000b00200067914154040062000a00200021944c4f1a00526566"
+    "6572656e636564205365676d656e74204e756d62657220feff00e07e000000200064ffffffffffff"
+    "ff022e3832362e302e312e333638303034332e31302e363300316363636363636363636363636363"
+    "63002ee0"
+)
+"""Found by the fuzzer: SimpleITK takes 2 GB to see that this is no DICOM file."""
+
+
+def refused_with_mib(path: Path) -> int:
+    with pytest.raises(ValueError, match="cannot be read"):
+        load_volume(path)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+
+
+def test_what_is_no_volume_takes_no_memory(tmp_path: Path) -> None:
+    sizes = []
+    for name, content in (("notes.txt", b"hello"), ("labels.dcm", BOMB)):
+        (tmp_path / name).write_bytes(content)
+        with ProcessPoolExecutor(1, get_context("spawn")) as process:
+            sizes.append(process.submit(refused_with_mib, tmp_path / name).result())
+    assert sizes[1] < sizes[0] + 200
 
 
 def test_flat_and_coloured_images_are_refused(tmp_path: Path) -> None:
