@@ -26,6 +26,7 @@ from paravol.inputs.tool_hold import (
     LIP_MM,
     PRESSES_N,
     SOFTEST_MM,
+    TOUCH_MM,
     YIELDS_MM,
     jaw_balls,
     tool_balls,
@@ -76,6 +77,9 @@ FREE_MM = 0.8
 
 ASIDE_MM = 4.0
 """So far beside its place a tip may go, where the scope leaves no other way."""
+
+TOUCHES = 11
+"""Places of the last millimetre before a wall that are looked at."""
 
 WAITS_MM = 6.0
 """Jaws wait no farther than this before what they are to bite."""
@@ -161,6 +165,7 @@ class _Look(NamedTuple):
 
     wanted: the label of what is bitten, None for nothing. stride: of the places between
     jaws one of so many is looked at. stays: what any other way loses than the present.
+    touches: it is brought to tissue.
     """
 
     name: str
@@ -171,6 +176,7 @@ class _Look(NamedTuple):
     wanted: int | None
     stride: int = 1
     stays: float = 0.0
+    touches: bool = True
 
 
 class _Bites(NamedTuple):
@@ -245,7 +251,9 @@ class ToolPlan:
         wanted = self._label(place) if is_at_tissue and _takes(name) else None
         guard = _guard(scope, radius_mm)
         stays = STAYS if beside else 0.0
-        look = _Look(name, guard, up, now, vain, wanted, stays=stays)
+        look = _Look(
+            name, guard, up, now, vain, wanted, stays=stays, touches=is_at_tissue
+        )
         found = self._best(look, place)
         if beside and wanted is not None:
             # who points beside a good bite of the same means that
@@ -373,8 +381,9 @@ class ToolPlan:
         if not np.isfinite(worth[n, m]):
             # nothing gets in: it waits outside
             return Pose(self._lines.middle_mm, place, look.now[1], math.inf)
-        near = 0.0 if look.wanted is not None else max(REACHED - BACKS_MM[m], 0.0)
-        found = _pose(poses, n, BACKS_MM[m], worth=near)
+        back_mm = self._touching(look, poses[0][n : n + 1], m)
+        near = 0.0 if look.wanted is not None else max(REACHED - back_mm, 0.0)
+        found = _pose(poses, n, back_mm, worth=near)
         best = -math.inf
         for bites in self._bites(look, poses, deep):
             first = int(np.argmax(bites.total))
@@ -389,6 +398,20 @@ class ToolPlan:
                     ahead_mm = PRESSED_MM[bites.steps]
                 found = _pose(poses, bites.of[first], back, jaw, ahead_mm, held)
         return found
+
+    def _touching(self, look: "_Look", frame: Doubles, m: int) -> float:
+        """Return how far before its place a tool on a line meets the first wall.
+
+        Places are looked at a millimetre apart: between that which is free and the next
+        one a tool that is brought to tissue would stop short of it.
+        """
+        back_mm = float(BACKS_MM[m])
+        ahead_mm = 1.0 if look.touches else min(back_mm, 1.0)
+        fine = back_mm - np.linspace(0.0, ahead_mm, TOUCHES)
+        deep = self._depths(look.name, frame, fine, look.guard)[0]
+        if deep[0] > 0.0:
+            return back_mm
+        return float(fine[np.flatnonzero(deep <= TOUCH_MM)[-1]])
 
     def lines(
         self, name: str, places: Doubles

@@ -154,6 +154,19 @@ def test_it_stops_at_tissue_where_an_edge_goes_deeper(name: str) -> None:
         assert 0.5 < idle[2] - worked[2] < BITES_MM + 0.5
 
 
+@pytest.mark.parametrize("name", ["ball probe", "suction tube", "curved suction"])
+@pytest.mark.parametrize("at_mm", [-10.0, -10.3, -10.6, -14.45])
+def test_a_blunt_tool_touches_what_is_pointed_at(name: str, at_mm: float) -> None:
+    hand = hand_before(at_mm, name)
+    hand.point(0.0, -0.5)
+    hand.advance(30.0)
+    end_s = settled(hand)
+    sample = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    table = placed_table(contact_table(name, 1.0), tool_frame(sample))
+    gap_mm = tool_clearance(wall_at(at_mm), table).gap_mm
+    assert -TOUCH_MM - YIELDS_MM - LOOSE_MM < gap_mm <= 0.0
+
+
 def test_what_tissue_held_back_does_not_gather() -> None:
     hand = hand_before(-8.0)
     hand.point(0.0, -0.4)
