@@ -1,7 +1,6 @@
 """Distances to the structures that must not be hurt, sampled on a grid."""
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -39,9 +38,6 @@ class HazardVolumes:
     source: str = "phantom"
     _nearest: list[Volume] = field(
         default_factory=list, init=False, repr=False, compare=False
-    )
-    _boxes: dict[str, NDArray[np.float64]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
     )
     _grids: list[tuple[NDArray[np.float64], list[str]]] = field(
         default_factory=list, init=False, repr=False, compare=False
@@ -108,49 +104,6 @@ class HazardVolumes:
                 else:
                     self._grids.append((matrix, [name]))
         return self._grids
-
-    def along_each_mm(
-        self,
-        name: str,
-        begins_mm: NDArray[np.float64],
-        steps_mm: NDArray[np.float64],
-        count: int,
-    ) -> NDArray[np.float64]:
-        """Return `along_mm` of many lines ``(n, 3)`` for one hazard, ``(n,)``."""
-        from renderers.scene.kernels.least_along import least_along_each
-
-        volume = self.volumes[name]
-        matrix = volume.voxel_from_world
-        # by einsum: of so many rows a matrix product would wake threads for nothing
-        starts = np.einsum("ij,nj->ni", matrix[:3, :3], begins_mm) + matrix[:3, 3]
-        steps = np.einsum("ij,nj->ni", matrix[:3, :3], steps_mm)
-        # between voxels a distance may change by the square root of 3 a millimetre, and
-        # by a rounding to whole units at either end
-        longest_mm = float(np.linalg.norm(steps_mm, axis=1).max(initial=0.0))
-        fall = math.sqrt(3.0) * longest_mm / UNIT_MM + 2.0
-        _, found = least_along_each(
-            volume.values,
-            1.0,
-            starts,
-            steps,
-            count,
-            volume.background,
-            fall,
-            (self._near_box(name), FARTHEST_MM / UNIT_MM),
-        )
-        return UNIT_MM * found
-
-    def _near_box(self, name: str) -> NDArray[np.float64]:
-        """Return voxel corners x, y, z ``(2, 3)`` of all that is not cut off as far."""
-        if name not in self._boxes:
-            near = self.volumes[name].values != round(FARTHEST_MM / UNIT_MM)
-            box = np.array([[np.inf] * 3, [-np.inf] * 3])
-            for axis, others in enumerate(((0, 1), (0, 2), (1, 2))):
-                places = np.flatnonzero(near.any(axis=others))
-                if len(places):
-                    box[:, axis] = places[0] - 1.0, places[-1] + 1.0
-            self._boxes[name] = box
-        return self._boxes[name]
 
     def sha256(self) -> str:
         """Hash all distances and their grid."""

@@ -161,9 +161,7 @@ def measured_run(
     scenario, patient, path = flown(exercise)
     bundle = place / skill.name / f"{skill.name}_{number:03d}.paravol"
     record(bundle, scenario, patient, path, skill, number)
-    found = session_metrics(
-        bundle, settings=usual_settings(exercise), patient=patient, trusts=True
-    )
+    found = session_metrics(bundle, settings=usual_settings(exercise), patient=patient)
     return list(summary(found.metrics))
 
 
@@ -221,7 +219,7 @@ def record(
             closed = jaw.at(held.time_s, tool.is_working)
             sample = replace(held, instrument=replace(tool, jaw=closed))
             session.step(sample)
-            recorder.add(SampleRecord.of(sample))
+            recorder.add(SampleRecord.of(sample, session.reading))
             if operation is not None:
                 operation.take_changes()
                 for edit in operation.take_edits():

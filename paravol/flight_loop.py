@@ -203,7 +203,7 @@ def fly(
                     continue
                 session.step(sample)
                 newest = pose, sample
-                recorder.add(SampleRecord.of(sample))
+                recorder.add(SampleRecord.of(sample, session.reading))
                 for event in session.take_task_events():
                     told = f"{event.task}: {event.status}"
                     recorder.add(EventRecord(sample.time_s, "task", told))

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from paravol.patient import PatientScene
-from paravol.recorded_gaps import cut_again, why_untrusted
+from paravol.recorded_flight import cut_again, samples_of, why_stepped
 from paravol.session_replay import recorded_score
 from paravol.session_setup import reopen_session
-from scenarios.bundle import EditRecord, SampleRecord, read_recording
+from scenarios.bundle import read_recording
 from scenarios.metrics.cavity import Cavity
 from surgery.patient import OperatedPatient
 
@@ -23,21 +23,11 @@ def recorded_cavity(folder: Path, patient: PatientScene) -> Cavity | None:
         reopen_session(folder, info, patient)  # says what is wrong
     if not info.operated:
         return None
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
-    score = recorded_score(folder)
-    why = why_untrusted(
-        recording,
-        score,
-        has_frozen=any(sample.is_frozen for sample in samples),
-        undone=max((sample.instrument.undone for sample in samples), default=0),
-    )
-    cuts = sum(isinstance(record, EditRecord) for record in recording.records)
-    figures = None if score is None else score.operation
-    if not why and figures is not None and figures.edits == cuts:
+    if not why_stepped(folder, recording, recorded_score(folder)):
         return cavity_of(cut_again(recording, patient))
     _, session = reopen_session(folder, info, patient)
-    for sample in samples:
-        session.step(sample)
+    for record in samples_of(recording):
+        session.step(record.sample())
     assert session.operation is not None
     return cavity_of(session.operation.patient)
 

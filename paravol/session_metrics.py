@@ -1,6 +1,6 @@
 """The metrics of a recorded session."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -17,12 +17,14 @@ from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
 from paravol.recorded_cavity import cavity_of, recorded_cavity
-from paravol.recorded_gaps import (
-    Poses,
+from paravol.recorded_flight import (
     check_recorded,
+    cut_again,
     demand_as_flown,
-    recorded_gaps,
-    why_untrusted,
+    edits_of,
+    kept_edits,
+    samples_of,
+    why_stepped,
 )
 from paravol.session_replay import recorded_score
 from paravol.session_setup import coverage_watch, flown_scenario, reopen_session
@@ -33,7 +35,6 @@ from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import (
     EditRecord,
     Recording,
-    SampleRecord,
     SessionInfo,
     read_recording,
 )
@@ -61,8 +62,8 @@ from scenarios.metrics import (
 )
 from scenarios.metrics.cavity import CAVITY
 from scenarios.metrics.metric import Interval
+from scenarios.reading import Reading
 from scenarios.sample_columns import SampleColumns
-from surgery.edit import Edit
 
 _RECORD = "the record itself"
 
@@ -116,7 +117,7 @@ def session_metrics(
     expert: Path | Track | None = None,
     progress: Progress = no_progress,
     patient: PatientScene | PatientSource | None = None,
-    trusts: bool = False,
+    exact: bool = False,
     watch: Watch | None = None,
     timeline: SessionTimeline | None = None,
 ) -> SessionMetrics:
@@ -127,17 +128,16 @@ def session_metrics(
     that was flown through lies now. has_head: step the session through its head again;
     without that contact, hazards and removal are not known. expert: a session of the
     same head, or a scope's track through it, that is compared with. patient: the one
-    that was flown through, where it is loaded already, or who loads it. trusts: do not
-    step a session whose recording can be checked otherwise, see
-    `paravol.recorded_gaps`; some hundred times faster, and equal but for rounding.
-    watch: looks on while the session is stepped. timeline: of this session, before its
-    first sample, that is stepped to its end instead of another one. UserError when the
+    that was flown through, where it is loaded already, or who loads it. exact: step
+    it though its recording says all, see `paravol.recorded_flight`; the same comes of
+    both. watch: looks on while the session is stepped. timeline: of this session,
+    before its first sample, that is stepped to its end. UserError when the
     session cannot be read, holds no sample, was changed, or was flown through another
     head.
     """
     folder = Path(folder)
     recording = read_recording(folder)
-    samples = SampleColumns.of(_sample_records(recording))
+    samples = SampleColumns.of(samples_of(recording))
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
     demand_as_flown(folder, recording)
@@ -160,9 +160,7 @@ def session_metrics(
         elif not isinstance(patient, PatientScene):
             patient = patient(flown)
         measured, score, source = _through_head(
-            _Flown(
-                folder, recording, samples, patient, chosen, trusts, watch, timeline
-            ),
+            _Flown(folder, recording, samples, patient, chosen, exact, watch, timeline),
             measured,
             progress,
         )
@@ -238,10 +236,6 @@ def session_noise(
     return SessionNoise(scope, tool)
 
 
-def _sample_records(recording: Recording) -> list[SampleRecord]:
-    return [r for r in recording.records if isinstance(r, SampleRecord)]
-
-
 def _scenario(info: SessionInfo) -> Scenario:
     return info.exercise()
 
@@ -267,52 +261,10 @@ def _measured(
     )
 
 
-class _Steps:
-    """Gather what each sample of a stepped session meant."""
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
-        self.gaps: list[float] = []
-        self.touched: list[str] = []
-        self.scope: list[dict[str, float]] = []
-        self.tool: list[dict[str, float] | None] = []
-        self.edits: list[Edit] = []
-        self._undone = 0
-
-    def add(self, sample: Sample) -> None:
-        """Read the session after it has taken in a sample."""
-        placed = self._session.placed
-        assert placed is not None
-        self.gaps.append(placed.gap_mm)
-        self.touched.append(placed.touched)
-        if placed.hazards is not None:
-            self.scope.append(placed.hazards.shaft)
-            self.tool.append(placed.hazards.instrument)
-        operation = self._session.operation
-        if operation is None:
-            return
-        new = operation.take_edits()
-        if sample.instrument.undone > self._undone:
-            self._undone = sample.instrument.undone
-            # a sample's undoing comes before what it cuts
-            before = operation.patient.books.counts - sum(e.counts for e in new)
-            self._take_back(before)
-        self.edits += new
-        operation.take_changes()
-        operation.take_injuries()
-
-    def _take_back(self, counts: int) -> None:
-        """Leave out the newest strokes, until no more is taken than the books have."""
-        while sum(edit.counts for edit in self.edits) > counts:
-            stroke = self.edits[-1].stroke
-            while self.edits and self.edits[-1].stroke == stroke:
-                self.edits.pop()
-
-
 class _Flown(NamedTuple):
     """Hold a recording and the head it was flown through.
 
-    chosen: the metrics that are wanted. trusts, watch, timeline: see `session_metrics`.
+    chosen: the metrics that are wanted. exact, watch, timeline: see `session_metrics`.
     """
 
     folder: Path
@@ -320,7 +272,7 @@ class _Flown(NamedTuple):
     samples: SampleColumns
     patient: PatientScene
     chosen: tuple[Definition, ...]
-    trusts: bool
+    exact: bool
     watch: Watch | None
     timeline: SessionTimeline | None
 
@@ -331,7 +283,7 @@ class _Flown(NamedTuple):
         _, session = reopen_session(self.folder, self.recording.info, self.patient)
 
         def steps() -> Iterator[Sample]:
-            for record in _sample_records(self.recording):
+            for record in samples_of(self.recording):
                 sample = record.sample()
                 session.step(sample)
                 yield sample
@@ -354,128 +306,96 @@ def _through_head(
         distance = flown.patient.surface.distance
         reference = _reference(measured, distance, targets)
     measured = replace(measured, targets=targets, reference=reference)
-    why = "asked for"
-    if flown.trusts:
+    score, why = None, "asked for"
+    if not flown.exact and flown.watch is None and flown.timeline is None:
         score = recorded_score(flown.folder)
-        why = why_untrusted(
-            flown.recording,
-            score,
-            has_frozen=bool(flown.samples.is_frozen.any()),
-            undone=flown.samples.undone,
-        )
-        if score is not None and not why:
-            return _as_recorded(flown, measured, score), score, "recorded"
-    measured, score = _stepped(flown, measured, progress)
-    return measured, score, f"stepped: {why}"
-
-
-def _as_recorded(flown: _Flown, measured: Measured, score: Score) -> Measured:
-    """Add what the recording says, checked; UserError where it contradicts itself."""
-    info = flown.recording.info
-    if flown.patient.surface_sha256 != info.surface_sha256:
-        reopen_session(flown.folder, info, flown.patient)  # says what is wrong
-    matrix = np.array(info.world_from_device).reshape(4, 4)
-    samples = flown.samples
-    times = samples.time_s
-    back = np.flatnonzero(np.diff(times) < 0.0)
-    if len(back):
-        raise UserError(
-            f"samples must be in order of time: {times[back[0] + 1]} after "
-            f"{times[back[0]]}. Its clock ran backwards, or the stream was changed; "
-            "--exact steps it all the same."
-        )
-    poses = Poses(
-        times,
-        matrix @ samples.device_from_tip,
-        np.where(samples.is_held[:, None], samples.tool_mm, np.nan),
-    )
-    radius_mm = measured.endoscope.diameter_mm / 2
-    gaps = recorded_gaps(
-        flown.recording,
-        flown.patient,
-        poses,
-        radius_mm,
-        has_names=flown.wants("contact time on"),
-    )
-    check_recorded(flown.recording, score, gaps, poses, dict(measured.targets))
-    mucosa = None
-    if flown.wants("touched area"):
-        mucosa = coverage_watch(flown.patient).mucosa
+        why = why_stepped(flown.folder, flown.recording, score)
+    wants_cavity = _wants_cavity(flown.chosen)
+    mucosa = cavity = None
+    if score is not None and not why:
+        if flown.patient.surface_sha256 != flown.recording.info.surface_sha256:
+            # says what is wrong
+            reopen_session(flown.folder, flown.recording.info, flown.patient)
+        check_recorded(flown.folder, flown.recording, score)
+        readings = [s.reading for s in samples_of(flown.recording) if s.reading]
+        edits = edits_of(flown.recording)
+        if flown.wants("touched area"):
+            mucosa = coverage_watch(flown.patient).mucosa
+        if wants_cavity and edits:
+            cavity = cavity_of(cut_again(flown.recording, flown.patient))
+        source = "recorded"
+    else:
+        session, readings, edits = _stepped(flown, progress)
+        score, source = session.score(), f"stepped: {why}"
+        mucosa = None if session.coverage is None else session.coverage.mucosa
+        if wants_cavity and session.operation is not None:
+            cavity = cavity_of(session.operation.patient)
     measured = replace(
-        measured,
+        _with_readings(measured, readings, flown),
         mucosa=mucosa,
-        cavity=cavity_of(gaps.operated) if _wants_cavity(flown.chosen) else None,
-        contacts=gaps.contacts,
-        hazards=_named_gaps(times, gaps.hazards, FARTHEST_MM - radius_mm),
-        tool_hazards=_named_gaps(times, gaps.tool_hazards, FARTHEST_MM)
-        if samples.is_held.any()
-        else None,
+        cavity=cavity,
         coverage=score.coverage,
     )
-    if score.operation is None:
-        return measured
-    edits = [r for r in flown.recording.records if isinstance(r, EditRecord)]
+    if score.operation is not None:
+        breaches = tuple(
+            Breach(f.time_s, f.structure, f.by, f.depth_mm)
+            for f in score.operation.injuries
+        )
+        taken = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in edits)
+        measured = replace(measured, edits=taken, breaches=breaches)
+    return measured, score, source
+
+
+def _with_readings(
+    measured: Measured, readings: Sequence[Reading], flown: _Flown
+) -> Measured:
+    """Add what was measured at each sample."""
+    times = flown.samples.time_s
+    names = tuple(dict.fromkeys(r.touched for r in readings if r.touched))
+    codes = {"": -1} | {name: code for code, name in enumerate(names)}
+    contacts = Contacts(
+        times,
+        np.array([r.gap_mm for r in readings]),
+        np.array([codes[r.touched] for r in readings], np.int64),
+        names,
+    )
+    farthest_mm = FARTHEST_MM - measured.endoscope.diameter_mm / 2
+    tool = None
+    if flown.samples.is_held.any():
+        tool = _gaps(times, [r.tool_hazards_mm for r in readings], FARTHEST_MM)
     return replace(
         measured,
-        edits=tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in edits),
-        breaches=_breaches(score),
+        contacts=contacts,
+        hazards=_gaps(times, [r.hazards_mm for r in readings], farthest_mm),
+        tool_hazards=tool,
     )
 
 
 def _stepped(
-    flown: _Flown, measured: Measured, progress: Progress
-) -> tuple[Measured, Score]:
-    """Step the session through its head; add what that shows."""
-    times = flown.samples.time_s
+    flown: _Flown, progress: Progress
+) -> tuple[Session, list[Reading], list[EditRecord]]:
+    """Step the session through its head; return also what that measured and cut."""
+    count = len(flown.samples)
     session, samples = flown.session()
-    steps = _Steps(session)
+    readings, edits, undone = list[Reading](), list[EditRecord](), list[float]()
     for place, sample in enumerate(samples):
-        steps.add(sample)
+        reading = session.reading
+        assert reading is not None
+        readings.append(reading)
+        if session.operation is not None:
+            edits += [EditRecord.of(edit) for edit in session.operation.take_edits()]
+            undone += [sample.time_s] * (sample.instrument.undone - len(undone))
+            session.operation.take_changes()
+            session.operation.take_injuries()
         if flown.watch is not None:
             flown.watch(session, sample)
-        progress("Stepping the session", (place + 1) / len(times))
-    names = tuple(dict.fromkeys(name for name in steps.touched if name))
-    codes = {"": -1} | {name: code for code, name in enumerate(names)}
-    contacts = Contacts(
-        times,
-        np.array(steps.gaps),
-        np.array([codes[name] for name in steps.touched], np.int64),
-        names,
-    )
-    score = session.score()
-    edits = cavity = None
-    if session.operation is not None:
-        if _wants_cavity(flown.chosen):
-            cavity = cavity_of(session.operation.patient)
-        edits = tuple(Taken(e.time_s, e.tool, e.taken_mm3) for e in steps.edits)
-    radius_mm = measured.endoscope.diameter_mm / 2
-    is_held = flown.samples.is_held.any()
-    measured = replace(
-        measured,
-        contacts=contacts,
-        hazards=_gaps(times, list(steps.scope), FARTHEST_MM - radius_mm),
-        tool_hazards=_gaps(times, steps.tool, FARTHEST_MM) if is_held else None,
-        edits=edits,
-        breaches=_breaches(score),
-        coverage=None if session.coverage is None else session.coverage.figures(),
-        mucosa=None if session.coverage is None else session.coverage.mucosa,
-        cavity=cavity,
-    )
-    return measured, score
+        progress("Stepping the session", (place + 1) / count)
+    return session, readings, kept_edits(edits, undone)
 
 
 def _wants_cavity(chosen: tuple[Definition, ...]) -> bool:
     names = {definition.name for definition in CAVITY}
     return any(definition.name in names for definition in chosen)
-
-
-def _breaches(score: Score) -> tuple[Breach, ...] | None:
-    if score.operation is None:
-        return None
-    return tuple(
-        Breach(f.time_s, f.structure, f.by, f.depth_mm)
-        for f in score.operation.injuries
-    )
 
 
 def _expert(folder: Path, info: SessionInfo) -> Track:
@@ -485,7 +405,7 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
         raise UserError(
             f"{folder} was flown through another head: its path cannot be compared."
         )
-    samples = SampleColumns.of(_sample_records(recording))
+    samples = SampleColumns.of(samples_of(recording))
     return scope_track(
         samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )
@@ -496,25 +416,14 @@ def _gaps(
     rows: Sequence[dict[str, float] | None],
     farthest_mm: float,
 ) -> HazardGaps | None:
-    """Return the gaps by hazard of what each sample showed."""
+    """Return the gaps by hazard, without what every scope glides along."""
     named = dict.fromkeys(name for row in rows if row is not None for name in row)
     gaps = {
         name: np.array([np.nan if row is None else row[name] for row in rows])
         for name in named
+        if name not in ALWAYS_NEAR
     }
-    return _named_gaps(times, gaps, farthest_mm)
-
-
-def _named_gaps(
-    times: NDArray[np.float64],
-    gaps: Mapping[str, NDArray[np.float64]] | None,
-    farthest_mm: float,
-) -> HazardGaps | None:
-    """Return the gaps by hazard; without what every scope glides along."""
-    if gaps is None:
-        return None
-    chosen = {name: mm for name, mm in gaps.items() if name not in ALWAYS_NEAR}
-    return HazardGaps(times, chosen, farthest_mm) if chosen else None
+    return HazardGaps(times, gaps, farthest_mm) if gaps else None
 
 
 def _reference(

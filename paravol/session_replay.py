@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from disk.typed_record import read_kept
 from paravol.patient import (
     PatientScene,
     Progress,
@@ -357,10 +358,17 @@ def recorded_score(folder: Path) -> Score | None:
         raise UserError(f"{folder}/result.json is not valid: {error}.") from error
 
 
+def recorded_hash(folder: Path) -> str:
+    """Return the hash of the records that a result was made of; "" in older ones."""
+    result = read_kept(folder / "result.json", _Recorded)
+    return "" if result is None else result.stream
+
+
 class _Recorded(msgspec.Struct):
-    """The part of result.json that a replay computes again."""
+    """The part of result.json that a replay computes again, and of which records."""
 
     score: dict[str, Any]
+    stream: str = ""
 
 
 _FIRST_FIGURES = frozenset(

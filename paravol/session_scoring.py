@@ -13,7 +13,7 @@ from xxhash import xxh3_128
 from disk import UserError
 from disk.typed_record import read_kept
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
-from paravol.recorded_gaps import ChangedStreamError
+from paravol.recorded_flight import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
 from paravol.session_store import SUFFIX, Described
 from paravol.versions import versions
@@ -136,7 +136,7 @@ def score_session(
         case=case,
         progress=progress,
         patient=patient,
-        trusts=not exact,
+        exact=exact,
     )
     return assessment_of(folder, rubric, found, population), found
 

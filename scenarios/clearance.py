@@ -1,6 +1,5 @@
 """How much air is left around a straight shaft, or around a tool."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +11,6 @@ from renderers.scene import Volume
 _STEP_MM = 0.25
 """Distance between samples along the shaft. The distance field changes by at most
 1 mm per mm, so a sample misses at most half a step of clearance."""
-
-_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 
 _FAR_MM = 1000.0
 """Clearance outside the field: more than any tool is long."""
@@ -80,35 +77,6 @@ def tool_clearance(distance: Volume, capsules: NDArray[np.float64]) -> Clearance
         at_mm,
     )
     return Clearance(min(gap_mm, _FAR_MM), at_mm)
-
-
-def shaft_clearances(
-    distance: Volume,
-    frames: NDArray[np.float64],
-    radius_mm: float,
-    length_mm: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Measure `shaft_clearance` at many poses ``(n, 4, 4)``.
-
-    Return gap_mm ``(n,)`` and at_mm ``(n, 3)`` of its `Clearance`.
-    """
-    from renderers.scene.kernels.least_along import least_along_each
-
-    matrix = distance.voxel_from_world
-    back = frames[:, :3, 2]
-    begins = frames[:, :3, 3] + radius_mm * back
-    nearest, air = least_along_each(
-        distance.values,
-        -1.0,
-        # by einsum: of so many rows a matrix product would wake threads for nothing
-        np.einsum("ij,nj->ni", matrix[:3, :3], begins) + matrix[:3, 3],
-        np.einsum("ij,nj->ni", matrix[:3, :3], _STEP_MM * back),
-        _count(radius_mm, length_mm),
-        _FAR_MM,
-        math.inf,
-        (_EVERYWHERE, 0.0),
-    )
-    return air - radius_mm, begins + nearest[:, None] * _STEP_MM * back
 
 
 def _count(radius_mm: float, length_mm: float) -> int:

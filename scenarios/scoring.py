@@ -281,24 +281,3 @@ class Scorer:
 def _length(vector: NDArray[np.float64]) -> float:
     """Return a length, with the same bits on any processor."""
     return math.sqrt(dot(vector, vector))
-
-
-def counted_path_mm(time_s: NDArray[np.float64], tip_mm: NDArray[np.float64]) -> float:
-    """Return the path length that a score counts of samples, tips ``(n, 3)``.
-
-    The arithmetic is `Scorer.add`'s, to the bit.
-    """
-    total = 0.0
-    counted, last_s = None, 0.0
-    for now_s, *tip in zip(time_s.tolist(), *tip_mm.T.tolist(), strict=True):
-        if counted is None or now_s - last_s > ABSENT_S:
-            counted = tip
-        last_s = now_s
-        x, y, z = (a - b for a, b in zip(tip, counted, strict=True))
-        # by far most samples are nearer, which needs no root
-        if x * x + y * y + z * z >= (0.99 * STILL_MM) ** 2:
-            moved = _length(np.array([x, y, z]))
-            if moved >= STILL_MM:
-                total += moved
-                counted = tip
-    return total

@@ -29,6 +29,7 @@ from scenarios.instruments.contact_shape import (
     shaft_mm,
 )
 from scenarios.nostril import SCOPE, TOOL, Nostrils, drag_mm
+from scenarios.reading import Reading
 from scenarios.sample import Sample, tool_frame
 from scenarios.scoring import CONTACT_MM, Score, Scorer
 from scenarios.structures import TISSUE, Structures
@@ -216,6 +217,11 @@ class Session:
     def placed(self) -> Placed | None:
         """Return where the last sample's scope was; None before the first."""
         return None if self._stepped is None else self._stepped[1]
+
+    @property
+    def reading(self) -> Reading | None:
+        """Return what was measured at the last sample; None before the first."""
+        return None if self.placed is None else Reading.of(self.placed)
 
     def freeze(self) -> SessionState:
         """Return all that later samples may change, the patient's tissue included."""

@@ -254,9 +254,7 @@ def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int
     with Stages() as stages:
         for place, session in enumerate(sessions):
             try:
-                found = session_metrics(
-                    session, chosen=chosen, trusts=True, patient=patient_of
-                )
+                found = session_metrics(session, chosen=chosen, patient=patient_of)
             except UserError as error:
                 stages.say(f"{session.name}: {error}")
                 continue

@@ -52,7 +52,6 @@ def keep_flight(
                 settings=rubric.settings,
                 progress=progress,
                 patient=patient,
-                trusts=True,
             )
             assessment = assessment_of(record, rubric, found)
         except UserError as error:

@@ -10,7 +10,7 @@ import msgspec
 
 from disk import UserError
 from disk.typed_record import read_kept
-from paravol.recorded_gaps import demand_as_flown
+from paravol.recorded_flight import demand_as_flown
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, SampleRecord, read_recording
 from scenarios.metrics import Metric

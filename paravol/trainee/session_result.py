@@ -82,7 +82,6 @@ def result_of_session(
         chosen=quick_metrics(flown, rubric),
         progress=progress,
         patient=order.patient,
-        trusts=True,
     )
     assessment = assessment_of(order.record, rubric, found)
     scenario, score = found.scenario, found.score

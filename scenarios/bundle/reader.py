@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
+from xxhash import xxh3_128
 
 from disk import ForeignFileError, UserError, foreign_file
 from disk.typed_record import decode_json
@@ -72,11 +73,13 @@ class Stream:
     damages: tuple[Damage, ...] = ()
     places: dict[int, int] = field(default_factory=dict)
     seal: str = ""
+    digest: xxh3_128 = field(default_factory=xxh3_128)
 
 
 class _Message(NamedTuple):
     record: Record
     sequence: int
+    data: bytes
 
 
 class _Gap(NamedTuple):
@@ -97,7 +100,7 @@ class Recording(NamedTuple):
     stream that cannot be read. places: where samples are among those in `records`, by
     their numbers in the flight, which frames name; lost ones are not there. is_edited:
     the exercise or the registration is not the one that was flown; older recordings
-    cannot tell.
+    cannot tell. hash: of the records, as `SessionRecorder.close` takes it.
     """
 
     info: SessionInfo
@@ -106,6 +109,7 @@ class Recording(NamedTuple):
     damages: tuple[Damage, ...]
     places: dict[int, int]
     is_edited: bool = False
+    hash: str = ""
 
 
 def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
@@ -143,6 +147,7 @@ def read_recording(folder: Path) -> Recording:
         stream.damages,
         stream.places,
         bool(stream.seal) and stream.seal != info.seal(),
+        stream.digest.hexdigest(),
     )
 
 
@@ -158,9 +163,9 @@ def read_stream(path: Path) -> Stream:
         return Stream()  # it died before the first sample
     if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
         raise UserError(f"{path} is not an MCAP stream.")
-    with _uncollected():
-        chunks = list(_good_chunks(content, path))
     stream = Stream()
+    with _uncollected():
+        chunks = list(_good_chunks(content, path, stream.digest))
     if not chunks:
         return _rewritten(content)
     at = len(MCAP0_MAGIC)
@@ -200,7 +205,8 @@ def _rewritten(content: bytes) -> Stream:
                     decoder = _DECODERS.get(topics.get(record.channel_id, ""))
                     if decoder is not None:
                         value = decoder.decode(record.data)
-                        messages.append(_Message(value, record.sequence))
+                        messages.append(_Message(value, record.sequence, record.data))
+                        stream.digest.update(record.data)
         stream.complete = True
     gap = [] if stream.complete or not messages else [_Gap(0, len(content), None)]
     _join(stream, [messages, *gap])
@@ -224,7 +230,7 @@ def _uncollected() -> Iterator[None]:
 
 
 def _good_chunks(
-    content: bytes, path: Path
+    content: bytes, path: Path, digest: xxh3_128
 ) -> Iterator[tuple[int, int, list[_Message]]]:
     """Find the chunks whose checksum is right: start, end and messages of each."""
     topics = dict(_CHANNELS)
@@ -238,6 +244,8 @@ def _good_chunks(
                 try:
                     with foreign_file(path, "a chunk"):
                         messages = _messages(content, start, body, end, topics)
+                    for message in messages:
+                        digest.update(message.data)
                     yield start, end, messages
                     after = end
                 except ForeignFileError:
@@ -286,8 +294,8 @@ def _messages(
             channel, sequence = _MESSAGE_HEAD.unpack_from(data, at)
             decoder = decoders.get(channel)
             if decoder is not None:
-                value = decoder.decode(data[at + _MESSAGE_HEAD.size : after])
-                messages.append(_Message(value, sequence))
+                message = data[at + _MESSAGE_HEAD.size : after]
+                messages.append(_Message(decoder.decode(message), sequence, message))
         elif kind == _CHANNEL:
             channel, _, topic = _channel(data[at:after])
             topics[channel] = topic
@@ -365,7 +373,7 @@ def _join(stream: Stream, parts: list[list[_Message] | _Gap]) -> None:
             known = known and part.samples is not None
             number += part.samples or 0
             continue
-        for record, sequence in part:
+        for record, sequence, _ in part:
             if isinstance(record, SampleRecord):
                 if sequence:
                     number, known = sequence, True

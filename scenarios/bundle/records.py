@@ -7,8 +7,10 @@ import numpy as np
 
 from disk import UserError
 from scenarios.instrument_state import AS_BEFORE, InstrumentState
+from scenarios.reading import Reading
 from scenarios.sample import Sample
 from surgery.edit import Edit
+from surgery.solids import SEED
 
 SEAL = "seal"
 """Kind of the event that holds `SessionInfo.seal`; readers keep it to themselves."""
@@ -22,7 +24,8 @@ class SampleRecord(
     A number that there is not, such as the place of a tool that was lost, is NaN in a
     sample and null in JSON. instrument: absent in recordings from before tools did
     anything. is_frozen: likewise from before the trainer could be frozen. scope_deg:
-    absent for the exercise's scope. camera_roll_deg: absent where it is 0.
+    absent for the exercise's scope. camera_roll_deg: absent where it is 0. reading:
+    what was measured there; absent in older recordings.
     """
 
     time_s: float
@@ -35,9 +38,10 @@ class SampleRecord(
     is_frozen: bool = False
     scope_deg: float | None = None
     camera_roll_deg: float = 0.0
+    reading: Reading | None = None
 
     @classmethod
-    def of(cls, sample: Sample) -> "SampleRecord":
+    def of(cls, sample: Sample, reading: Reading | None = None) -> "SampleRecord":
         """Make the record of a sample. Floats keep all their bits."""
         return cls(
             sample.time_s,
@@ -50,6 +54,7 @@ class SampleRecord(
             sample.is_frozen,
             scope_deg=sample.scope_deg,
             camera_roll_deg=sample.camera_roll_deg,
+            reading=reading,
         )
 
     def sample(self) -> Sample:
@@ -120,6 +125,11 @@ class EditRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     bone_mm3: dict[str, float]
     pieces_mm3: float
     solids: list[float]
+
+    @property
+    def stroke(self) -> int:
+        """Return the stroke it belongs to: its cuts are undone together."""
+        return int(self.solids[SEED])
 
     @classmethod
     def of(cls, edit: Edit) -> "EditRecord":

@@ -2,12 +2,13 @@
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from xxhash import xxh3_128
 
 from devices.port import Closing
 from disk import UserError
@@ -67,6 +68,7 @@ class SessionRecorder(Closing):
             )
             self._channels[kind] = self._writer.register_channel(topic, "json", schema)
         self._unflushed = 0
+        self._digest = xxh3_128()
         self._last_ns = 0
         self._counts = dict.fromkeys(TOPICS.values(), 0)
         self._adding = threading.Lock()
@@ -109,6 +111,7 @@ class SessionRecorder(Closing):
 
     def _append(self, record: Record) -> None:
         data = msgspec.json.encode(record)
+        self._digest.update(data)
         if self._refusal is not None:
             raise self._refusal
         if isinstance(record, SampleRecord | EventRecord):
@@ -143,8 +146,11 @@ class SessionRecorder(Closing):
                         self._refusal = error
                         return
 
-    def close(self, result: object | None = None) -> None:
-        """Finish the stream and write the result, if there is one; idempotent."""
+    def close(self, result: Mapping[str, object] | None = None) -> None:
+        """Finish the stream and write the result, if there is one; idempotent.
+
+        The result has, as "stream", the hash of all records that it was made of.
+        """
         self._ended.set()
         self._flusher.join()
         if self._file.closed:
@@ -155,7 +161,8 @@ class SessionRecorder(Closing):
                 self._file.flush()
                 os.fsync(self._file.fileno())
                 if result is not None:
-                    write_json(self.folder / "result.json", result)
+                    sealed = {**result, "stream": self._digest.hexdigest()}
+                    write_json(self.folder / "result.json", sealed)
         except OSError as error:
             self._refuse(error)
         finally:

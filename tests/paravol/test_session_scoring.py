@@ -66,14 +66,17 @@ class Flight:
 
 
 def sample_at(number: int, centre: NDArray[np.float64]) -> Sample:
-    """Shave to and fro."""
+    """Shave to and fro, take strokes back, and stand still for a while."""
     way = np.array([1.0, 0.2, 0.1])
     at = centre + way * 3.0 * np.sin(number / 11.0) + [0.0, 0.02 * number - 1.5, 0.0]
     state = InstrumentState(
-        "microdebrider", is_working=number % 13 < 9, is_sucking=number % 31 < 25
+        "microdebrider",
+        is_working=number % 13 < 9,
+        is_sucking=number % 31 < 25,
+        undone=number // 30,
     )
-    frame = tip_frame(at - 3 * way, way)
-    return Sample(0.05 * number, frame, 0.0, at, way, 0, state)
+    frame, is_frozen = tip_frame(at - 3 * way, way), 44 <= number < 50
+    return Sample(0.05 * number, frame, 0.0, at, way, 0, state, is_frozen)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +94,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
         for number in range(80):
             sample = sample_at(number, centre)
             session.step(sample)
-            recorder.add(SampleRecord.of(sample))
+            recorder.add(SampleRecord.of(sample, session.reading))
             assert session.placed is not None
             gap_mm = session.placed.gap_mm
             recorder.add(FrameRecord(number, number, 1.0, gap_mm))
@@ -129,7 +132,7 @@ def test_trusting_a_recording_gives_what_stepping_it_gives(flight: Flight) -> No
     compared = partial(
         session_metrics, flight.folder, patient=flight.patient, expert=flight.folder
     )
-    stepped, trusted = compared(), compared(trusts=True)
+    stepped, trusted = compared(exact=True), compared()
     assert trusted.source == "recorded"
     assert trusted.score == stepped.score
     assert any(m.name == "breaches: orbit" and m.value for m in trusted.metrics)
@@ -139,8 +142,7 @@ def test_trusting_a_recording_gives_what_stepping_it_gives(flight: Flight) -> No
     for one, other in zip(trusted.metrics, stepped.metrics, strict=True):
         assert (one.name, one.role) == (other.name, other.role)
         assert one.reason == other.reason
-        if other.value is not None:
-            assert one.value == pytest.approx(other.value, rel=1e-9, abs=1e-9)
+        assert (one.value, one.sigma) == (other.value, other.sigma)
         assert one.intervals == other.intervals
 
 
@@ -150,7 +152,7 @@ def test_both_ways_score_alike(flight: Flight) -> None:
         flight.folder, RUBRIC, patient=flight.patient, exact=True
     )
     assert found.source == "stepped: asked for"
-    assert trusted.percent == pytest.approx(exact.percent, abs=1e-6)
+    assert trusted.percent == exact.percent
     assert trusted.fails == exact.fails
     assert [fail.name for fail in exact.fails] == ["injury"]
     assert exact.fails[0].intervals
@@ -191,11 +193,11 @@ def backwards(record: Record) -> Record:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (moved, "changed: .*was recorded as"),
-        (cut_less, "changed: The cut number 1"),
-        (without_injuries, "changed: The number of injuries"),
-        (other_patient, "changed: The recorded cuts do not leave the patient"),
-        (backwards, "samples must be in order of time"),
+        (moved, "changed: The stream"),
+        (cut_less, "changed: The stream"),
+        (without_injuries, "changed: The stream"),
+        (other_patient, "changed: The stream"),
+        (backwards, "changed: The stream"),
     ],
 )
 @pytest.mark.usefixtures("heads")

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from paravol.score_table import clearance
 from scenarios import Score, Scorer
-from scenarios.scoring import counted_path_mm
 
 
 def test_the_score_of_nothing_can_be_written_and_read_again() -> None:
@@ -134,14 +133,3 @@ def test_nobody_knows_a_contact_while_the_device_was_away() -> None:
     scorer.add(0.1, np.zeros(3), -1.0, "septum")
     scorer.add(9.0, np.zeros(3), -1.0, "septum")
     assert scorer.score().contact_s == pytest.approx(0.1)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_the_path_of_all_samples_at_once_is_the_scores(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    times = np.cumsum(rng.choice([0.01, 0.5, 5.0], 40, p=[0.8, 0.15, 0.05]))
-    tips = np.cumsum(rng.normal(scale=0.3, size=(40, 3)), axis=0)
-    scorer = Scorer({})
-    for time_s, tip in zip(times, tips, strict=True):
-        scorer.add(float(time_s), tip, 1.0)
-    assert counted_path_mm(times, tips) == scorer.score().path_length_mm
