@@ -161,7 +161,7 @@ def contact_rows(score: Score) -> list[tuple[str, str]]:
         ),
         (f"pressed deeper than {PRESSURE_MM:g} mm", f"{score.pressure_s:.1f} s"),
         (
-            "deepest contact",
+            "deepest contact (gauge)",
             f"{score.worst_depth_mm:.2f} mm, {score.worst_structure}",
         ),
         (

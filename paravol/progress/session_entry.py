@@ -223,14 +223,7 @@ def _score(folder: Path) -> Score | None:
 
 
 def _figures(score: Score) -> list[Value]:
-    figures = [
-        ("duration", "s", score.duration_s),
-        ("path length", "mm", score.path_length_mm),
-        ("contacts", "count", float(score.contacts)),
-        ("contact time", "s", score.contact_s),
-        ("pressure time", "s", score.pressure_s),
-        ("deepest contact", "mm", score.worst_depth_mm),
-    ]
+    figures = [("duration", "s", score.duration_s)]
     if score.operation is not None:
         operation = score.operation
         figures += [

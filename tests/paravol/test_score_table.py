@@ -24,7 +24,7 @@ def test_every_figure_is_told_and_contacts_say_what_they_were() -> None:
         "smallest clearance": "-0.50 mm",
         "contacts (gauge)": "1, 30.0 s in all (79%)",
         "pressed deeper than 0.3 mm": "12.0 s",
-        "deepest contact": "0.50 mm, septum",
+        "deepest contact (gauge)": "0.50 mm, septum",
         "touched (gauge)": "septum 22.0 s; skin 8.0 s",
         "nearest to: middle meatus, right": "1.26 mm",
         "nearest to: nasopharynx": "20 mm",
