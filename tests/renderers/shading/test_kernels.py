@@ -13,6 +13,7 @@ from renderers.shading.bounce_light import VirtualLights
 from renderers.shading.kernels.surface_noise import TILE_SIZE, NoiseTile
 from renderers.shading.shader import BOUNCE_FACTOR
 from renderers.shading.surface_look import surface_tables, tint_of
+from tests.renderers.shading.conftest import trace
 
 Array = NDArray[Any]
 SEED = 7
@@ -221,10 +222,16 @@ class Twin:
         return picture
 
 
+@pytest.mark.parametrize("is_odd", [False, True])
 @pytest.mark.parametrize("tier", [Tier.LIVE, Tier.FULL])
 def test_the_kernel_is_the_formula(
-    surface: AirSurface, camera: Camera, gbuffer: GBuffer, tier: Tier
+    surface: AirSurface, camera: Camera, gbuffer: GBuffer, tier: Tier, is_odd: bool
 ) -> None:
+    """Also where rows and columns are no whole number of blocks."""
+    if is_odd:
+        camera = camera.with_size(37, 29)
+        gbuffer = trace(surface, camera)
+        gbuffer.material[8:22, 12:26] = np.arange(14) // 2
     expected = Twin(surface, gbuffer, camera, tier).shade()
     shader = ScopeShader(surface, tier, SEED, threads=1, effects=Effects.none())
     got = shader.shade(gbuffer, camera, ScopeLight())

@@ -71,18 +71,6 @@ def test_it_exposes_by_itself(plain: CameraPass, view: Camera, depths: GBuffer) 
     assert abs(float(picture[36, 36, 1]) - expected) <= 0.51
 
 
-@pytest.mark.parametrize("threads", [2, 3])
-def test_threads_do_not_change_a_bit(
-    view: Camera, depths: GBuffer, radiance: NDArray[np.float32], threads: int
-) -> None:
-    alone, gain = CameraPass(threads=1).finish(radiance, depths, view)
-    shared = CameraPass(threads=threads)
-    got, same = shared.finish(radiance, depths, view)
-    shared.close()
-    assert same == gain
-    assert_array_equal(got, alone)
-
-
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_a_picture_begun_is_the_picture_finished(
     view: Camera, depths: GBuffer, radiance: NDArray[np.float32], threads: int

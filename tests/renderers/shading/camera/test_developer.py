@@ -50,6 +50,9 @@ def developed(camera: Developer, bands: RowBands, *seen: Any) -> NDArray[np.uint
 
 SETTINGS = {
     "full": FULL,
+    "another": replace(
+        FULL, focus_mm=5.0, defocus_px=3.0, contrast=1.3, saturation=0.8, knee=0.7
+    ),
     "without stop": replace(FULL, stop=False),
     "in focus": replace(FULL, defocus_px=0.0, stop=False),
     "without bloom": replace(FULL, glare=0.0, halo=0.0),

@@ -175,26 +175,13 @@ def seen_wall(code: int, thickness: float) -> NDArray[np.float64]:
     found = [
         with_cell(
             *wall(
-                f32(thickness),
-                TABLE[code, c],
-                TABLE[code, k],
-                BONE_ROW[c],
-                BONE_ROW[k],
+                f32(thickness), TABLE[code, c], TABLE[code, k], BONE_ROW[c], BONE_ROW[k]
             ),
             TABLE[code, c],
         )
         for c, k in ((0, 3), (1, 4), (2, 4))
     ]
     return np.array(found, np.float64)
-
-
-def test_virtual_lights_add_up() -> None:
-    light = np.array([[0], [0], [5], [0], [0], [-1], [3], [0]], np.float32)
-    at, up = (f32(0), f32(0), f32(1)), (f32(0), f32(0), f32(1))
-    one = bounced(light, at, up)
-    assert one == pytest.approx(3 / np.pi / 16)
-    assert bounced(np.repeat(light, 4, axis=1), at, up) == pytest.approx(4 * one)
-    assert bounced(light, at, (f32(0), f32(0), f32(-1))) == 0
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 200])

@@ -1,7 +1,6 @@
 """Points of a block are brought to rest by the offsets there, and shown again."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -72,22 +71,6 @@ def test_points_move_by_the_offsets_where_they_are_shown(seed: int) -> None:
     assert_array_equal(triple(w, b.SHOWN_UX), triple(before, b.UX))
     show_again(w)
     assert_array_equal(w[: b.SHOWN], before[: b.SHOWN])
-
-
-@pytest.mark.parametrize("box", [(0, 0, 0, 0, 0, 0), (20, 20, 20, 30, 30, 30)])
-def test_blocks_beside_the_box_are_not_touched(box: tuple[float, ...]) -> None:
-    field, _ = pushed_field(1, box)
-    w = block_at(np.full((b.N, 3), 4.5), np.full((b.N, 3), 2.0))
-    before = w.copy()
-    assert not bring_to_rest(w, field, np.eye(3, dtype=np.float32))
-    assert_array_equal(w, before)
-
-
-def test_pixels_that_show_nothing_move_no_block() -> None:
-    field, _ = pushed_field(1, (2, 2, 2, 8, 8, 7))
-    w = block_at(np.full((b.N, 3), 4.5), np.full((b.N, 3), 2.0))
-    w[b.COVER : b.COVER + b.N] = 0
-    assert not bring_to_rest(w, field, np.eye(3, dtype=np.float32))
 
 
 def test_a_voxel_is_taken_where_it_lies_at_rest() -> None:

@@ -9,12 +9,7 @@ from numpy.typing import NDArray
 
 from renderers.shading.capsules import COLUMNS
 from renderers.shading.kernels import pixel_block as b
-from renderers.shading.kernels.shadow import (
-    BUNDLE_RADIUS_MM,
-    darken,
-    shadow,
-    spread_share,
-)
+from renderers.shading.kernels.shadow import BUNDLE_RADIUS_MM, darken, shadow
 
 N = b.N
 Doubles = NDArray[np.float64]
@@ -239,9 +234,3 @@ def test_what_steel_sends_back_is_left() -> None:
         darken(w, capsule([3, 0, -50], [3, 0, 50], 1.2, absorbed=absorbed))
         found.append(1 - left(w, b.BOUNCE)[0])
     assert found[1] == pytest.approx(0.4 * found[0], rel=1e-5)
-
-
-def test_the_share_of_the_spread_is_near_its_integral() -> None:
-    u = np.linspace(-1, 1, 201)
-    exact = (np.arcsin(u) + u * np.sqrt(1 - u * u)) * 2 / np.pi
-    assert np.abs(spread_share.py_func(u) - exact).max() < 0.018
