@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from renderers.art import tracer
-from renderers.scene import Camera, Projection, Scene
+from renderers.scene import AirSurface, Camera, Projection, Scene
 from tests.scenes import make_scene
 
 
@@ -12,6 +12,13 @@ from tests.scenes import make_scene
 def scene() -> Scene:
     """Get the small scene."""
     return make_scene()
+
+
+@pytest.fixture(scope="session")
+def surface(scene: Scene) -> AirSurface:
+    """Get the small scene's air."""
+    assert scene.surface is not None
+    return scene.surface
 
 
 @pytest.fixture(scope="session")
@@ -28,10 +35,9 @@ def outside(scene: Scene) -> Camera:
 
 
 @pytest.fixture(scope="session")
-def inside(scene: Scene) -> Camera:
+def inside(surface: AirSurface) -> Camera:
     """Get a scope's view from a point in the small scene's air."""
-    assert scene.surface is not None
-    distance = scene.surface.distance
+    distance = surface.distance
     k, j, i = np.unravel_index(int(distance.values.argmin()), distance.shape)
     eye = (distance.world_from_voxel @ [i, j, k, 1.0])[:3]
     return Camera.looking_at(eye, eye + np.array([0.3, 1.0, 0.2]), size=(50, 43))

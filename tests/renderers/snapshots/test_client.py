@@ -16,11 +16,6 @@ from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.worker import run_worker
 
 
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
-
-
 def test_a_finished_id_is_answered_again(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -49,16 +44,14 @@ def test_an_array_is_hashed_once_and_not_kept_alive(
     assert alive() is None
 
 
-def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
-    job = client.submit(client.request_classic(scene, outside))
+def test_nobody_serves(client: SnapshotClient, job: str) -> None:
     with pytest.raises(SnapshotError, match=r"still queued after 0\.1 s; is a worker"):
         client.wait(job, timeout_s=0.1)
 
 
 def test_a_job_cancelled_in_the_queue_is_never_drawn(
-    client: SnapshotClient, scene: Scene, outside: Camera
+    client: SnapshotClient, job: str
 ) -> None:
-    job = client.submit(client.request_classic(scene, outside))
     client.cancel(job)
     run_worker(client.spool.folder, once=True)
     with pytest.raises(SnapshotCancelledError):

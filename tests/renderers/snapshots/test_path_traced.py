@@ -1,45 +1,35 @@
 """Snapshots whose light is followed by paths: they end, stop, and go on."""
 
-from pathlib import Path
-
 import msgspec
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from renderers.scene import Camera, Scene
+from renderers.scene import AirSurface, Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
 from renderers.snapshots.delivery import Finisher
 from renderers.snapshots.error_estimate import eye_codes, in_field
 from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
-from renderers.snapshots.worker import run_worker
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
+from tests.renderers.snapshots.asking import served
 
 
 def drawn(
     client: SnapshotClient,
-    scene: Scene,
+    surface: AirSurface,
     camera: Camera,
     path_tracing: PathTracingSpec | None,
     deliver_after_s: float | None = None,
 ) -> Snapshot:
-    assert scene.surface is not None
     request = client.request_scope(
-        scene.surface,
+        surface,
         camera,
         samples=1,
         path_tracing=path_tracing,
         deliver_after_s=deliver_after_s,
         gain=1.0,
     )
-    job = client.submit(request)
-    run_worker(client.spool.folder, once=True)
-    return client.wait(job)
+    return served(client, request)
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +38,9 @@ def camera(inside: Camera) -> Camera:
 
 
 def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
-    client: SnapshotClient, scene: Scene, camera: Camera
+    client: SnapshotClient, surface: AirSurface, camera: Camera
 ) -> None:
-    few = drawn(client, scene, camera, PathTracingSpec(paths=48))
+    few = drawn(client, surface, camera, PathTracingSpec(paths=48))
     assert few.result.complete
     seen = few.samples()[few.coverage() > 0]
     assert set(np.unique(seen % 16)) == {0}
@@ -59,11 +49,11 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
     assert blocks[blocks > 0].mean() == 48
     assert few.result.noise is not None
     assert few.result.noise > 0
-    low = drawn(client, scene, camera, PathTracingSpec(paths=2**20, noise=0.15))
+    low = drawn(client, surface, camera, PathTracingSpec(paths=2**20, noise=0.15))
     assert low.result.complete
     assert low.result.noise is not None
     assert low.result.noise <= 0.15
-    quick = drawn(client, scene, camera, None)
+    quick = drawn(client, surface, camera, None)
     assert quick.result.noise is None
     assert not np.array_equal(quick.radiance(), few.radiance())
     assert_array_equal(quick.depth_mm(), few.depth_mm())
@@ -72,22 +62,20 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
 
 
 def test_stopped_at_once_it_shows_the_quick_light_and_says_so(
-    client: SnapshotClient, scene: Scene, camera: Camera
+    client: SnapshotClient, surface: AirSurface, camera: Camera
 ) -> None:
-    cut = drawn(client, scene, camera, PathTracingSpec(), deliver_after_s=1e-9)
+    cut = drawn(client, surface, camera, PathTracingSpec(), deliver_after_s=1e-9)
     assert not cut.result.complete
     assert cut.result.noise is None
     assert not cut.samples().any()
 
 
 def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
-    tmp_path: Path, scene: Scene, camera: Camera
+    client: SnapshotClient, scene: Scene, surface: AirSurface, camera: Camera
 ) -> None:
     """As long as its noise is not known; by those of its walls that have paths."""
-    assert scene.surface is not None
-    client = SnapshotClient(tmp_path / "spool")
     request = client.request_scope(
-        scene.surface,
+        surface,
         camera.with_size(64, 64),
         samples=1,
         path_tracing=PathTracingSpec(),
@@ -117,33 +105,30 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
 
 
 def test_going_on_is_never_having_stopped(
-    client: SnapshotClient, scene: Scene, camera: Camera
+    client: SnapshotClient, surface: AirSurface, camera: Camera
 ) -> None:
-    whole = drawn(client, scene, camera, PathTracingSpec(paths=96))
-    part = drawn(client, scene, camera, PathTracingSpec(paths=48))
+    whole = drawn(client, surface, camera, PathTracingSpec(paths=96))
+    part = drawn(client, surface, camera, PathTracingSpec(paths=48))
     state = client.put(part.state())
-    rest = drawn(client, scene, camera, PathTracingSpec(paths=96, state=state))
+    rest = drawn(client, surface, camera, PathTracingSpec(paths=96, state=state))
     assert rest.radiance().tobytes() == whole.radiance().tobytes()
     assert_array_equal(rest.samples(), whole.samples())
     assert rest.result.noise == whole.result.noise
 
 
 def test_the_state_of_another_view_is_refused(
-    client: SnapshotClient, scene: Scene, camera: Camera
+    client: SnapshotClient, surface: AirSurface, camera: Camera
 ) -> None:
-    part = drawn(client, scene, camera, PathTracingSpec(paths=32))
+    part = drawn(client, surface, camera, PathTracingSpec(paths=32))
     state = client.put(part.state())
     with pytest.raises(SnapshotError, match=r"goes on from float64 \(24, 24, 7\)"):
-        drawn(client, scene, camera.with_size(24, 24), PathTracingSpec(state=state))
+        drawn(client, surface, camera.with_size(24, 24), PathTracingSpec(state=state))
 
 
 def test_a_request_says_how_many_paths_strictly(
-    client: SnapshotClient, scene: Scene, camera: Camera
+    client: SnapshotClient, surface: AirSurface, camera: Camera
 ) -> None:
-    assert scene.surface is not None
-    request = client.request_scope(
-        scene.surface, camera, path_tracing=PathTracingSpec()
-    )
+    request = client.request_scope(surface, camera, path_tracing=PathTracingSpec())
     record = msgspec.json.encode(request)
     for wrong in (b'"paths":31', b'"paths":"many"', b'"path":64'):
         with pytest.raises(msgspec.ValidationError, match=r"\$\.work\.truth"):

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,11 +19,6 @@ from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, Traced, empty_gather
 from renderers.snapshots.worker import run_worker
 from tests.renderers.snapshots.watched_team import WatchedTeam
-
-
-@pytest.fixture
-def client(tmp_path: Any) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 def asked(client: SnapshotClient, scene: Scene, camera: Camera) -> SnapshotRequest:
@@ -193,11 +187,7 @@ def begin(client: SnapshotClient, request: SnapshotRequest) -> tuple[Spool, Path
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("mode", ["classic", "scope"])
 def test_the_finished_picture_is_the_same_with_and_without(
-    client: SnapshotClient,
-    scene: Scene,
-    inside: Camera,
-    mode: str,
-    samples: Samples,
+    client: SnapshotClient, scene: Scene, inside: Camera, mode: str, samples: Samples
 ) -> None:
     camera = inside.with_size(70, 66)
     requests = []

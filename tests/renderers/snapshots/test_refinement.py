@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -11,10 +10,9 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.art import ActiveRayTracer
 from renderers.art.regions import Gather
 from renderers.art.tracer import RenderStoppedError
-from renderers.scene import Camera, Material, Mesh, Scene
+from renderers.scene import AirSurface, Camera, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Finisher, Picture
 from renderers.snapshots.growing import FILE_NAME, GrowingPicture
@@ -22,12 +20,7 @@ from renderers.snapshots.refinement import Refinement, can_refine, refined
 from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from renderers.snapshots.scene_loader import load_scene
 from renderers.snapshots.team import SerialTeam, Tools, Traced
-from renderers.snapshots.worker import run_worker
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
+from tests.renderers.snapshots.asking import blade, served
 
 
 class WholeTeam(SerialTeam):
@@ -46,20 +39,10 @@ class WholeTeam(SerialTeam):
         return super().trace(request, scene, progress)
 
 
-def blade(camera: Camera) -> tuple[Mesh, NDArray[np.float64]]:
-    """Hold a metal triangle before the lens."""
-    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
-    pose = np.eye(4)
-    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
-    pose[:3, 3] = camera.eye_mm
-    return Mesh(corners, np.array([[0, 1, 2]]), Material.METAL), pose
-
-
 def asked(
-    client: SnapshotClient, scene: Scene, camera: Camera, **more: Any
+    client: SnapshotClient, surface: AirSurface, camera: Camera, **more: Any
 ) -> SnapshotRequest:
-    assert scene.surface is not None
-    request = client.request_scope(scene.surface, camera, gain=1.0, **more)
+    request = client.request_scope(surface, camera, gain=1.0, **more)
     return msgspec.structs.replace(request, tolerance=0.0)
 
 
@@ -87,7 +70,7 @@ def begun(
 @pytest.mark.parametrize("team", [SerialTeam, WholeTeam])
 def test_when_all_have_all_samples_it_is_the_very_picture(
     client: SnapshotClient,
-    scene: Scene,
+    surface: AirSurface,
     inside: Camera,
     size: tuple[int, int],
     with_tool: bool,
@@ -96,7 +79,7 @@ def test_when_all_have_all_samples_it_is_the_very_picture(
     """And before, each refined pixel has its final radiance, to the bit."""
     camera = inside.with_size(*size)
     tools = [blade(camera)] if with_tool else []
-    request = asked(client, scene, camera, instruments=tools)
+    request = asked(client, surface, camera, instruments=tools)
     expected = whole(client, request)
     refinement = begun(client, request, team(1))
     while refinement.share < 1:
@@ -121,10 +104,10 @@ def codes(radiance: NDArray[np.float32]) -> NDArray[np.float64]:
 
 
 def test_the_worst_go_first_and_the_error_told_is_the_error_there_is(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, scene: Scene, surface: AirSurface, inside: Camera
 ) -> None:
     camera = inside.with_size(128, 128)
-    request = asked(client, scene, camera)
+    request = asked(client, surface, camera)
     expected = whole(client, request)
     # within the field's stop: nothing beyond it is shown
     place = (np.arange(128) - 63.5) / 64
@@ -151,9 +134,9 @@ def test_the_worst_go_first_and_the_error_told_is_the_error_there_is(
 
 
 def test_it_stops_at_the_tolerance_when_told_and_never_for_nobody(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, surface: AirSurface, inside: Camera
 ) -> None:
-    request = asked(client, scene, inside.with_size(96, 96))
+    request = asked(client, surface, inside.with_size(96, 96))
     first = begun(client, request).error
     loose = msgspec.structs.replace(request, tolerance=0.5 * first)
     found = refined(begun(client, loose), lambda share: True, lambda: False)
@@ -169,13 +152,11 @@ def test_it_stops_at_the_tolerance_when_told_and_never_for_nobody(
 
 
 def test_the_service_refines_shows_and_says_so(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, surface: AirSurface, inside: Camera
 ) -> None:
     camera = inside.with_size(64, 64)
-    request = asked(client, scene, camera, progressive=True)
-    job = client.submit(request)
-    run_worker(client.spool.folder, once=True)
-    found = client.wait(job)
+    request = asked(client, surface, camera, progressive=True)
+    found = served(client, request)
     expected = whole(client, request)
     assert_array_equal(found.pixels(), expected.pixels)
     assert found.result.error == 0
@@ -185,40 +166,21 @@ def test_the_service_refines_shows_and_says_so(
     growing = GrowingPicture(client.spool, request.id, 64, 64)
     assert growing.update()
     loose = msgspec.structs.replace(request, id="1" * 32, tolerance=255.0)
-    client.submit(loose)
-    run_worker(client.spool.folder, once=True)
-    rough = client.wait(loose.id)
+    rough = served(client, loose)
     assert rough.result.complete
     assert rough.result.traced == 0.25
     assert_array_equal(growing.pixels, rough.pixels())
 
 
 def test_only_pictures_of_four_samples_by_quick_light_are_refined(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, scene: Scene, surface: AirSurface, inside: Camera
 ) -> None:
-    assert scene.surface is not None
-    request = asked(client, scene, inside)
+    request = asked(client, surface, inside)
     assert can_refine(request)
     assert not can_refine(msgspec.structs.replace(request, tolerance=None))
-    single = client.request_scope(scene.surface, inside, samples=1)
+    single = client.request_scope(surface, inside, samples=1)
     assert not can_refine(msgspec.structs.replace(single, tolerance=0.0))
-    truth = client.request_scope(scene.surface, inside, path_tracing=PathTracingSpec())
+    truth = client.request_scope(surface, inside, path_tracing=PathTracingSpec())
     assert not can_refine(msgspec.structs.replace(truth, tolerance=0.0))
     classic = client.request_classic(scene, inside, samples=4)
     assert not can_refine(msgspec.structs.replace(classic, tolerance=0.0))
-
-
-def test_rays_that_nobody_wants_change_no_others(scene: Scene, inside: Camera) -> None:
-    tracer = ActiveRayTracer(scene, threads=1)
-    camera = inside.with_size(150, 130)
-    whole = tracer.gbuffer(camera)
-    wanted = np.zeros((130, 150), np.bool_)
-    wanted[70:90, 10:40] = True
-    wanted[3, ::7] = True
-    limit = np.where(wanted, np.inf, 0).astype(np.float32)
-    found = tracer.gbuffer(camera, limit_mm=limit)
-    assert np.array_equal(found.depth_mm[wanted], whole.depth_mm[wanted])
-    assert np.array_equal(found.normal[wanted], whole.normal[wanted])
-    assert not np.isfinite(found.depth_mm[~wanted]).any()
-    none = tracer.gbuffer(camera, limit_mm=np.zeros_like(limit))
-    assert not none.coverage.any()

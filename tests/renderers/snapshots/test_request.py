@@ -1,9 +1,6 @@
-import math
-from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
@@ -16,14 +13,9 @@ from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import (
     LARGEST_REQUEST,
-    REQUEST_SCHEMA,
-    CameraSpec,
-    ClassicWork,
     CutSpec,
     DeflectorSpec,
-    GridSpec,
     ImageSpec,
-    NodeSpec,
     RotationSpec,
     ScalingSpec,
     ScopeWork,
@@ -33,22 +25,11 @@ from renderers.snapshots.request import (
     to_deflection,
 )
 from renderers.snapshots.worker import run_worker
+from tests.renderers.snapshots.asking import DIGEST, classic_work, scope_request
 from tests.renderers.snapshots.threaded_end import threaded_team
 
-DIGEST = "0123456789abcdef" * 4
-GRID = GridSpec((1.0, 1, 1), (0.0, 0, 0), ((1.0, 0, 0), (0.0, 1, 0), (0.0, 0, 1)))
-CAMERA = CameraSpec((0.0, 0, 0), ((1.0, 0, 0), (0.0, 0, 1), (0.0, -1, 0)), 0.7)
-SCOPE = SnapshotRequest(
-    schema=REQUEST_SCHEMA,
-    id="ab" * 16,
-    camera=CAMERA,
-    image=ImageSpec(64, 48, 4),
-    work=ScopeWork(DIGEST, DIGEST, DIGEST, GRID),
-)
-NODES = (NodeSpec(0.0, (1.0, 1, 1), 0.0), NodeSpec(9.0, (1.0, 1, 1), 2.0))
-CLASSIC = msgspec.structs.replace(
-    SCOPE, work=ClassicWork(DIGEST, GRID, NODES), image=ImageSpec(64, 48)
-)
+SCOPE = scope_request(7, image=ImageSpec(64, 48, 4))
+CLASSIC = msgspec.structs.replace(SCOPE, work=classic_work(), image=ImageSpec(64, 48))
 
 
 def changed(request: SnapshotRequest, path: str, value: Any) -> bytes:
@@ -169,13 +150,6 @@ def test_junk_is_refused(junk: bytes) -> None:
         decode_request(junk)
 
 
-def test_the_default_request_asks_for_finite_things() -> None:
-    for value in msgspec.to_builtins(CAMERA).values():
-        if isinstance(value, float):
-            assert math.isfinite(value)
-    assert np.all(np.isfinite(SCOPE.to_camera().frame))
-
-
 def specs(scene: Scene) -> tuple[DeflectorSpec, ...]:
     x, y, z = (float(v) for v in scene.volume.center_mm)
     return (
@@ -190,9 +164,12 @@ def specs(scene: Scene) -> tuple[DeflectorSpec, ...]:
     "policy", [Dataflow.REPLICATED, Dataflow.STATIC, Dataflow.MIGRATING]
 )
 def test_ranks_draw_what_one_tracer_draws(
-    tmp_path: Path, scene: Scene, outside: Camera, inside: Camera, policy: Dataflow
+    client: SnapshotClient,
+    scene: Scene,
+    outside: Camera,
+    inside: Camera,
+    policy: Dataflow,
 ) -> None:
-    client = SnapshotClient(tmp_path / "spool")
     moved = specs(scene)
     assert scene.surface is not None
     classic = client.request_classic(scene, outside)
@@ -222,30 +199,17 @@ def test_ranks_draw_what_one_tracer_draws(
     ],
 )
 def test_what_is_wrong_is_refused_by_name_of_a_deflector(
-    tmp_path: Path,
+    client: SnapshotClient,
     scene: Scene,
     outside: Camera,
     change: dict[str, Any],
     complaint: str,
 ) -> None:
-    client = SnapshotClient(tmp_path / "spool")
     request = msgspec.to_builtins(client.request_classic(scene, outside))
     wrong = msgspec.to_builtins(specs(scene)[1]) | change
     record = msgspec.json.encode(request | {"deflectors": [wrong]})
     with pytest.raises(ValueError, match=complaint):
         decode_request(record)
-
-
-def test_a_fold_is_told_to_the_client(
-    tmp_path: Path, scene: Scene, outside: Camera
-) -> None:
-    client = SnapshotClient(tmp_path / "spool")
-    folding = (ScalingSpec((0.0, 0.0, 0.0), 5.0, 30.0),)
-    request = msgspec.structs.replace(
-        client.request_classic(scene, outside), deflectors=folding
-    )
-    with pytest.raises(ValueError, match="scaling by 30 would fold the tissue"):
-        client.submit(request)
 
 
 def test_bent_rays_do_not_travel(scene: Scene) -> None:

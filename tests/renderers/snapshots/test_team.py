@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -13,61 +12,23 @@ from renderers.scene import Camera, Distortion, Image, Mesh, Projection, Scene
 from renderers.scene.composition import before_solids, solids_seen
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import downsample_radiance
-from renderers.snapshots.client import (
-    Snapshot,
-    SnapshotClient,
-    SnapshotError,
-)
+from renderers.snapshots.client import SnapshotClient, SnapshotError
 from renderers.snapshots.growing import GrowingPicture
 from renderers.snapshots.progressive import coarse_requests, fill, trace_best
 from renderers.snapshots.request import (
     QualityName,
     RotationSpec,
     Samples,
-    ScopeWork,
     SnapshotRequest,
     to_deflection,
 )
 from renderers.snapshots.scene_loader import load_tools
-from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, ending_rays
 from renderers.snapshots.worker import run_worker
+from tests.renderers.snapshots.asking import served
 from tests.renderers.snapshots.threaded_end import threaded_team
 from tests.renderers.snapshots.watched_team import WatchedTeam
 from tests.tools import board, rod
-
-POLICY = CellPolicy(5, Dataflow.STATIC)
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
-
-
-def test_a_team_of_ranks_delivers_the_same_bytes(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    good = client.request_classic(scene, outside)
-    assert not isinstance(good.work, ScopeWork)
-    cancelled = client.request_classic(scene, outside)
-    client.cancel(cancelled.id)
-    again = client.request_classic(scene, outside, samples=4)
-    for request in (good, cancelled, again):
-        client.submit(request)
-    with threaded_team(Spool(client.spool.folder).data, POLICY) as team:
-        served = run_worker(client.spool.folder, once=True, team=team)
-    assert served == 3
-    expected = ActiveRayTracer(scene).render(outside)
-    snapshot = client.wait(good.id)
-    assert snapshot.result.ranks == 3
-    assert snapshot.result.counters["requests"] > 0
-    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
-    fine = ActiveRayTracer(scene).render(outside.with_size(100, 86))
-    assert client.wait(again.id).radiance() == pytest.approx(
-        fine.rgba.reshape(43, 2, 50, 2, 4).mean(axis=(1, 3)), abs=1e-6
-    )
-    assert isinstance(fine, Image)
-
 
 TURN = RotationSpec((2.0, 14.0, 16.0), 6.0, (1.0, 0.0, 0.5), 40.0)
 
@@ -80,12 +41,6 @@ def tools(scene: Scene) -> list[PlacedMesh]:
         rod(centre, centre + np.array([15.0, -20, 12])),
         rod(centre + np.array([-4.0, -16, -6]), centre + np.array([4.0, 16, 3]), 1.0),
     ]
-
-
-def drawn(client: SnapshotClient, request: SnapshotRequest, **how: Any) -> Snapshot:
-    client.submit(request)
-    assert run_worker(client.spool.folder, once=True, **how) == 1
-    return client.wait(request.id)
 
 
 def among(
@@ -126,7 +81,7 @@ def test_a_request_gives_the_bits_of_render_among(
     request = client.request_classic(
         scene, camera, quality=quality, instruments=tools, progressive=threads == 1
     )
-    found = drawn(client, request, threads=threads)
+    found = served(client, request, threads=threads)
     rgba, depth = among(scene, camera, tools, quality=quality)
     assert_array_equal(found.radiance(), rgba)
     assert_array_equal(found.depth_mm(), depth)
@@ -149,7 +104,7 @@ def test_four_samples_are_four_rays_each_with_its_own_end(
             {"deflection": to_deflection((TURN,))},
         ),
     ):
-        found = drawn(client, asked)
+        found = served(client, asked)
         rgba, depth = among(scene, fine, tools, **how)
         assert_array_equal(found.radiance(), downsample_radiance(rgba))
         nearest = depth.reshape(43, 2, 50, 2).min(axis=(1, 3))
@@ -202,7 +157,7 @@ def test_a_tool_in_empty_air_is_all_there_is(
 ) -> None:
     nothing = np.full_like(scene.volume.values, -300)
     air = replace(scene, volume=scene.volume.with_values(nothing, -1000.0))
-    found = drawn(client, client.request_classic(air, outside, instruments=tools))
+    found = served(client, client.request_classic(air, outside, instruments=tools))
     solids = solids_seen(outside, tools)
     dark = np.zeros((43, 50, 4), np.float32)
     none = Image(dark, np.full((43, 50), np.inf, np.float32))
@@ -227,7 +182,7 @@ def test_what_is_behind_all_tissue_shows_only_through_it(
         request = client.request_classic(walled, outside, instruments=placed)
         # every ray goes on until nothing is left of its light
         whole = msgspec.structs.replace(request, cutoff=0.0)
-        radiance.append(drawn(client, whole).radiance())
+        radiance.append(served(client, whole).radiance())
     found, bare = radiance
     met, opaque = solids.coverage > 0, bare[..., 3] == 1
     assert (met & opaque).sum() > 50 < (met & (bare[..., 3] < 0.5)).sum()
@@ -295,7 +250,7 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     request = client.request_classic(
         scene, outside, instruments=tools, samples=samples, progressive=True
     )
-    drawn(client, request)
+    served(client, request)
     growing = GrowingPicture(client.spool, request.id, 50, 43)
     assert growing.update()
     # the last look was at all of it, at one ray a pixel
@@ -305,27 +260,6 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     off = np.abs(growing.pixels.astype(np.int16) - one)
     # the light of one of four rays is taken where the pixel's middle is
     assert off.max() <= step - 1
-
-
-@pytest.mark.usefixtures("steady_pace")
-def test_who_takes_a_job_over_ends_rays_at_the_same_tools(
-    client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
-) -> None:
-    camera = outside.with_size(256, 512)
-    job = client.submit(client.request_classic(scene, camera, instruments=tools))
-
-    def die(asked: SnapshotRequest, share: float) -> None:
-        if share > 0.3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_worker(client.spool.folder, team=WatchedTeam(looks=die), save_every_s=0.0)
-    run_worker(client.spool.folder, once=True, lease_s=0.2)
-    found = client.wait(job)
-    assert found.result.counters["rays_kept"] > 0
-    rgba, depth = among(scene, camera, tools)
-    assert_array_equal(found.radiance(), rgba)
-    assert_array_equal(found.depth_mm(), depth)
 
 
 def test_what_is_wrong_with_a_tool_is_told_to_the_client(
@@ -340,12 +274,12 @@ def test_what_is_wrong_with_a_tool_is_told_to_the_client(
     mirrored = pose * [-1, 1, 1, 1]
     bent = client.request_classic(scene, outside, instruments=[(mesh, mirrored)])
     with pytest.raises(SnapshotError, match="pose must be rigid"):
-        drawn(client, bent)
+        served(client, bent)
     gone = msgspec.structs.replace(request.work.instruments[0], faces="0" * 64)
     work = msgspec.structs.replace(request.work, instruments=(gone,))
     lost = msgspec.structs.replace(request, work=work)
     with pytest.raises(SnapshotError, match="there is no data 0000"):
-        drawn(client, lost)
+        served(client, lost)
     tissue = Mesh(mesh.vertices, mesh.faces, type(mesh.material)(0))
     with pytest.raises(ValueError, match="cannot be made of TISSUE"):
         client.request_classic(scene, outside, instruments=[(tissue, pose)])

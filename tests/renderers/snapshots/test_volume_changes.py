@@ -1,4 +1,3 @@
-from pathlib import Path
 from typing import Any
 
 import hypothesis.strategies as st
@@ -26,11 +25,6 @@ from tests.renderers.snapshots.threaded_end import threaded_team
 
 SHAPES = arrays.array_shapes(min_dims=3, max_dims=3, min_side=2, max_side=21)
 TYPES = st.sampled_from([np.float32, np.int16, np.uint8, np.uint16])
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 @st.composite
@@ -83,66 +77,32 @@ def test_a_box_around_all_edits_finds_the_same_bricks(
     assert_array_equal(found.record(), VolumeChanges.between(base, edited).record())
 
 
-def spoiled(name: str) -> tuple[NDArray[Any], str]:
-    """Return a record that is wrong and what is said of it."""
-    base = np.zeros((20, 20, 20), np.float32)
-    edited = base.copy()
-    edited[3, 3, 3] = edited[12, 12, 12] = 1
-    good = VolumeChanges.between(base, edited).record()
-    wrong = good.copy()
-    match name:
-        case "too large":
-            wrong[1, 0] = 27
-            return wrong, "changes: there is no brick 27; the volume has 27"
-        case "negative":
-            wrong[0, 0] = -1
-            return wrong, "changes: there is no brick -1"
-        case "twice":
-            wrong[1, 0] = wrong[0, 0]
-            return wrong, "changes: bricks must ascend, each there once; 0 comes"
-        case "backwards":
-            return wrong[::-1].copy(), "changes: bricks must ascend"
-        case "narrow":
-            return wrong[:, :-1].copy(), "changes: bricks of float32 are rows of 513"
-        case "flat":
-            return wrong.ravel(), "changes: bricks of float32 are rows of 513"
-        case "NaN":
-            wrong[1, 5] = np.array([np.nan], np.float32).view(np.int32)[0]
-            return wrong, "changes: brick 13 holds a value that is not finite"
-        case _:
-            raise AssertionError(name)
+NAN = np.array([np.nan], np.float32).view(np.int32)
 
 
 @pytest.mark.parametrize(
-    "name", ["too large", "negative", "twice", "backwards", "narrow", "flat", "NaN"]
+    ("place", "value", "words"),
+    [
+        ((1, 0), 27, "there is no brick 27"),
+        ((0, 0), -1, "there is no brick -1"),
+        ((1, 0), 0, "bricks must ascend"),
+        ((slice(None), 0), [13, 0], "bricks must ascend"),
+        ((1, 5), NAN[0], "brick 13 holds a value that is not finite"),
+        (None, np.s_[:, :-1], "rows of 513"),
+        (None, np.s_[0], "rows of 513"),
+    ],
 )
-def test_wrong_bricks_are_refused_by_name(name: str) -> None:
-    record, words = spoiled(name)
-    with pytest.raises(ValueError, match=words):
-        VolumeChanges.of_record(record, np.zeros((20, 20, 20), np.float32), "changes")
-
-
-def test_a_worker_rejects_wrong_bricks_and_serves_the_next(
-    client: SnapshotClient, scene: Scene, inside: Camera
-) -> None:
-    head = Operated.of(scene)
-    head.bite((17, 13, 20), 4.0)
-    good = client.request_scope(head.surface, inside, samples=1)
-    assert good.work.changes is not None
-    assert scene.surface is not None
-    record = VolumeChanges.between(scene.surface.distance.values, head.distance)
-    wrong = record.record()
-    wrong[-1, 0] = 1 << 20
-    spoilt = msgspec.structs.replace(
-        good,
-        id=f"{1:032x}",
-        work=msgspec.structs.replace(good.work, changes=client.put(wrong)),
-    )
-    jobs = [client.submit(spoilt), client.submit(good)]
-    run_worker(client.spool.folder, once=True)
-    with pytest.raises(RuntimeError, match=r"rejected: changes: there is no brick"):
-        client.wait(jobs[0])
-    assert client.wait(jobs[1]).result.complete
+def test_wrong_bricks_are_refused_by_name(place: Any, value: Any, words: str) -> None:
+    base = np.zeros((20, 20, 20), np.float32)
+    edited = base.copy()
+    edited[3, 3, 3] = edited[12, 12, 12] = 1
+    record = VolumeChanges.between(base, edited).record()
+    if place is None:
+        record = record[value].copy()
+    else:
+        record[place] = value
+    with pytest.raises(ValueError, match=f"changes: .*{words}"):
+        VolumeChanges.of_record(record, base, "changes")
 
 
 def test_an_array_edited_in_place_is_stored_again(client: SnapshotClient) -> None:
@@ -160,10 +120,9 @@ def test_an_array_edited_in_place_is_stored_again(client: SnapshotClient) -> Non
 
 
 def test_an_unoperated_request_of_before_is_read_as_ever(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, surface: AirSurface, inside: Camera
 ) -> None:
-    assert scene.surface is not None
-    request = client.request_scope(scene.surface, inside)
+    request = client.request_scope(surface, inside)
     record = msgspec.json.decode(msgspec.json.encode(request))
     assert record["work"].pop("changes") is None
     assert record["work"].pop("wounds") is None
@@ -308,18 +267,3 @@ def test_a_workers_picture_is_the_direct_tracers(
             shader = ScopeShader(then.surface, Tier.FULL, threads=1)
             radiance = shader.shade(found, camera, ScopeLight(1.45))
             assert snapshot.radiance().tobytes() == radiance.tobytes()
-
-
-def test_a_frozen_surface_is_not_the_living_one(scene: Scene) -> None:
-    head = Operated.of(scene)
-    head.bite((17, 13, 20), 4.0)
-    frozen = FrozenSurface.of(head.surface)
-    kept = head.distance.copy()
-    head.bite((9, 13, 12), 4.0)
-    assert frozen.distance is not None
-    assert scene.surface is not None
-    found = frozen.distance.applied(scene.surface.distance.values)
-    assert found.tobytes() == kept.tobytes()
-    unoperated = FrozenSurface.of(scene.surface)
-    assert isinstance(unoperated.surface, AirSurface)
-    assert unoperated.distance is None

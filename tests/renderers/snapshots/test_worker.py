@@ -3,7 +3,6 @@ import hashlib
 import os
 import shutil
 import threading
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -14,23 +13,14 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.ranks.transport import TransportError
 from renderers.art.tracer import FASTER, FIRST_BLOCKS
-from renderers.scene import Camera, Material, Mesh, Scene
+from renderers.scene import AirSurface, Camera, Scene
 from renderers.snapshots import worker
-from renderers.snapshots.client import (
-    SnapshotCancelledError,
-    SnapshotClient,
-    SnapshotError,
-    WorkerLostError,
-)
+from renderers.snapshots.client import SnapshotClient, SnapshotError, WorkerLostError
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import Claim, JobState, JobStatus, Spool, SpoolError
 from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
+from tests.renderers.snapshots.asking import blade, served
 from tests.renderers.snapshots.watched_team import WatchedTeam
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
 
 
 def test_classic_is_what_the_tracer_draws(
@@ -55,24 +45,12 @@ def test_classic_is_what_the_tracer_draws(
 
 
 def test_the_scope_sees_tissue_and_an_instrument(
-    client: SnapshotClient, scene: Scene, inside: Camera
+    client: SnapshotClient, surface: AirSurface, inside: Camera
 ) -> None:
-    assert scene.surface is not None
     camera = inside.with_size(48, 40)
-    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
-    blade = Mesh(corners, np.array([[0, 1, 2]]), Material.METAL)
-    pose = np.eye(4)
-    # Right, up, forward are left-handed: the blade is turned over instead.
-    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
-    pose[:3, 3] = camera.eye_mm
-    bare = client.request_scope(scene.surface, camera)
-    held = client.request_scope(
-        scene.surface, camera, gain=0.5, instruments=[(blade, pose)]
-    )
-    for request in (bare, held):
-        client.submit(request)
-    assert run_worker(client.spool.folder, once=True) == 2
-    first, second = client.wait(bare.id), client.wait(held.id)
+    bare = client.request_scope(surface, camera)
+    held = client.request_scope(surface, camera, gain=0.5, instruments=[blade(camera)])
+    first, second = served(client, bare), served(client, held)
     assert first.pixels().shape == (40, 48, 3)
     assert first.result.gain is not None
     assert second.result.gain == 0.5
@@ -108,43 +86,12 @@ def test_a_wrong_request_is_rejected_and_the_next_is_served(
     assert client.wait(good.id).picture.exists()
 
 
-def test_a_job_cancelled_while_drawn_ends_early(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
-    assert run_worker(client.spool.folder, once=True, team=team) == 1
-    with pytest.raises(SnapshotCancelledError):
-        client.wait(job)
-
-
 def test_a_job_may_not_take_longer_than_it_said(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     job = client.submit(client.request_classic(scene, outside, max_seconds=1e-9))
     run_worker(client.spool.folder, once=True)
     with pytest.raises(SnapshotError, match=r"failed: .*longer than max_seconds"):
-        client.wait(job)
-
-
-def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    """The client is told while the worker is in the middle of something long."""
-    told: list[JobState] = []
-
-    def wait(request: SnapshotRequest) -> None:
-        client.cancel(request.id)
-        for _ in range(3000):
-            if client.spool.status(request.id).state is not JobState.RUNNING:
-                break
-            threading.Event().wait(0.01)
-        told.append(client.spool.status(request.id).state)
-
-    job = client.submit(client.request_classic(scene, outside))
-    assert run_worker(client.spool.folder, once=True, team=WatchedTeam(wait)) == 1
-    assert told == [JobState.CANCELLED]
-    with pytest.raises(SnapshotCancelledError):
         client.wait(job)
 
 
@@ -200,19 +147,9 @@ def test_a_deadline_counts_from_when_it_was_asked_for(
     assert taken.count(Step.SCENE_LOADED) == 1, "the late one was not even loaded"
 
 
-def test_once_takes_over_what_a_dead_worker_left(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    assert Spool(client.spool.folder).claim() is not None
-    assert run_worker(client.spool.folder, once=True, lease_s=0.05) == 1
-    assert client.wait(job).result.attempt == 2
-
-
 def test_a_stopped_worker_leaves_its_job_to_the_next(
-    client: SnapshotClient, scene: Scene, outside: Camera
+    client: SnapshotClient, job: str, scene: Scene, outside: Camera
 ) -> None:
-    job = client.submit(client.request_classic(scene, outside))
     asked: list[str] = []
     team = WatchedTeam(looks=lambda request, _: asked.append(request.id))
     folder = client.spool.folder
@@ -243,9 +180,8 @@ def test_a_stopped_worker_leaves_its_job_to_the_next(
 
 
 def test_a_job_that_kills_its_workers_is_given_up(
-    client: SnapshotClient, scene: Scene, outside: Camera
+    client: SnapshotClient, job: str
 ) -> None:
-    job = client.submit(client.request_classic(scene, outside))
     assert client.spool.claim() is not None
     for attempt in range(2, MOST_ATTEMPTS + 1):
         assert client.spool.begin_attempt(job, attempt)
@@ -258,12 +194,11 @@ def test_a_job_that_kills_its_workers_is_given_up(
 
 
 def test_a_fault_of_ours_is_told_to_the_client_and_raised(
-    client: SnapshotClient, scene: Scene, outside: Camera
+    client: SnapshotClient, job: str
 ) -> None:
     def broken(request: SnapshotRequest) -> None:
         raise ZeroDivisionError("by nothing")
 
-    job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(ZeroDivisionError):
         run_worker(client.spool.folder, once=True, team=WatchedTeam(broken))
     with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
@@ -271,12 +206,11 @@ def test_a_fault_of_ours_is_told_to_the_client_and_raised(
 
 
 def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
-    client: SnapshotClient, scene: Scene, outside: Camera
+    client: SnapshotClient, job: str
 ) -> None:
     def lost(request: SnapshotRequest) -> None:
         raise TransportError("rank 2 died")
 
-    job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(TransportError, match="rank 2 died"):
         run_worker(client.spool.folder, once=True, team=WatchedTeam(lost))
     assert client.spool.status(job).state is JobState.RUNNING
@@ -294,14 +228,12 @@ def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
 def test_a_full_disk_is_outlasted(
     client: SnapshotClient,
-    scene: Scene,
-    outside: Camera,
+    job: str,
     number: int,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A job that meets it is drawn once there is room; it is told once."""
-    job = client.submit(client.request_classic(scene, outside))
     monkeypatch.setattr(worker, "REFUSED_S", 0.01)
     refusals = [OSError(number, os.strerror(number))] * 3
 
@@ -321,13 +253,9 @@ def test_a_full_disk_is_outlasted(
 
 
 def test_a_disk_that_fills_while_a_job_is_drawn_leaves_it_to_the_next(
-    client: SnapshotClient,
-    scene: Scene,
-    outside: Camera,
-    monkeypatch: pytest.MonkeyPatch,
+    client: SnapshotClient, job: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Not even that it failed can be written then."""
-    job = client.submit(client.request_classic(scene, outside))
     monkeypatch.setattr(worker, "REFUSED_S", 0.01)
     write, has_room = Spool.set_status, [False]
 
@@ -342,9 +270,7 @@ def test_a_disk_that_fills_while_a_job_is_drawn_leaves_it_to_the_next(
     assert client.wait(job).result.attempt == 2
 
 
-def test_a_folder_that_was_taken_away_ends_its_worker(
-    client: SnapshotClient,
-) -> None:
+def test_a_folder_that_was_taken_away_ends_its_worker(client: SnapshotClient) -> None:
     folder = client.spool.folder
     asked: list[bool] = []
 
