@@ -111,6 +111,15 @@ def tissue_gbuffer(surface: AirSurface, camera: Camera) -> GBuffer:
 
 
 @pytest.fixture(scope="session")
+def sparse(tissue_gbuffer: GBuffer) -> GBuffer:
+    """Every fourth pixel of every fourth row; the others show nothing."""
+    buffer = GBuffer.empty(*tissue_gbuffer.size)
+    for name in ("depth_mm", "normal", "coverage"):
+        getattr(buffer, name)[::4, ::4] = getattr(tissue_gbuffer, name)[::4, ::4]
+    return buffer
+
+
+@pytest.fixture(scope="session")
 def fine_gbuffer(surface: AirSurface, camera: Camera) -> GBuffer:
     """The same view at twice the size."""
     return trace(surface, camera.with_size(2 * camera.width, 2 * camera.height))

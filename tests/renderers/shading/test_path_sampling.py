@@ -9,48 +9,19 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Camera, GBuffer, Volume
+from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.path_sampling import PathSampling
 from renderers.shading.path_tracer import PathLight, PathTracer, SeenWalls, estimate
 from renderers.shading.tissue_colour import colour_table
-
-RADIUS_MM = 8.0
-CODE = 160
-BULB = ScopeLight(ring_radius_mm=0.0, spread=0.0)
-
-
-def ball() -> AirSurface:
-    """Give a ball of air in tissue of one colour."""
-    n, spacing = 45, 0.45
-    at = (np.arange(n) - (n - 1) / 2) * spacing
-    z, y, x = np.meshgrid(at, at, at, indexing="ij")
-    distance = (np.sqrt(x * x + y * y + z * z) - RADIUS_MM).astype(np.float32)
-
-    def volume(values: NDArray[Any], background: float) -> Volume:
-        origin = np.full(3, at[0])
-        return Volume(values, np.full(3, spacing), origin, np.eye(3), background)
-
-    code = np.full(distance.shape, CODE, np.uint8)
-    return AirSurface(
-        volume(distance, 1.0), volume(code, 0), volume(np.zeros_like(code), 0)
-    )
-
-
-def ball_walls(size: int) -> SeenWalls:
-    """Look across the ball from beside its middle, where every direction differs."""
-    camera = Camera.looking_at(
-        (1.0, -2.0, 2.5), (0.3, 5.0, 0.2), extent=0.77, size=(size, size)
-    )
-    origins, rays = camera.rays()
-    seen = np.linalg.norm(rays, axis=-1) > 0.5
-    along = (origins * rays).sum(-1)
-    depth = -along + np.sqrt(along**2 - (origins**2).sum(-1) + RADIUS_MM**2)
-    buffer = GBuffer.empty(size, size)
-    buffer.depth_mm[seen] = depth[seen]
-    buffer.normal[seen] = -(origins + depth[..., None] * rays)[seen] / RADIUS_MM
-    buffer.coverage[seen] = 1
-    return SeenWalls.of(buffer, camera, BULB)
+from tests.renderers.shading.lit_ball import (
+    BULB,
+    CODE,
+    RADIUS_MM,
+    ball,
+    looking,
+    seen_inside,
+)
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +30,8 @@ def tracer(surface: AirSurface) -> PathTracer:
 
 
 @pytest.fixture(scope="module")
-def walls(tissue_gbuffer: GBuffer, camera: Camera) -> SeenWalls:
-    """Every fourth pixel of every fourth row of a tube; the others show nothing."""
-    buffer = GBuffer.empty(*tissue_gbuffer.size)
-    for name in ("depth_mm", "normal", "coverage"):
-        getattr(buffer, name)[::4, ::4] = getattr(tissue_gbuffer, name)[::4, ::4]
-    return SeenWalls.of(buffer, camera, ScopeLight())
+def walls(sparse: GBuffer, camera: Camera) -> SeenWalls:
+    return SeenWalls.of(sparse, camera, ScopeLight())
 
 
 def sampled(
@@ -77,6 +44,16 @@ def sampled(
     for _ in range(steps):
         sampling.step()
     return sampling
+
+
+def walked(tracer: PathTracer, walls: SeenWalls, batches: int) -> NDArray[np.float64]:
+    """Give the light of so many batches everywhere."""
+    height, width = walls.shown.shape
+    total = np.zeros((height, width, 3))
+    squares = np.zeros_like(total)
+    for batch in range(batches):
+        tracer.walk(walls, batch, (0, height, 0, width), total, squares)
+    return total / batches
 
 
 def equal(a: PathLight, b: PathLight) -> None:
@@ -137,18 +114,10 @@ def test_the_largest_error_is_lowered_first(
     """At equal cost the picture is nearer to the truth than by even sampling."""
     blocks = PathSampling(tracer, walls).blocks
     urgent = sampled(tracer, walls, 8 * blocks)
-    total = np.zeros((*walls.shown.shape, 3))
-    squares = np.zeros_like(total)
-    whole = (0, walls.shown.shape[0], 0, walls.shown.shape[1])
-    for batch in range(8):
-        tracer.walk(walls, batch, whole, total, squares)
-    even = total / 8
+    even = walked(tracer, walls, 8)
     other = PathTracer(tracer.surface, seed=99)
-    total[:] = 0
-    for batch in range(64):
-        other.walk(walls, batch, whole, total, squares)
+    truth = walked(other, walls, 64)
     other.close()
-    truth = total / 64
 
     def error(light: NDArray[Any]) -> float:
         return float(np.sqrt(((light - truth) ** 2).mean()))
@@ -164,7 +133,8 @@ def test_the_largest_error_is_lowered_first(
 def test_the_error_told_covers_the_truth_as_often_as_it_says(confidence: float) -> None:
     """In an integrating sphere the truth is known: ``rho / (1 - rho) / R**2``."""
     tracer = PathTracer(ball(), bounces=40, seed=1)
-    walls = ball_walls(32)
+    camera = looking((1.0, -2.0, 2.5), 32)
+    walls = SeenWalls.of(seen_inside(camera), camera, BULB)
     sampling = sampled(tracer, walls, 4 * 8)
     light = sampling.light()
     tracer.close()
@@ -272,22 +242,14 @@ def test_stopped_early_it_is_nearer_to_the_picture_than_in_raster_order(
     weight = seen.weight
     assert weight is not None
     blocks = PathSampling(tracer, seen).blocks
-    height, width = walls.shown.shape
     other = PathTracer(tracer.surface, seed=99)
-    total = np.zeros((height, width, 3))
-    squares = np.zeros_like(total)
-    for batch in range(64):
-        other.walk(walls, batch, (0, height, 0, width), total, squares)
+    truth = walked(other, walls, 64)
     other.close()
-    truth = total / 64
 
     def error(light: NDArray[Any]) -> float:
         return float(np.sqrt(((weight * (light - truth)) ** 2).mean()))
 
     for share in (3, 6, 12):
         urgent = sampled(tracer, seen, share * blocks).light()
-        total[:] = 0
-        for batch in range(share):
-            tracer.walk(walls, batch, (0, height, 0, width), total, squares)
-        even = total / share
+        even = walked(tracer, walls, share)
         assert error(urgent.irradiance) < 0.9 * error(even)

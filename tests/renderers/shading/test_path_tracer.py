@@ -8,54 +8,18 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 from scipy.special import j0, k1
 
-from renderers.scene import AirSurface, Camera, GBuffer, Volume
+from renderers.scene import AirSurface, Camera, GBuffer
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.path_tracer import PathLight, PathTracer
 from renderers.shading.tissue_colour import colour_table
-
-RADIUS_MM = 8.0
-CODE = 160
-BULB = ScopeLight(ring_radius_mm=0.0, spread=0.0)
-"""Shines alike in all directions, from the eye."""
-
-
-def ball(radius_mm: float = RADIUS_MM) -> AirSurface:
-    """Give a ball of air in tissue of one colour."""
-    n, spacing = 45, 0.45
-    at = (np.arange(n) - (n - 1) / 2) * spacing
-    z, y, x = np.meshgrid(at, at, at, indexing="ij")
-    distance = (np.sqrt(x * x + y * y + z * z) - radius_mm).astype(np.float32)
-
-    def volume(values: np.ndarray, background: float) -> Volume:
-        origin = np.full(3, at[0])
-        return Volume(values, np.full(3, spacing), origin, np.eye(3), background)
-
-    code = np.full(distance.shape, CODE, np.uint8)
-    return AirSurface(
-        volume(distance, 1.0), volume(code, 0), volume(np.zeros_like(code), 0)
-    )
-
-
-def looking(eye: tuple[float, float, float], size: int = 12) -> Camera:
-    return Camera.looking_at(
-        np.array(eye),
-        np.array([0.3, 5.0, 0.2]),
-        extent=math.radians(44),
-        size=(size, size),
-    )
-
-
-def seen_inside(camera: Camera, radius_mm: float = RADIUS_MM) -> GBuffer:
-    """Meet the ball's wall exactly."""
-    origins, rays = camera.rays()
-    seen = np.linalg.norm(rays, axis=-1) > 0.5
-    along = (origins * rays).sum(-1)
-    depth = -along + np.sqrt(along**2 - (origins**2).sum(-1) + radius_mm**2)
-    buffer = GBuffer.empty(camera.height, camera.width)
-    buffer.depth_mm[seen] = depth[seen]
-    buffer.normal[seen] = -(origins + depth[..., None] * rays)[seen] / radius_mm
-    buffer.coverage[seen] = 1
-    return buffer
+from tests.renderers.shading.lit_ball import (
+    BULB,
+    CODE,
+    RADIUS_MM,
+    ball,
+    looking,
+    seen_inside,
+)
 
 
 @pytest.mark.parametrize("eye", [(0.0, 0.0, 0.0), (1.0, -2.0, 2.5)])
@@ -63,7 +27,7 @@ def test_a_ball_is_lit_as_an_integrating_sphere(
     eye: tuple[float, float, float],
 ) -> None:
     """``rho / (1 - rho) / R**2`` everywhere, wherever in the ball a bulb hangs."""
-    camera = looking(eye)
+    camera = looking(eye, 12)
     tracer = PathTracer(ball(), bounces=40)
     found = tracer.light(seen_inside(camera), camera, BULB, batches=24)
     seen = seen_inside(camera).coverage > 0
@@ -82,7 +46,7 @@ def test_a_ball_is_lit_as_an_integrating_sphere(
 
 @pytest.mark.parametrize("bounces", [1, 2, 3])
 def test_bounces_are_the_terms_of_a_geometric_series(bounces: int) -> None:
-    camera = looking((0.0, 0.0, 0.0))
+    camera = looking((0.0, 0.0, 0.0), 12)
     tracer = PathTracer(ball(), bounces=bounces)
     found = tracer.light(seen_inside(camera), camera, BULB, batches=8)
     rho = colour_table()[CODE, :3].astype(np.float64)
@@ -146,15 +110,6 @@ def test_a_narrow_gap_passes_light_on_as_two_plates() -> None:
     assert noise < 0.005
     # .02 mm above a wall is a fifteenth of the gap; .08 mm took 13 % of the light
     assert found.mean() == pytest.approx(expected, rel=0.05)
-
-
-@pytest.fixture(scope="module")
-def sparse(tissue_gbuffer: GBuffer) -> GBuffer:
-    """Every fourth pixel of every fourth row; the others show nothing."""
-    buffer = GBuffer.empty(*tissue_gbuffer.size)
-    for name in ("depth_mm", "normal", "coverage"):
-        getattr(buffer, name)[::4, ::4] = getattr(tissue_gbuffer, name)[::4, ::4]
-    return buffer
 
 
 def tube_light(
@@ -240,4 +195,4 @@ def test_what_cannot_be_is_refused(
     with pytest.raises(ValueError, match="two batches on, got 1"):
         tracer.light(sparse, camera, ScopeLight(), batches=1)
     with pytest.raises(ValueError, match="does not fit"):
-        tracer.light(sparse, looking((0, 0, 0)), ScopeLight())
+        tracer.light(sparse, looking((0, 0, 0), 12), ScopeLight())

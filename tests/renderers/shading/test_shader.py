@@ -20,54 +20,20 @@ def shaders(surface: AirSurface) -> dict[Tier, ScopeShader]:
 
 
 @pytest.mark.parametrize("tier", ONE_SHOT)
-def test_threads_do_not_change_a_bit(
-    surface: AirSurface,
-    camera: Camera,
-    gbuffer: GBuffer,
-    shaders: dict[Tier, ScopeShader],
-    tier: Tier,
-) -> None:
-    alone = shaders[tier].shade(gbuffer, camera, LIGHT)
-    for threads in (2, 3):
-        shader = ScopeShader(surface, tier, threads=threads)
-        assert_array_equal(shader.shade(gbuffer, camera, LIGHT), alone)
-        shader.close()
-
-
-@pytest.mark.parametrize("tier", ONE_SHOT)
-def test_the_gbuffer_is_only_read(
+def test_light_is_a_factor_and_falls_on_what_is_covered_alone(
     camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
 ) -> None:
+    """The G-buffer is only read."""
     before = {f.name: getattr(gbuffer, f.name).copy() for f in fields(gbuffer)}
-    shaders[tier].shade(gbuffer, camera, LIGHT)
-    for name, array in before.items():
-        assert_array_equal(getattr(gbuffer, name), array)
-
-
-@pytest.mark.parametrize("tier", ONE_SHOT)
-def test_twice_the_light_is_twice_the_radiance(
-    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
-) -> None:
     once = shaders[tier].shade(gbuffer, camera, LIGHT)
     twice = shaders[tier].shade(gbuffer, camera, ScopeLight(power=2.0))
     assert_array_equal(twice, 2 * once)
-
-
-@pytest.mark.parametrize("tier", ONE_SHOT)
-def test_nothing_seen_is_black(
-    camera: Camera, shaders: dict[Tier, ScopeShader], tier: Tier
-) -> None:
+    assert np.all(once[gbuffer.coverage == 0] == 0)
+    assert np.all(once[gbuffer.coverage > 0] > 0)
     empty = GBuffer.empty(camera.height, camera.width)
     assert not shaders[tier].shade(empty, camera, LIGHT).any()
-
-
-@pytest.mark.parametrize("tier", ONE_SHOT)
-def test_black_exactly_where_nothing_is_covered(
-    camera: Camera, gbuffer: GBuffer, shaders: dict[Tier, ScopeShader], tier: Tier
-) -> None:
-    radiance = shaders[tier].shade(gbuffer, camera, LIGHT)
-    assert np.all(radiance[gbuffer.coverage == 0] == 0)
-    assert np.all(radiance[gbuffer.coverage > 0] > 0)
+    for name, array in before.items():
+        assert_array_equal(getattr(gbuffer, name), array)
 
 
 @pytest.mark.parametrize("tier", ONE_SHOT)
@@ -213,12 +179,10 @@ def shade_with(
     buffer: GBuffer,
     casters: tuple[Caster, ...],
     tier: Tier,
-    threads: int = 1,
     **effects: bool,
 ) -> NDArray[np.float32]:
-    shader = ScopeShader(
-        surface, tier, threads=threads, effects=replace(Effects.none(), **effects)
-    )
+    wanted = replace(Effects.none(), **effects)
+    shader = ScopeShader(surface, tier, threads=1, effects=wanted)
     radiance = shader.shade(buffer, camera, LIGHT, casters=casters)
     shader.close()
     return radiance
@@ -245,20 +209,6 @@ def test_a_tool_only_takes_light_from_tissue(
     # two lines of light and six make one shadow
     assert np.abs(dark[Tier.LIVE] - dark[Tier.FULL]).mean() < 0.01
     assert np.percentile(np.abs(dark[Tier.LIVE] - dark[Tier.FULL]), 99) < 0.15
-
-
-@pytest.mark.parametrize("tier", ONE_SHOT)
-def test_effects_have_the_same_bits_for_any_threads(
-    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer, tier: Tier
-) -> None:
-    seen, caster = tool(camera, tissue_gbuffer)
-    every = {field.name: True for field in fields(Effects)}
-    alone = shade_with(surface, camera, seen, (caster,), tier, **every)
-    assert np.isfinite(alone).all()
-    assert alone.min() >= 0
-    for threads in (2, 3):
-        again = shade_with(surface, camera, seen, (caster,), tier, threads, **every)
-        assert_array_equal(again, alone)
 
 
 @pytest.mark.parametrize("tier", ONE_SHOT)

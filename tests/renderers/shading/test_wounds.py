@@ -1,5 +1,6 @@
 """What a cut lays open, and blood: where it is drawn, and that updates follow."""
 
+from dataclasses import fields
 from itertools import pairwise
 
 import numpy as np
@@ -10,13 +11,14 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import AirSurface, Camera, Change, GBuffer, Material
-from renderers.shading import ScopeLight, ScopeShader, Tier
+from renderers.shading import Effects, ScopeLight, ScopeShader, Tier
 from renderers.shading.hairs import HairLayer
 from renderers.shading.kernels.wound_marks import MOST_SD, SURE_MM
 from renderers.shading.materials import material_table
 from renderers.shading.noise import noise_tile
 from renderers.shading.wounds import WallBlood, WoundCubes
 from tests.renderers.shading.conftest import CENTRE_MM, trace
+from tests.renderers.shading.steel import tool
 from tests.renderers.wounded_surface import WoundedSurface
 
 LIGHT = ScopeLight()
@@ -113,45 +115,34 @@ def test_instruments_stay_what_they_are(
 
 
 @pytest.mark.parametrize("tier", TIERS)
-def test_threads_do_not_change_a_bit_of_a_wound(
+def test_neither_threads_nor_what_else_is_wanted_change_a_bit(
     patient: WoundedSurface, camera: Camera, tier: Tier
 ) -> None:
+    """All effects, all materials, a tool, wet wounds; deep pixels without mucosa."""
     patient.cut(PLACE, 2.0)
     patient.wet(PLACE, 2.5, 0.5)
-    buffer = trace(patient.surface, camera)
-    alone = picture(patient, camera, buffer, tier)
-    for threads in (2, 3):
-        shader = ScopeShader(patient.surface, tier, threads=threads)
-        assert_array_equal(shader.shade(buffer, camera, LIGHT), alone)
-        shader.close()
-
-
-def test_a_pixel_does_not_depend_on_what_else_is_wanted(
-    patient: WoundedSurface, camera: Camera
-) -> None:
-    patient.cut(PLACE, 2.0)
-    patient.wet(PLACE, 2.5, 0.5)
-    buffer = trace(patient.surface, camera)
-    shader = ScopeShader(patient.surface, threads=1)
-    whole = shader.shade(buffer, camera, LIGHT)
-    only = np.random.default_rng(1).random(buffer.size) < 0.3
-    part = shader.shade(buffer, camera, LIGHT, only=only)
-    assert_array_equal(part[only], whole[only])
-
-
-def test_what_a_cut_hides_is_not_looked_for(
-    patient: WoundedSurface, camera: Camera
-) -> None:
-    """Deep pixels alone are the same as beside mucosa, which must be found there."""
-    patient.cut(PLACE, 2.0)
-    patient.wet(PLACE, 2.5, 0.5)
-    buffer = trace(patient.surface, camera)
-    shader = ScopeShader(patient.surface, Tier.FULL, threads=1)
-    whole = shader.shade(buffer, camera, LIGHT)
+    buffer, caster = tool(camera, trace(patient.surface, camera))
     deep = depths(patient, camera, buffer) > SURE_MM + 0.1
+    deep &= buffer.material == Material.TISSUE
     assert np.count_nonzero(deep) > 50
-    part = shader.shade(buffer, camera, LIGHT, only=deep)
-    assert_array_equal(part[deep], whole[deep])
+    for m in range(7):
+        buffer.material[20 + 4 * m : 23 + 4 * m, 25:40] = m
+    buffer.coverage[50:54, 40:50] *= 0.5
+    effects = Effects(**{field.name: True for field in fields(Effects)})
+
+    def drawn(threads: int, only: NDArray[np.bool_] | None) -> NDArray[np.float32]:
+        shader = ScopeShader(patient.surface, tier, threads=threads, effects=effects)
+        radiance = shader.shade(buffer, camera, LIGHT, only=only, casters=[caster])
+        shader.close()
+        return radiance
+
+    whole = drawn(1, None)
+    assert np.isfinite(whole).all()
+    assert whole.min() >= 0
+    for threads in (2, 3):
+        assert_array_equal(drawn(threads, None), whole)
+    for only in (np.random.default_rng(1).random(buffer.size) < 0.3, deep):
+        assert_array_equal(drawn(1, only)[only], whole[only])
 
 
 def test_no_relief_reaches_as_deep_as_cuts_are_sure() -> None:
@@ -241,30 +232,28 @@ def test_walls_that_nobody_cut_keep_their_blood(surface: AirSurface) -> None:
 def test_depth_tells_flesh_from_bone_and_from_what_lies_beyond(
     surface: AirSurface, camera: Camera
 ) -> None:
-    """A plate of .4 mm, .8 mm deep: redder before it, pale in it, dark behind it."""
-    patient = WoundedSurface(surface)
-    patient.cut(PLACE, 3.2)
-    buffer = trace(patient.surface, camera)
-    cut = depths(patient, camera, buffer)
-    shader = ScopeShader(patient.surface, threads=1)
-    green = np.pi * shader.reflectance(buffer, camera, LIGHT)[..., 1]
-    healthy = np.median(green[(cut == 0) & (buffer.coverage > 0)])
+    """A plate of .4 mm, .8 mm deep: redder before it, pale in it, dark behind it.
+
+    Bone without end shows no tissue behind.
+    """
+
+    def cut_open(
+        patient: WoundedSurface,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_]]:
+        patient.cut(PLACE, 3.2)
+        buffer = trace(patient.surface, camera)
+        shader = ScopeShader(patient.surface, threads=1)
+        green = np.pi * shader.reflectance(buffer, camera, LIGHT)[..., 1]
+        return green, depths(patient, camera, buffer), buffer.coverage > 0
+
+    green, cut, seen = cut_open(WoundedSurface(surface))
+    healthy = np.median(green[(cut == 0) & seen])
     flesh = np.median(green[(cut > 0.4) & (cut < 0.6)])
     bone = np.median(green[(cut > 0.95) & (cut < 1.05)])
     beyond = np.median(green[(cut > 1.5) & (cut < 2.5)])
     assert beyond < flesh < 0.8 * healthy
     assert bone > 1.2 * healthy
-
-
-def test_bone_without_end_shows_no_tissue_behind(
-    surface: AirSurface, camera: Camera
-) -> None:
-    patient = WoundedSurface(surface, bone=0, deep=255)
-    patient.cut(PLACE, 3.2)
-    buffer = trace(patient.surface, camera)
-    cut = depths(patient, camera, buffer)
-    shader = ScopeShader(patient.surface, threads=1)
-    green = np.pi * shader.reflectance(buffer, camera, LIGHT)[..., 1]
+    green, cut, _ = cut_open(WoundedSurface(surface, bone=0, deep=255))
     deep, shallow = green[cut > 1.5], green[(cut > 0.3) & (cut < 0.5)]
     assert np.median(deep) > 1.5 * np.median(shallow)
 

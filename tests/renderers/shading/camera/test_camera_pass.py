@@ -56,14 +56,6 @@ def test_a_plain_camera_only_encodes(
     assert abs(float(picture[0, 0, 0]) - expected) <= 0.501
 
 
-def test_gain_is_a_factor_on_light(
-    plain: CameraPass, view: Camera, depths: GBuffer, radiance: NDArray[np.float32]
-) -> None:
-    a, _ = plain.finish(radiance, depths, view, gain=8.0)
-    b, _ = plain.finish(radiance * 4, depths, view, gain=2.0)
-    assert_array_equal(a, b)
-
-
 def test_it_exposes_by_itself(plain: CameraPass, view: Camera, depths: GBuffer) -> None:
     picture, gain = plain.finish(flat(0.002), depths, view)
     assert gain * 0.002 == pytest.approx(0.17, rel=1e-4)
@@ -129,37 +121,6 @@ def test_grain_has_the_set_deviation(view: Camera, depths: GBuffer) -> None:
     slope = 1.055 / 2.4 * value ** (1 / 2.4 - 1)
     expected = 255 * slope * 0.02 * math.sqrt(0.15 + value)
     assert float(picture.std()) == pytest.approx(expected, rel=0.1)
-
-
-def test_defocus_blurs_what_is_near_and_spares_what_is_in_focus(view: Camera) -> None:
-    settings = replace(CameraSettings.plain(), defocus_px=1.3 * 480 / SIZE)
-    settings = replace(settings, soft_px=0.8 * 480 / SIZE, softer_px=1.8 * 480 / SIZE)
-    stripes = flat(0.1)
-    stripes[:, ::6] = 0.8
-    spread = {}
-    for depth in (2.0, 12.0):
-        buffer = GBuffer.empty(SIZE, SIZE)
-        buffer.depth_mm[:] = depth
-        buffer.coverage[:] = 1
-        picture, _ = CameraPass(settings, 1).finish(stripes, buffer, view, gain=1.0)
-        spread[depth] = float(picture.std())
-    sharp, _ = CameraPass(CameraSettings.plain(), 1).finish(
-        stripes, GBuffer.empty(SIZE, SIZE), view, gain=1.0
-    )
-    assert spread[12.0] == pytest.approx(float(sharp.std()))
-    assert spread[2.0] < 0.6 * spread[12.0]
-
-
-def test_bloom_surrounds_a_glint_only(view: Camera, depths: GBuffer) -> None:
-    settings = replace(CameraSettings.plain(), glare=0.2, halo=0.1, halo_px=24)
-    picture = flat(0.1)
-    picture[30:34, 40:44] = 4.0
-    camera_pass = CameraPass(settings, threads=1)
-    with_glint, _ = camera_pass.finish(picture, depths, view, gain=1.0)
-    without, _ = camera_pass.finish(flat(0.1), depths, view, gain=1.0)
-    gain = with_glint.astype(int) - without
-    assert gain[35, 42].min() > 3
-    assert not gain[60:, :20].any()
 
 
 def test_the_vignette_is_the_cosines_power(view: Camera, depths: GBuffer) -> None:
