@@ -1,5 +1,6 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,18 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.art import ActiveRayTracer, Quality, RenderStoppedError, render_among
-from renderers.art.tracer import (
-    FASTER,
-    RAYS_A_SLICE,
-    SLICE_S,
-    next_blocks,
-    next_slice,
-)
+from renderers.art.tracer import FASTER, RAYS_A_SLICE, SLICE_S, next_blocks, next_slice
 from renderers.reference import render_reference
 from renderers.scene import (
     AirSurface,
     Camera,
-    GBuffer,
+    Light,
     PhongMaterial,
     Projection,
     Renderer,
@@ -89,8 +84,7 @@ def test_a_slab_follows_its_closed_form_at_every_angle() -> None:
 
 @settings(max_examples=15)
 @given(
-    step=st.floats(0.05, 4),
-    kappa=st.floats(-12, 0.3).map(lambda digits: 10**digits),
+    step=st.floats(0.05, 4), kappa=st.floats(-12, 0.3).map(lambda digits: 10**digits)
 )
 def test_a_homogeneous_medium_does_not_depend_on_the_step(
     step: float, kappa: float
@@ -140,9 +134,18 @@ def test_it_agrees_with_the_reference(scene: Scene, shift_mm: float) -> None:
     assert reference[..., 3].max() > 0.9
 
 
+COLOURED = (
+    Light(np.array([0.3, -1.0, 0.4]), np.array([0.9, 0.2, 0.4])),
+    Light(np.array([3.0, 2, 30]), np.array([0.1, 0.6, 0.3]), True),
+)
+
+
+@pytest.mark.parametrize("lights", [None, COLOURED[:1], COLOURED[1:], COLOURED])
 def test_local_lights_and_highlights_agree_with_the_reference(
-    scene: Scene, outside: Camera
+    scene: Scene, outside: Camera, lights: tuple[Light, ...] | None
 ) -> None:
+    """Grey lights, of one channel for three, and coloured ones."""
+    scene = scene if lights is None else replace(scene, lights=lights)
     image = ActiveRayTracer(scene, EXACT).render(outside)
     reference = render_reference(scene, outside, 0.5 * 0.4)
     error = image_error(image.rgba, reference)
@@ -179,42 +182,6 @@ def test_halving_the_step_converges_at_second_order(scene: Scene) -> None:
     ]
     # Trilinear kinks keep single steps from the exact slope; the whole run has it.
     assert np.log2(error[0] / error[-1]) / 3 == pytest.approx(2, abs=0.3)
-
-
-@pytest.mark.parametrize(
-    ("mode", "compact"), [("classic", False), ("classic", True), ("scope", False)]
-)
-def test_threads_cells_cache_and_skipping_do_not_change_a_bit(
-    scene: Scene, outside: Camera, inside: Camera, mode: str, compact: bool
-) -> None:
-    def draw(quality: Quality, threads: int, side: int, cells: int | None) -> bytes:
-        tracer = ActiveRayTracer(
-            scene,
-            quality,
-            threads=threads,
-            cell_side=side,
-            cache_cells=cells,
-            validate=True,
-        )
-        if mode == "classic":
-            image = tracer.render(outside)
-            assert image.depth_mm is not None
-            return image.rgba.tobytes() + image.depth_mm.tobytes()
-        found = tracer.gbuffer(inside)
-        return b"".join(
-            a.tobytes()
-            for a in (found.depth_mm, found.normal, found.coverage, found.material)
-        )
-
-    quality = Quality(0.5, 1 / 1024, compact=compact)
-    full = Quality(0.5, 1 / 1024, skip_empty=False, compact=compact)
-    expected = draw(quality, 1, 8, None)
-    assert draw(quality, 3, 8, None) == expected
-    for side in (8, 16, 32):
-        assert draw(quality, 2, side, None) == expected
-        assert draw(full, 2, side, None) == expected
-    for cells in (1, 3, 20):
-        assert draw(quality, 2, 8, cells) == expected
 
 
 def test_counters_prove_what_was_skipped(scene: Scene, outside: Camera) -> None:
@@ -378,30 +345,6 @@ def test_a_board_in_a_slab_is_seen_through_what_is_before_it(
     assert np.abs(image.rgba[:, : SIZE // 2, 3] - whole).max() < 2e-5
     assert image.depth_mm is not None
     assert np.all(image.depth_mm[:, right] <= along)
-
-
-def test_behind_everything_it_changes_no_splat(slab_tracer: ActiveRayTracer) -> None:
-    alone = slab_tracer.render(boards.camera())
-    image = render_among(slab_tracer, boards.camera(), board(500.0))
-    left = slice(0, SIZE // 2)
-    assert np.array_equal(image.rgba[:, left], alone.rgba[:, left])
-    rest = 1 - alone.rgba[:, SIZE // 2 :, 3]
-    added = image.rgba[:, SIZE // 2 :, 0] - alone.rgba[:, SIZE // 2 :, 0]
-    assert np.allclose(added, rest * 0.55, atol=1e-6)
-
-
-def test_without_solids_it_is_the_picture(slab_tracer: ActiveRayTracer) -> None:
-    alone = slab_tracer.render(boards.camera())
-    image = render_among(slab_tracer, boards.camera(), GBuffer.empty(SIZE, SIZE))
-    assert np.array_equal(image.rgba, alone.rgba)
-    assert alone.depth_mm is not None
-    assert image.depth_mm is not None
-    assert np.array_equal(image.depth_mm, alone.depth_mm)
-
-
-def test_a_buffer_of_another_size_is_refused(slab_tracer: ActiveRayTracer) -> None:
-    with pytest.raises(ValueError, match="48"):
-        render_among(slab_tracer, boards.camera(), GBuffer.empty(8, 8))
 
 
 @given(

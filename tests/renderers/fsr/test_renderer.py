@@ -19,7 +19,6 @@ from renderers.scene import (
     Change,
     ChangeKind,
     Distortion,
-    GBuffer,
     Renderer,
     Scene,
     TransferFunction,
@@ -184,9 +183,7 @@ def slab_renderer() -> Iterator[FuzzySetRenderer]:
     """A slab of 20 mm with its near face 30 mm before the eye."""
     scene = slab(20, 30.5)
     made = FuzzySetRenderer(
-        scene,
-        inclusion=Inclusion.opacity(scene.transfer_function, 1.0),
-        threshold=0.0,
+        scene, inclusion=Inclusion.opacity(scene.transfer_function, 1.0), threshold=0.0
     )
     yield made
     made.close()
@@ -211,30 +208,6 @@ def test_a_board_in_a_slab_is_seen_through_what_is_before_it(
     depth = image.depth_mm
     assert depth is not None
     assert np.all(depth[:, SIZE // 2 :] <= board(depth_mm).depth_mm[:, SIZE // 2 :])
-
-
-def test_behind_everything_it_changes_no_splat(slab_renderer: FuzzySetRenderer) -> None:
-    alone = slab_renderer.render(board_camera(), with_depth=True)
-    image = render_among(slab_renderer, board_camera(), board(500.0))
-    left = slice(0, SIZE // 2)
-    assert np.array_equal(image.rgba[:, left], alone.rgba[:, left])
-    rest = 1 - alone.rgba[:, SIZE // 2 :, 3]
-    added = image.rgba[:, SIZE // 2 :, 0] - alone.rgba[:, SIZE // 2 :, 0]
-    assert np.allclose(added, rest * 0.55, atol=1e-6)
-
-
-def test_without_solids_it_is_the_picture(slab_renderer: FuzzySetRenderer) -> None:
-    alone = slab_renderer.render(board_camera(), with_depth=True)
-    image = render_among(slab_renderer, board_camera(), GBuffer.empty(SIZE, SIZE))
-    assert np.array_equal(image.rgba, alone.rgba)
-    assert alone.depth_mm is not None
-    assert image.depth_mm is not None
-    assert np.array_equal(image.depth_mm, alone.depth_mm)
-
-
-def test_a_buffer_of_another_size_is_refused(slab_renderer: FuzzySetRenderer) -> None:
-    with pytest.raises(ValueError, match="do not fit a picture of 48 x 48"):
-        render_among(slab_renderer, board_camera(), GBuffer.empty(8, 8))
 
 
 def test_after_an_edit_both_modes_show_what_a_new_renderer_shows(
@@ -287,7 +260,7 @@ def test_creases_of_cuts_follow_edits(hollow: Volume) -> None:
         live.update(edit.change)
         found = live.gbuffer(camera)
         settled += live.counters["crease pixels"]
-        wanted = FuzzySetRenderer(operated, threads=1).gbuffer(camera)
+        wanted = FuzzySetRenderer(operated, threads=3).gbuffer(camera)
         assert np.array_equal(found.depth_mm, wanted.depth_mm)
         assert np.array_equal(found.normal, wanted.normal)
     assert settled > 0

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +25,6 @@ from renderers.scene.deflection import (
     Cut,
     Deflection,
     Deflector,
-    FoldError,
     Rotation,
     Scaling,
     Translation,
@@ -61,8 +59,6 @@ NAMES = ("pulled", "turned", "swollen", "shrunk", "cut", "chain")
 KINDS = ["integrated", pytest.param("post", marks=pytest.mark.slow)]
 SLOW_PREVIEW = pytest.param("preview", marks=pytest.mark.slow)
 """Its compact volume has a march of its own: half a minute to compile."""
-
-SLOW_POST = pytest.param("classic, post", marks=pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", ["cut", "chain", *slow(*NAMES[:4])])
@@ -154,34 +150,6 @@ def test_a_cut_takes_as_much_as_its_gap_is_wide(
         alpha = tracer.render(camera).rgba[4, 4, 3]
         wanted = -math.expm1(-0.051293294387551 * (32 - 2 * half))
         assert alpha == pytest.approx(wanted, abs=bound)
-
-
-@pytest.mark.parametrize("mode", ["classic", SLOW_POST, "scope"])
-@pytest.mark.parametrize("name", ["chain", "cut"])
-def test_neither_cells_nor_threads_nor_skipping_change_a_bit(
-    scene: Scene, outside: Camera, inside: Camera, mode: str, name: str
-) -> None:
-    deflection = kinds(scene.volume.center_mm, 6.0)[name]
-    kind: ClassificationName = "post" if mode == "classic, post" else "integrated"
-    quality = replace(Quality.named("snapshot"), classification=kind)
-    cell_variants: list[dict[str, Any]] = [
-        {"threads": 1, "quality": quality},
-        {"threads": 3, "cell_side": 16, "quality": quality},
-        {"cache_cells": 2, "quality": quality},
-        {"quality": replace(quality, skip_empty=False)},
-    ]
-    results = []
-    for given in cell_variants:
-        tracer = ActiveRayTracer(scene, deflection=deflection, **given)
-        if mode != "scope":
-            image = tracer.render(outside)
-            results.append((image.rgba, image.depth_mm))
-        else:
-            buffer = tracer.gbuffer(inside)
-            results.append((buffer.normal, buffer.depth_mm))
-    for value, depth in results[1:]:
-        assert_array_equal(value, results[0][0])
-        assert_array_equal(depth, results[0][1])
 
 
 def test_rays_beside_the_balls_are_left_alone(scene: Scene, outside: Camera) -> None:
@@ -303,11 +271,6 @@ def test_surfaces_are_those_of_the_tissue_sampled_through_the_map(name: str) -> 
     assert np.percentile(off, 95) < 0.25
     cosine = np.clip((bent.normal * sampled.normal).sum(-1)[both], -1, 1)
     assert np.median(np.degrees(np.arccos(cosine))) < 2.0
-
-
-def test_what_would_fold_is_refused_by_name() -> None:
-    with pytest.raises(FoldError, match=r"a translation of 7 mm would fold tissue"):
-        Translation(np.zeros(3), 10.0, np.array([7.0, 0.0, 0.0]))
 
 
 TOWARD = np.array([26.0, -18.0, 10.0])

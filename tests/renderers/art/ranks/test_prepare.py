@@ -229,28 +229,3 @@ def test_a_rank_is_one_of_them(scene: Scene) -> None:
         make_node(scene, "classic", QUALITY, rank=2, ranks=2)
     with pytest.raises(ValueError, match="at least 1 cell, got 0"):
         make_node(scene, "classic", QUALITY, policy=CellPolicy(0))
-
-
-@pytest.mark.parametrize("mode", ["classic", "scope"])
-@pytest.mark.parametrize("cells", [None, 3])
-def test_without_leaps_empty_cells_are_one_brick_and_the_bits_are_the_same(
-    scene: Scene,
-    outside: Camera,
-    inside: Camera,
-    monkeypatch: pytest.MonkeyPatch,
-    mode: str,
-    cells: int | None,
-) -> None:
-    def draw() -> bytes:
-        tracer = ActiveRayTracer(scene, QUALITY, threads=1, cache_cells=cells)
-        if mode == "scope":
-            found = tracer.gbuffer(inside)
-            return found.depth_mm.tobytes() + found.normal.tobytes()
-        return tracer.render(outside).rgba.tobytes()
-
-    expected = draw()
-    monkeypatch.setattr("renderers.art.ranks.scene_look.LARGEST_LEAP", 0)
-    _, _, work = make_node(scene, mode, QUALITY, policy=CellPolicy(cells))
-    assert not work.bricks.view.leap.any()
-    assert 0 < work.occupied < work.bricks.grid.cells
-    assert draw() == expected
