@@ -14,17 +14,6 @@ from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX, BlockMemor
 from renderers.art.regions import Gather
 
 
-def take(blocks: Blocks, who: int) -> int | None:
-    """Take a block as the kernels do."""
-    blocks.turns[0] += 1
-    if blocks.turns[0] > blocks.limit:
-        return None
-    end = who % 2
-    blocks.turns[1 + end] += 1
-    turn = int(blocks.turns[1 + end]) - 1
-    return len(blocks.corners) - 1 - turn if end else turn
-
-
 def keep_all(
     corners: NDArray[np.int32], turns: NDArray[np.int64], limit: int, from_end: bool,
     lens: Any, setup: Any, memory: BlockMemory, *rest: Any
@@ -77,28 +66,6 @@ def test_blocks_cover_what_is_left_once(
     if holes == 0:
         everything = Blocks.of((height, width)).corners
         assert np.array_equal(everything, blocks.corners)
-
-
-@given(st.integers(0, 40), st.lists(st.integers(1, 30), max_size=8), st.integers(0, 99))
-def test_every_block_is_taken_once_from_either_end(
-    many: int, allowed: list[int], seed: int
-) -> None:
-    """Whoever comes, as often as it may; what is not allowed stays."""
-    random = np.random.default_rng(seed)
-    blocks = Blocks(np.zeros((many, 4), np.int32))
-    taken: list[int] = []
-    for more in [*allowed, many]:
-        before = blocks.left
-        blocks.allow(more)
-        assert blocks.left == before
-        ended: set[int] = set()
-        while len(ended) < 3:
-            who = int(random.integers(3))
-            number = take(blocks, who)
-            ended |= {who} if number is None else set()
-            taken += [] if number is None else [number]
-        assert blocks.left == before - min(more, before)
-    assert sorted(taken) == list(range(many))
 
 
 @pytest.mark.parametrize("along", [False, True])

@@ -33,6 +33,13 @@ def begun(
     return node
 
 
+def first_request(node: MarchNode) -> Message:
+    """Let a node go on until it asks for a cell."""
+    while not (asked := requests(node.advance(1))):
+        pass
+    return asked[0]
+
+
 def requests(messages: list[Message]) -> list[Message]:
     return [m for m in messages if m.kind is MessageKind.REQUEST]
 
@@ -41,10 +48,7 @@ def test_rays_wait_for_a_cell_and_go_on_when_it_comes(
     scene: Scene, outside: Camera
 ) -> None:
     asker, home = begun(scene, outside, 0), begun(scene, outside, 1)
-    asked: list[Message] = []
-    while not asked:
-        asked = requests(asker.advance(1))
-    request = asked[0]
+    request = first_request(asker)
     assert (request.source, request.target) == (0, 1)
     assert asker.cache.state(request.cell) is CellState.PENDING
     assert asker.is_waiting
@@ -80,10 +84,7 @@ def test_what_the_protocol_forbids_is_told_with_its_story(
     scene: Scene, outside: Camera
 ) -> None:
     asker, home = begun(scene, outside, 0), begun(scene, outside, 1)
-    asked: list[Message] = []
-    while not asked:
-        asked = requests(asker.advance(1))
-    (answer,) = home.handle(asked[0])
+    (answer,) = home.handle(first_request(asker))
     asker.handle(answer)
     with pytest.raises(ProtocolError, match=r"VALID, not PENDING\. .*DATA of cell"):
         asker.handle(answer)
@@ -110,10 +111,7 @@ def test_cancelling_drops_rays_and_keeps_cells(scene: Scene, outside: Camera) ->
 
 def test_a_cell_moves_by_way_of_its_home(scene: Scene, outside: Camera) -> None:
     nodes = [begun(scene, outside, r, None, Dataflow.MIGRATING) for r in (0, 1)]
-    asked: list[Message] = []
-    while not asked:
-        asked = requests(nodes[0].advance(1))
-    request = asked[0]
+    request = first_request(nodes[0])
     home = nodes[0].directory.home(request.cell)
     assert request.target == home
     (forward,) = nodes[home].handle(request)

@@ -1,5 +1,7 @@
 import functools
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from renderers.art import ActiveRayTracer
 from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import Message, MessageKind
@@ -21,30 +24,35 @@ from renderers.scene import Camera, Scene
 from tests.loop_back import LoopBack
 
 QUALITY = Quality(0.5, 1 / 1024)
+KINDS = {
+    "post": ("classic", QUALITY),
+    "integrated": ("classic", replace(QUALITY, classification="integrated")),
+    "scope": ("scope", QUALITY),
+}
 
 
 def draw(
     scene: Scene,
-    mode: str,
+    kind: str,
     camera: Camera,
     ranks: int,
     *,
     seed: int = 0,
     side: int = 8,
-    cells: int | None = None,
+    room: int | None = None,
     dataflow: Dataflow = Dataflow.MIGRATING,
     from_file: bool = False,
-    spare: int | None = None,
     frames: int = 1,
     order: Callable[[list[Region]], list[Region]] = list,
 ) -> tuple[list[NDArray[np.float32]], list[MarchNode | MarchRayNode]]:
     """Draw with ranks in one process, each moved in a random order.
 
-    spare: slots of a cache beyond a rank's share of the cells; instead of `cells`.
+    room: slots of a cache, beyond a rank's share of the cells where it has to keep one.
     """
-    if spare is not None:
-        full = make_node(scene, mode, QUALITY, cell_side=side)[2].occupied
-        cells = -(-full // ranks) + spare
+    mode, quality = KINDS[kind]
+    if room is not None and dataflow is Dataflow.MIGRATING and not from_file:
+        full = make_node(scene, mode, quality, cell_side=side)[2].occupied
+        room += -(-full // ranks)
     joint = LoopBack(ranks, seed)
     random = np.random.default_rng(seed)
     parts = [Rank(joint.end(rank)) for rank in range(ranks)]
@@ -52,8 +60,8 @@ def draw(
         make_frame_node(
             scene,
             mode,
-            QUALITY,
-            CellPolicy(cells, dataflow, from_file),
+            quality,
+            CellPolicy(room, dataflow, from_file),
             rank=rank,
             ranks=ranks,
             cell_side=side,
@@ -93,100 +101,70 @@ def draw(
 def one(
     scene: Scene, outside: Camera, inside: Camera
 ) -> dict[str, NDArray[np.float32]]:
-    """Draw both modes with a single rank."""
-    return {
-        "classic": draw(scene, "classic", outside, 1)[0][0],
-        "scope": draw(scene, "scope", inside, 1)[0][0],
-    }
+    """Draw each kind with a single rank, as the tracer does by itself."""
+    found = {}
+    for kind, (mode, quality) in KINDS.items():
+        camera = inside if mode == "scope" else outside
+        found[kind] = draw(scene, kind, camera, 1)[0][0]
+        if mode == "classic":
+            image = ActiveRayTracer(scene, quality).render(camera)
+            assert image.depth_mm is not None
+            alone = np.dstack([image.rgba, image.depth_mm])
+            assert found[kind].tobytes() == alone.tobytes()
+    return found
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
-    mode=st.sampled_from(["classic", "scope"]),
-    ranks=st.integers(1, 4),
+    kind=st.sampled_from(sorted(KINDS)),
+    ranks=st.sampled_from([1, 2, 3, 4, 7, 16]),
     seed=st.integers(0, 2**32 - 1),
-    side=st.sampled_from([8, 16]),
-    cells=st.sampled_from([1, 2, 7, None]),
+    side=st.sampled_from([8, 16, 32]),
+    room=st.sampled_from([1, 2, 9, None]),
     flow=st.sampled_from(
         [
+            (Dataflow.MIGRATING, False),
+            (Dataflow.MIGRATING, True),
             (Dataflow.STATIC, False),
             (Dataflow.STATIC, True),
-            (Dataflow.MIGRATING, True),
             (Dataflow.REPLICATED, False),
             (Dataflow.RAYS, False),
         ]
     ),
+    order=st.sampled_from([list, lambda regions: regions[::-1]]),
 )
 def test_any_ranks_delivery_cells_and_cache_give_the_same_bits(
     scene: Scene,
     outside: Camera,
     inside: Camera,
     one: dict[str, NDArray[np.float32]],
-    mode: str,
-    ranks: int,
-    seed: int,
-    side: int,
-    cells: int | None,
+    kind: str,
     flow: tuple[Dataflow, bool],
+    **how: Any,
 ) -> None:
-    camera = outside if mode == "classic" else inside
+    """Cells that come, go and move, and rays that travel with their last samples."""
+    camera = inside if kind == "scope" else outside
     dataflow, from_file = flow
     pictures, nodes = draw(
-        scene,
-        mode,
-        camera,
-        ranks,
-        seed=seed,
-        side=side,
-        cells=cells,
-        dataflow=dataflow,
-        from_file=from_file,
+        scene, kind, camera, dataflow=dataflow, from_file=from_file, **how
     )
-    assert pictures[0].tobytes() == one[mode].tobytes()
+    assert pictures[0].tobytes() == one[kind].tobytes()
     if dataflow is Dataflow.REPLICATED:
         assert not any(node.tally()["requests"] for node in nodes)
-
-
-@settings(max_examples=16, deadline=None)
-@given(
-    mode=st.sampled_from(["classic", "scope"]),
-    ranks=st.sampled_from([1, 2, 3, 4, 7, 16]),
-    seed=st.integers(0, 2**32 - 1),
-    side=st.sampled_from([8, 16, 32]),
-    spare=st.sampled_from([1, 2, 9, None]),
-    order=st.sampled_from([list, lambda regions: regions[::-1]]),
-)
-def test_cells_that_migrate_give_the_same_bits(
-    scene: Scene,
-    outside: Camera,
-    inside: Camera,
-    one: dict[str, NDArray[np.float32]],
-    mode: str,
-    ranks: int,
-    seed: int,
-    side: int,
-    spare: int | None,
-    order: Callable[[list[Region]], list[Region]],
-) -> None:
-    camera = outside if mode == "classic" else inside
-    pictures, _ = draw(
-        scene, mode, camera, ranks, seed=seed, side=side, spare=spare, order=order
-    )
-    assert pictures[0].tobytes() == one[mode].tobytes()
 
 
 def test_with_little_room_cells_change_their_owners(
     scene: Scene, outside: Camera, one: dict[str, NDArray[np.float32]]
 ) -> None:
-    pictures, nodes = draw(scene, "classic", outside, 3, spare=6, frames=2)
-    assert pictures[0].tobytes() == pictures[1].tobytes() == one["classic"].tobytes()
+    pictures, nodes = draw(scene, "post", outside, 3, room=6, frames=2)
+    assert pictures[0].tobytes() == pictures[1].tobytes() == one["post"].tobytes()
     tallies = [node.tally() for node in nodes]
     assert sum(tally["owners_moved"] for tally in tallies) > 0
     assert sum(tally["cells_evicted"] for tally in tallies) > 0
 
 
 def test_cells_are_kept_from_frame_to_frame(scene: Scene, outside: Camera) -> None:
-    pictures, nodes = draw(scene, "classic", outside, 2, frames=2)
+    pictures, nodes = draw(scene, "post", outside, 2, frames=2)
     assert pictures[0].tobytes() == pictures[1].tobytes()
     # Each rank has asked at most once for each cell that is not its own.
     for node in nodes:
@@ -249,7 +227,7 @@ def test_leaving_early_leaves_nothing_behind(
     assert second.missing == 0
     assert (
         np.dstack([second.value, second.depth]).tobytes()
-        == draw(scene, "classic", outside, 1)[0][0].tobytes()
+        == draw(scene, "post", outside, 1)[0][0].tobytes()
     )
 
 

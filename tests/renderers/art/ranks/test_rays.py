@@ -10,9 +10,7 @@ from renderers.art.regions import Region
 def packet(waiting: list[int]) -> RayPacket:
     n = len(waiting)
     made = RayPacket.start(
-        Region(0, 0, n, 1),
-        np.zeros((n, 8), np.float32),
-        np.ones(n, np.int32),
+        Region(0, 0, n, 1), np.zeros((n, 8), np.float32), np.ones(n, np.int32)
     )
     made.cursor[:-1, 3] = np.array(waiting) + 1
     return made

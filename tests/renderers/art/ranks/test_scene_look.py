@@ -5,13 +5,10 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.art import ActiveRayTracer
 from renderers.art.quality import Quality
-from renderers.art.ranks import scene_look
-from renderers.art.ranks.scene_look import LookSettings, SceneLook
 from renderers.art.step_estimation import StepEstimate
 from renderers.scene import Camera, Change, ChangeKind, Scene
 from tests.operated import Operated
@@ -30,41 +27,6 @@ BITES = st.lists(
 """Places, radii, and whether all is undone instead."""
 
 Bites = list[tuple[tuple[int, int, int], float, bool]]
-
-
-@pytest.mark.parametrize("mode", ["classic", "scope"])
-@pytest.mark.parametrize("step", [0.5, 1.0])
-@pytest.mark.parametrize("is_large", [False, True])
-@settings(max_examples=15)
-@given(bites=BITES)
-def test_a_look_that_follows_is_one_taken_afresh(
-    scene: Scene, mode: str, step: float, is_large: bool, bites: Bites
-) -> None:
-    wanted = LookSettings(mode, Quality(step, 1 / 1024))
-    with pytest.MonkeyPatch.context() as patch:
-        if is_large:
-            patch.setattr(scene_look, "LARGEST_LEAP", 0)
-        head = Operated.of(scene)
-        look = SceneLook.of(head.scene, wanted, 8)
-        for place, radius, undoes in bites:
-            change = head.undo() if undoes else head.bite(place, radius)
-            before = look.leap.copy(), look.ranges.copy(), look.seen.copy()
-            follows = look.follow(head.scene, change.low[::-1], change.high[::-1])
-            fresh = SceneLook.of(head.scene, wanted, 8)
-            if not follows:
-                assert (
-                    look.span != fresh.span or look.march.margin != fresh.march.margin
-                )
-                after = look.leap, look.ranges, look.seen
-                for one, other in zip(before, after, strict=True):
-                    assert_array_equal(one, other)
-                return
-            assert_array_equal(look.ranges, fresh.ranges)
-            assert_array_equal(look.leap, fresh.leap)
-            assert look.span == fresh.span
-            assert look.march.quality == fresh.march.quality
-            if np.array_equal(look.clear, fresh.clear):
-                assert_array_equal(look.seen, fresh.seen)
 
 
 @settings(max_examples=8)
