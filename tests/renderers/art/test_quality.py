@@ -1,4 +1,5 @@
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def test_the_best_are_never_renormalised(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("step", "cutoff"), [(0.0, 0.1), (-1, 0.1), (5, 0.1), (float("nan"), 0), (1, 0.5)]
+    ("step", "cutoff"), [*((s, 0.1) for s in (0, -1, 5, math.nan, math.inf)), (1, 0.5)]
 )
 def test_nonsense_is_refused(step: float, cutoff: float) -> None:
     with pytest.raises(ValueError, match="must be"):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderers.art.cells.cells import CellGrid
-from renderers.art.kernels.build_bricks import build_brick, chebyshev, set_up_rays
+from renderers.art.kernels.build_bricks import build_brick, set_up_rays
 from renderers.reference import box_interval, sobel_gradient
 from renderers.scene import Volume
 
@@ -14,10 +14,7 @@ SPACING = np.array([0.4, 0.6, 0.9])
 
 
 @settings(max_examples=10)
-@given(
-    shape=st.tuples(*[st.integers(2, 21)] * 3),
-    seed=st.integers(0, 99),
-)
+@given(shape=st.tuples(*[st.integers(2, 21)] * 3), seed=st.integers(0, 99))
 def test_a_brick_holds_values_and_sobel_gradients(
     shape: tuple[int, int, int], seed: int
 ) -> None:
@@ -42,18 +39,6 @@ def test_a_brick_holds_values_and_sobel_gradients(
         n0, n1, n2 = (s.stop - s.start for s in inside)
         assert np.array_equal(brick[:n0, :n1, :n2, 0], values[inside])
         assert brick[:n0, :n1, :n2, 1:] == pytest.approx(gradient[inside], abs=2e-5)
-
-
-@given(st.integers(0, 2**20 - 1), st.sampled_from([(5, 4, 6), (1, 9, 2), (3, 3, 3)]))
-def test_chebyshev_distances(bits: int, shape: tuple[int, int, int]) -> None:
-    rng = np.random.default_rng(bits)
-    occupied = rng.random(shape) < 0.1
-    distance = np.where(occupied, 0, 255).astype(np.uint8)
-    chebyshev(distance)
-    full = np.argwhere(occupied)
-    for index in np.ndindex(shape):
-        near = np.abs(full - index).max(axis=1).min() if len(full) else 255
-        assert distance[index] == near
 
 
 @settings(max_examples=60)
@@ -107,21 +92,3 @@ def test_segments_tile_the_interval_exactly(
         voxel = geometry[0, :3] + np.float32(i) * geometry[0, 3:6]
         assert np.all(voxel > -1e-4)
         assert np.all(voxel < top + 1e-4)
-
-
-def test_rays_that_see_nothing_have_no_samples() -> None:
-    for eye, direction in (
-        ([0.0, 0, 0], [0.0, 0, 0]),
-        ([5, 5, -9], [0, 0, -1]),
-        ([5, 5, -9], [1, 0, 0]),
-        ([-1, 5, 5], [0, 1, 0]),
-    ):
-        table = np.array([direction], np.float32)
-        frame = np.concatenate([[eye], np.eye(3)])
-        geometry, count = np.zeros((1, 8), np.float32), np.full(1, 7, np.int32)
-        top = np.full(3, 10.0)
-        limit = np.full(1, np.inf, np.float32)
-        set_up_rays(
-            table, limit, 0, frame, False, np.eye(4), top, 1.0, False, geometry, count
-        )
-        assert count.tolist() == [0]

@@ -120,14 +120,6 @@ def test_optical_depth_is_exact_and_colour_between_what_is_passed(
         assert np.abs(np.array(color) - shades).max() < 0.5 * depth + 1e-4
 
 
-@given(transfer=transfers(), v0=DENSITIES, v1=DENSITIES)
-def test_the_way_back_is_as_deep(
-    transfer: TransferFunction, v0: float, v1: float
-) -> None:
-    there, back = (through(transfer, *ends, 0.3)[0] for ends in ((v0, v1), (v1, v0)))
-    assert there == pytest.approx(back, rel=1e-5, abs=1e-9)
-
-
 @given(
     v0=st.floats(-3000, -1, width=32),
     v1=st.floats(-3000, -1, width=32),
