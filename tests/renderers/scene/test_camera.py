@@ -167,11 +167,7 @@ def test_size_changes_sampling_not_the_view(projection: Projection) -> None:
 
 @pytest.mark.parametrize(
     "projection",
-    [
-        Projection.EQUIDISTANT,
-        Projection.ORTHOGRAPHIC,
-        Projection.PERSPECTIVE,
-    ],
+    [Projection.EQUIDISTANT, Projection.ORTHOGRAPHIC, Projection.PERSPECTIVE],
 )
 def test_one_pixel_at_the_centre_subtends_radians_per_pixel(
     projection: Projection,
@@ -214,23 +210,32 @@ def test_the_lens_table_is_shared_and_read_only() -> None:
     assert not camera.frame.flags.writeable
 
 
+AT_ORIGIN = np.vstack([np.zeros(3), np.eye(3)])
+
+
+@pytest.mark.parametrize("projection", LENSES)
 @pytest.mark.parametrize(
     ("frame", "extent", "size"),
     [
         (np.ones((4, 3)), 0.7, (4, 4)),
         (np.eye(4), 0.7, (4, 4)),
+        *(
+            (np.vstack([np.zeros(3), k * np.eye(3)]), 0.7, (4, 4))
+            for k in (1e-200, 7.0)
+        ),
         (np.vstack([[np.nan, 0, 0], np.eye(3)]), 0.7, (4, 4)),
-        (np.vstack([[0, 0, 0], np.eye(3)]), 0.0, (4, 4)),
-        (np.vstack([[0, 0, 0], np.eye(3)]), 2.0, (4, 4)),
-        (np.vstack([[0, 0, 0], np.eye(3)]), math.nan, (4, 4)),
-        (np.vstack([[0, 0, 0], np.eye(3)]), 0.7, (0, 4)),
+        *((AT_ORIGIN, e, (4, 4)) for e in (0.0, -0.1, 2.0, math.nan, math.inf)),
+        *((AT_ORIGIN, 0.7, size) for size in ((0, 4), (4, 0), (-1, 4))),
     ],
 )
 def test_bad_cameras_are_refused(
-    frame: NDArray[np.float64], extent: float, size: tuple[int, int]
+    projection: Projection,
+    frame: NDArray[np.float64],
+    extent: float,
+    size: tuple[int, int],
 ) -> None:
     with pytest.raises(ValueError, match=r"camera|picture size"):
-        Camera(frame, extent, *size)
+        Camera(frame, extent, *size, projection)
 
 
 COEFFICIENTS = st.tuples(st.floats(-0.3, 0.5), st.floats(-0.1, 0.3))

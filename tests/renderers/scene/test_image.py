@@ -55,14 +55,6 @@ def test_over_is_the_premultiplied_law(alpha: float, color: float, back: float) 
     np.testing.assert_allclose(found, expected, atol=3e-7)
 
 
-def test_clear_shows_the_background_and_opaque_hides_it() -> None:
-    rgba = np.zeros((1, 2, 4), np.float32)
-    rgba[0, 1] = (0.25, 0.5, 0.75, 1)
-    shown = Image(rgba).over((0.1, 0.2, 0.3))
-    np.testing.assert_array_equal(shown[0, 0], np.array([0.1, 0.2, 0.3], np.float32))
-    np.testing.assert_array_equal(shown[0, 1], rgba[0, 1, :3])
-
-
 @pytest.mark.parametrize(
     ("rgba", "depth"),
     [

@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,14 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from renderers.scene import (
-    Camera,
-    Distortion,
-    GBuffer,
-    Material,
-    Mesh,
-    Projection,
-)
+from renderers.scene import Camera, Distortion, Material, Mesh, Projection
 from renderers.scene.kernels.triangles import NEAREST_MM
 
 ALL = list(Projection)
@@ -215,64 +207,6 @@ def test_a_distorted_lens_meets_a_sphere_with_its_own_rays(
     hit = np.isfinite(found)
     assert np.all(np.isfinite(outer[hit]))
     assert np.all(found[hit] >= outer[hit] - 1e-4)
-
-
-def dense(buffer: GBuffer) -> NDArray[np.float64]:
-    return np.where(np.isfinite(buffer.depth_mm), buffer.depth_mm, -1.0)
-
-
-@pytest.mark.parametrize("projection", ALL)
-def test_a_box_around_the_mesh_hides_none_of_it(projection: Projection) -> None:
-    """Casting inside the projected box finds what casting everywhere finds."""
-    camera = camera_of(projection, 96)
-    rng = np.random.default_rng(4)
-    # A speck behind the eye makes the whole picture the box and is itself unseen.
-    speck = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
-    for seed in range(12):
-        center = (
-            camera.eye_mm
-            + rng.uniform(20, 40) * camera.frame[3]
-            + rng.uniform(-14, 14, 2) @ camera.frame[1:3]
-        )
-        pose = placed(center, seed)
-        mesh = sphere(rng.uniform(0.5, 5), 1)
-        behind = (camera.eye_mm - 5 * camera.frame[3] - center) @ pose[:3, :3] + speck
-        everywhere = Mesh(
-            np.vstack([mesh.vertices, behind]),
-            np.vstack([mesh.faces, len(mesh.vertices) + np.arange(3)]).astype(np.int32),
-        )
-        np.testing.assert_allclose(
-            dense(mesh.gbuffer(camera, pose)),
-            dense(everywhere.gbuffer(camera, pose)),
-            atol=1e-5,
-        )
-
-
-def test_a_long_rod_is_the_same_in_two_triangles_as_in_many() -> None:
-    """Under a curved lens a long edge bulges out of the box of its end points."""
-    camera = camera_of(Projection.EQUIDISTANT, 128)
-    pose = np.eye(4)
-    pose[:3, :3] = camera.frame[1:].T
-    pose[:3, 3] = camera.eye_mm + 10 * camera.frame[3]
-    ends = np.array([[-30, 3, 0], [30, 3, 0], [30, 4, 0], [-30, 4, 0]], dtype=float)
-    faces = np.array([[0, 1, 2], [0, 2, 3]])
-    cut_up: Any = trimesh.remesh.subdivide_to_size
-    vertices, many = cut_up(ends, faces, max_edge=0.5)
-    whole = Mesh(ends, faces.astype(np.int32)).gbuffer(camera, pose)
-    cut = Mesh(vertices, many.astype(np.int32)).gbuffer(camera, pose)
-    assert np.isfinite(cut.depth_mm).sum() > 100
-    np.testing.assert_allclose(dense(whole), dense(cut), atol=1e-4)
-
-
-def test_what_is_behind_or_beside_is_not_seen() -> None:
-    camera = camera_of(Projection.PERSPECTIVE)
-    for center in (
-        camera.eye_mm - 30 * camera.frame[3],
-        camera.eye_mm + 30 * camera.frame[3] + 200 * camera.frame[1],
-    ):
-        buffer = sphere(3.0, 1).gbuffer(camera, placed(center))
-        assert not np.isfinite(buffer.depth_mm).any()
-        assert not buffer.coverage.any()
 
 
 def test_the_eye_inside_a_solid_sees_nothing_of_it_and_a_room_all_around() -> None:

@@ -101,29 +101,6 @@ def test_uniform_pictures_are_compared_by_luminance_alone(a: int, b: int) -> Non
     assert found == pytest.approx(expected, rel=1e-10)
 
 
-def test_shifting_a_ramp_sideways_changes_its_luminance_alone() -> None:
-    step, shift = 4, 3
-    ramp = np.tile(np.arange(40) * step, (15, 1)).astype(np.uint8)
-    a, b = ramp[:, :-shift], ramp[:, shift:]
-    mean = a[5, 5:-5].astype(float)
-    other = mean + step * shift
-    expected = np.mean((2 * mean * other + C1) / (mean**2 + other**2 + C1))
-    assert ssim(a, b) == pytest.approx(float(expected), rel=1e-9)
-
-
-def test_a_negative_is_recognised() -> None:
-    # About 127.5 a negative keeps mean and variance and turns the covariance's sign.
-    pixels = np.random.default_rng(5).choice(np.array([27, 228], np.uint8), (40, 40))
-    assert ssim(pixels, 255 - pixels) < -0.8
-
-
-def test_scores_do_not_depend_on_order_or_mirroring() -> None:
-    a, b = noise(6), noise(7)
-    assert ssim(a, b) == pytest.approx(ssim(b, a), rel=1e-12)
-    assert ssim(a[:, ::-1], b[:, ::-1]) == pytest.approx(ssim(a, b), rel=1e-12)
-    assert ssim(a[::-1], b[::-1]) == pytest.approx(ssim(a, b), rel=1e-12)
-
-
 def test_pictures_that_cannot_be_compared_are_refused() -> None:
     with pytest.raises(ValueError, match="SSIM needs"):
         ssim(noise(1), noise(1, (24, 21, 3)))
