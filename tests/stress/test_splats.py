@@ -3,21 +3,11 @@
 import hashlib
 import math
 import tracemalloc
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from renderers.fsr import Inclusion, extract_fuzzy_set, update_fuzzy_set
-from renderers.fsr.kernels.depth_sort import (
-    KEYS,
-    NOWHERE,
-    begin_keys,
-    count_keys,
-    place_by_keys,
-)
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.scene import (
     Camera,
@@ -107,16 +97,17 @@ def test_65536_faint_splats_on_one_pixel(opacity: float, bound: float) -> None:
     assert abs(alpha - truth) < bound
 
 
-def test_a_million_splats_off_the_picture_cost_rows_only() -> None:
+@pytest.mark.parametrize("mode", SplatMode)
+def test_a_million_splats_off_the_picture_cost_rows_only(mode: SplatMode) -> None:
     drawer = drawer_of(full((100, 100, 100)), 1.0)
     for eye, target in (((0, -90, 0), (0, -200, 0)), ((0, -90, 0), (400, -90, 0))):
         camera = Camera.looking_at(
             eye, target, extent=0.5, size=(64, 64), projection=Projection.PERSPECTIVE
         )
-        assert not drawer.draw(camera, TEAM).rgba.any()
+        assert not drawer.draw(camera, TEAM, mode).rgba.any()
         assert drawer.counters["listed"] == 0
         assert drawer.counters["culled rows"] == drawer.counters["rows"]
-        assert not drawer.draw(camera, ALONE).rgba.any()
+        assert not drawer.draw(camera, ALONE, mode).rgba.any()
         assert drawer.counters["culled rows"] == drawer.counters["rows"] == 10_000
         assert drawer.counters["fragments"] == 0
 
@@ -213,32 +204,6 @@ def test_voxels_that_are_no_numbers_are_refused(bad: float) -> None:
         drawer_of(volume, 1.0)
 
 
-@given(
-    keys=st.lists(
-        st.tuples(st.sampled_from([3, 4, 7, KEYS - 1]), st.booleans()), max_size=200
-    ),
-    cuts=st.tuples(st.integers(0, 200), st.integers(0, 200)),
-)
-def test_equal_distances_are_ordered_by_number(
-    keys: list[tuple[int, bool]], cuts: tuple[int, int]
-) -> None:
-    """What a stable sort of those that show gives, from parts as from a whole."""
-    key = np.array([k for k, _ in keys], np.int32)
-    shown = np.array([is_shown for _, is_shown in keys], bool)
-    ranges = np.where(shown, np.arange(len(keys)) << 8, NOWHERE).astype(np.int32)
-    entries = np.empty(len(keys), np.int64)
-    edges = [0, *sorted(min(cut, len(keys)) for cut in cuts), len(keys)]
-    counts = np.zeros(KEYS, np.int32)
-    for first, end in pairwise(edges):
-        count_keys(ranges[first:end], key[first:end], counts)
-    assert begin_keys(counts, 3, KEYS) == shown.sum()
-    place_by_keys(ranges, key, counts, entries)
-    wanted = np.flatnonzero(shown)[np.argsort(key[shown], kind="stable")]
-    entries = entries[: len(wanted)]
-    np.testing.assert_array_equal(entries & 0xFFFFFFFF, wanted)
-    np.testing.assert_array_equal(entries >> 32, ranges[wanted])
-
-
 @pytest.mark.parametrize("mode", SplatMode)
 def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
     """Extracted whole or box by box in any order, drawn by one thread or by three."""
@@ -280,9 +245,7 @@ def test_opacity_one_is_opaque_and_finite(opacity: float) -> None:
 
 
 @pytest.mark.parametrize("pixels_per_mm", [0.05, 0.2, 0.5, 0.8])
-def test_splats_below_half_a_pixel_keep_their_mass(
-    pixels_per_mm: float,
-) -> None:
+def test_splats_below_half_a_pixel_keep_their_mass(pixels_per_mm: float) -> None:
     """Single voxels anywhere in a pixel; their optical depth within two percent."""
     rng = np.random.default_rng(3)
     values = np.zeros((30, 200, 200), np.float32)

@@ -6,29 +6,8 @@ import pytest
 from renderers.scene import Volume
 from renderers.scene.thread_team import ThreadTeam
 from tests.renderers.fsr.rim_scene import bars, camera
-from tests.renderers.fsr.splat_scenes import (
-    above,
-    blob,
-    from_anywhere,
-    of_one_kappa,
-    slab,
-    unlit,
-)
 
-__all__ = [
-    "above",
-    "bars",
-    "blob",
-    "camera",
-    "cavities",
-    "from_anywhere",
-    "hollow",
-    "of_one_kappa",
-    "slab",
-    "team",
-    "three",
-    "unlit",
-]
+__all__ = ["bars", "camera"]
 
 
 @pytest.fixture(scope="session")

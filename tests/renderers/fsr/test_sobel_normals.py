@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 from renderers.fsr import Inclusion, extract_fuzzy_set
 from renderers.fsr.sobel_normals import decode_normals
 from renderers.scene import Volume
-from tests.renderers.fsr.plain_gradients import sobel_gradient
 
 
 def rotation(seed: int) -> NDArray[np.float64]:
@@ -36,14 +35,6 @@ def test_the_normal_of_a_linear_field_is_exact_for_any_spacing_and_direction() -
     wanted = -slope / np.linalg.norm(slope)
     # packed into two times sixteen bits
     np.testing.assert_allclose(inner, np.broadcast_to(wanted, inner.shape), atol=2e-4)
-
-
-def test_normals_equal_the_plain_gradient_up_to_the_border() -> None:
-    values = np.random.default_rng(2).normal(size=(6, 5, 7)).astype(np.float32)
-    volume = Volume(values, np.array([0.5, 0.7, 1.1]), np.zeros(3), rotation(3))
-    gradient = sobel_gradient(volume)
-    length = np.linalg.norm(gradient, axis=-1, keepdims=True)
-    np.testing.assert_allclose(normals_of(volume), -gradient / length, atol=1e-4)
 
 
 @pytest.mark.parametrize("spacing", [(1.0, 1.0, 1.0), (1.0, 1.0, 5.0)])

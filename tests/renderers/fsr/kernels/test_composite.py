@@ -1,26 +1,15 @@
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from renderers.fsr import FuzzySet
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.scene import (
-    Camera,
-    Scene,
-    Volume,
-)
 from renderers.scene.thread_team import ThreadTeam
-
-Splats = tuple[FuzzySet, Scene]
+from tests.renderers.fsr.splat_scenes import above, slab, unlit
 
 
 def test_what_is_behind_an_instrument_is_hidden_pixel_by_pixel(
     team: ThreadTeam,
-    slab: Callable[..., Volume],
-    above: Callable[..., Camera],
-    unlit: Callable[..., Splats],
 ) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, 0.3))
@@ -39,12 +28,7 @@ def test_what_is_behind_an_instrument_is_hidden_pixel_by_pixel(
         drawer.draw(camera, team, limit_mm=limit[:50])
 
 
-def test_depth_is_where_half_of_the_light_is_gone(
-    team: ThreadTeam,
-    slab: Callable[..., Volume],
-    above: Callable[..., Camera],
-    unlit: Callable[..., Splats],
-) -> None:
+def test_depth_is_where_half_of_the_light_is_gone(team: ThreadTeam) -> None:
     volume = slab()
     drawer = SplatRasterizer(*unlit(volume, 5.0))
     for mode in SplatMode:

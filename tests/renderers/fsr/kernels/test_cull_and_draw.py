@@ -1,19 +1,14 @@
-from collections.abc import Callable
-
 import pytest
 
-from renderers.fsr.fuzzy_set import FuzzySet
 from renderers.fsr.splats import SplatMode, SplatRasterizer
-from renderers.scene import Camera, Projection, Scene
+from renderers.scene import Camera, Projection
 from renderers.scene.thread_team import ThreadTeam
+from tests.renderers.fsr.splat_scenes import blob
 
 
 @pytest.mark.parametrize("projection", Projection)
 def test_one_call_gives_the_bits_and_counts_of_two(
-    team: ThreadTeam,
-    three: ThreadTeam,
-    blob: Callable[..., tuple[FuzzySet, Scene]],
-    projection: Projection,
+    team: ThreadTeam, three: ThreadTeam, projection: Projection
 ) -> None:
     """From outside, and from among subdivided splats: more than the set has."""
     drawer = SplatRasterizer(*blob())
@@ -36,9 +31,7 @@ def test_one_call_gives_the_bits_and_counts_of_two(
                 assert drawn_by is three or drawer.counters == of_two
 
 
-def test_where_there_is_no_room_it_is_made(
-    team: ThreadTeam, blob: Callable[..., tuple[FuzzySet, Scene]]
-) -> None:
+def test_where_there_is_no_room_it_is_made(team: ThreadTeam) -> None:
     """Of a new rasterizer, which has none, and for parts of splats that are near."""
     fuzzy, scene = blob()
     kept = SplatRasterizer(fuzzy, scene)

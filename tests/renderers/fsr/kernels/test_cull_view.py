@@ -2,7 +2,6 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from renderers.fsr.kernels.cull_view import FIRST_NEAR, grow_near
 from renderers.fsr.kernels.project_splats import Splats
 from renderers.fsr.kernels.subdivide import (
     NEAR_KEYS,
@@ -18,11 +17,7 @@ PER_MM = 30.0
 LAST = np.float32(0.5**SPLITS)
 
 
-@given(
-    seed=st.integers(0, 10**6),
-    count=st.integers(1, 60),
-    sigma=st.floats(0.05, 0.5),
-)
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 60), sigma=st.floats(0.05, 0.5))
 def test_near_parts_come_by_their_distance_whichever_splats_are_near(
     seed: int, count: int, sigma: float
 ) -> None:
@@ -47,12 +42,3 @@ def test_near_parts_come_by_their_distance_whichever_splats_are_near(
     assert all(
         found[tuple(p)] == key for p, key in zip(few.tolist(), few_keys, strict=True)
     )
-
-
-def test_memory_for_near_splats_grows_and_keeps_what_is_there() -> None:
-    near = np.arange(FIRST_NEAR, dtype=np.int32)
-    spans = np.array([[7, 0, FIRST_NEAR], [8, FIRST_NEAR, FIRST_NEAR + 5]], np.int32)
-    assert len(grow_near(near, 0, spans[:1])) == FIRST_NEAR
-    more = grow_near(near, 100, spans)
-    assert len(more) >= 100 + FIRST_NEAR + 5
-    np.testing.assert_array_equal(more[:100], near[:100])

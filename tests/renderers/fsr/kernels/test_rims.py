@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.kernels import rims
-from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.surfels.rim_sharpening import SPARE
-from renderers.scene import Camera, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene import Camera
 from tests.renderers.fsr import plain_rims
 
 
@@ -62,18 +59,3 @@ def test_rims_are_where_a_neighbour_is_much_deeper(height: int, width: int) -> N
     n = rims.list_rims(depth, 1, height, found)
     assert 0 < n < depth.size
     assert found[:n].tolist() == plain_rims.list_rims(depth, 1, height)
-
-
-def test_a_splatted_picture_gets_the_same_rims_from_any_team(
-    bars: Volume, camera: Camera, team: ThreadTeam, three: ThreadTeam
-) -> None:
-    pictures = []
-    counts = []
-    for threads in (team, three):
-        rasterizer = SurfelRasterizer(bars)
-        pictures.append(rasterizer.draw(camera, threads))
-        counts.append(rasterizer.counters)
-    assert counts[0]["rim pixels moved"] > 100
-    for other in pictures[1:]:
-        assert_array_equal(other.depth_mm, pictures[0].depth_mm)
-        assert_array_equal(other.normal, pictures[0].normal)

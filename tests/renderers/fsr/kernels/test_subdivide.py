@@ -39,18 +39,6 @@ def test_parts_keep_mass_and_middle_and_are_small_enough(
     np.testing.assert_allclose(depths, depth, rtol=1e-5)
 
 
-def test_parts_form_the_half_lattice() -> None:
-    places = np.array([[4, 5, 6, 1]], np.float32)
-    splats = Splats(places, np.ones((1, 4), np.float32))
-    (found, _), *_ = subdivide(
-        np.zeros(1, np.int32), splats, VIEW, np.float32(1e9), np.float32(0.25)
-    )
-    assert len(found) == 64
-    assert len(np.unique(found[:, :3], axis=0)) == 64
-    # odd multiples of an eighth from the middle
-    np.testing.assert_array_equal((found[:, :3] - places[:, :3]) * 8 % 2, 1)
-
-
 def test_there_is_room_for_all_parts() -> None:
     """As many as there can be: 512 of each splat, in the splats' order."""
     count = 5

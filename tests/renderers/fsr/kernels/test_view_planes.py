@@ -1,7 +1,6 @@
 """No splat whose footprint reaches a band is culled from it, in whatever view."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr import FuzzySet
 from renderers.fsr.kernels.depth_sort import NOWHERE
 from renderers.fsr.kernels.project_splats import project_splats
 from renderers.fsr.kernels.tile_buffer import TILE_SHIFT
@@ -19,9 +17,8 @@ from renderers.fsr.splats.set_view import view_set
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import list_splats
 from renderers.fsr.view_bounds import lens_of
-from renderers.scene import Camera, Projection, Scene
-
-Splats = tuple[FuzzySet, Scene]
+from renderers.scene import Camera, Projection
+from tests.renderers.fsr.splat_scenes import blob, from_anywhere
 
 
 @given(
@@ -32,8 +29,6 @@ Splats = tuple[FuzzySet, Scene]
     cuts=st.tuples(st.integers(0, 17), st.integers(1, 18)),
 )
 def test_what_reaches_a_band_is_on_its_list(
-    blob: Callable[..., Splats],
-    from_anywhere: Callable[..., Camera],
     seed: int,
     far: float,
     projection: Projection,

@@ -1,6 +1,5 @@
 """Depth slabs, hidden splats and the grid's order change pictures as they may."""
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
+from renderers.fsr import Inclusion, extract_fuzzy_set
 from renderers.fsr.kernels.depth_slabs import select_slab
 from renderers.fsr.splats import SplatMode, SplatRasterizer
 from renderers.fsr.splats.set_view import Traversal, view_set
@@ -17,8 +16,7 @@ from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import far_to_near, list_splats
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
-
-Splats = tuple[FuzzySet, Scene]
+from tests.renderers.fsr.splat_scenes import Splats, blob
 
 
 def wall() -> Splats:
@@ -139,11 +137,7 @@ def test_culling_rows_changes_no_bit(
     mode=st.sampled_from(list(SplatMode)),
 )
 def test_every_far_element_is_in_one_slab_and_near_ones_in_none(
-    blob: Callable[..., Splats],
-    seed: int,
-    projection: Projection,
-    cuts: list[int],
-    mode: SplatMode,
+    seed: int, projection: Projection, cuts: list[int], mode: SplatMode
 ) -> None:
     shaded = ShadedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
@@ -193,7 +187,7 @@ def test_the_order_of_the_grid_differs_from_that_of_distance_only_in_order(
 
 
 def far_first(
-    blob: Callable[..., Splats], seed: int, projection: Projection
+    seed: int, projection: Projection
 ) -> tuple[ShadedSet, Camera, NDArray[np.int32]]:
     shaded = ShadedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))
@@ -203,8 +197,8 @@ def far_first(
 
 
 @given(seed=st.integers(0, 10**6))
-def test_far_splats_come_first(blob: Callable[..., Splats], seed: int) -> None:
-    shaded, camera, order = far_first(blob, seed, Projection.PERSPECTIVE)
+def test_far_splats_come_first(seed: int) -> None:
+    shaded, camera, order = far_first(seed, Projection.PERSPECTIVE)
     assert len(np.unique(order)) == len(order)
     place = shaded.sparse.centers_mm()[order]
     distance = np.linalg.norm(place - camera.eye_mm, axis=1)
@@ -212,10 +206,8 @@ def test_far_splats_come_first(blob: Callable[..., Splats], seed: int) -> None:
 
 
 @given(seed=st.integers(0, 10**6))
-def test_in_a_flat_view_no_splat_precedes_one_that_it_could_hide(
-    blob: Callable[..., Splats], seed: int
-) -> None:
-    shaded, camera, order = far_first(blob, seed, Projection.ORTHOGRAPHIC)
+def test_in_a_flat_view_no_splat_precedes_one_that_it_could_hide(seed: int) -> None:
+    shaded, camera, order = far_first(seed, Projection.ORTHOGRAPHIC)
     along = shaded.grid.voxel_from_world[:, :3] @ camera.frame[3]
     step = shaded.sparse.voxels()[order] * np.sign(along)
     for later in range(1, len(step)):
@@ -223,9 +215,7 @@ def test_in_a_flat_view_no_splat_precedes_one_that_it_could_hide(
 
 
 @given(seed=st.integers(0, 10**6))
-def test_in_the_grids_order_no_splat_precedes_one_that_hides_it(
-    blob: Callable[..., Splats], seed: int
-) -> None:
+def test_in_the_grids_order_no_splat_precedes_one_that_hides_it(seed: int) -> None:
     """Seen from the eye's voxel, order follows |i|, |j|, |k| on each side."""
     shaded = ShadedSet(*blob(seed % 5))
     eye = tuple(np.random.default_rng(seed).uniform(-9, 18, 3))

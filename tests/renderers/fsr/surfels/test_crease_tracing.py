@@ -106,16 +106,6 @@ def test_what_was_settled_has_the_normals_of_rays(
         assert abs(np.linalg.norm(buffer.normal[y, x]) - 1) < 1e-5
 
 
-def test_threads_do_not_change_a_bit_of_a_crease(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam, three: ThreadTeam
-) -> None:
-    cut(patient)
-    alone, shared = drawn(patient, camera, team), drawn(patient, camera, three)
-    assert_array_equal(alone.depth_mm, shared.depth_mm)
-    assert_array_equal(alone.normal, shared.normal)
-    assert_array_equal(alone.coverage, shared.coverage)
-
-
 def test_holes_beside_a_cut_are_closed(
     patient: WoundedSurface, camera: Camera, team: ThreadTeam
 ) -> None:

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import SEAM_MM
@@ -43,17 +42,6 @@ def test_pixels_beside_a_cut_are_where_tissue_begins(
     assert np.all(inside(before[facing < -0.3]) < 0)
     length = np.linalg.norm(found.normal[shown], axis=-1)
     np.testing.assert_allclose(length, 1, atol=1e-4)
-
-
-def test_bits_do_not_depend_on_the_number_of_threads(hollow: Volume) -> None:
-    drawer = SurfelRasterizer(hollow, deflection=Deflection((CUT,)))
-    teams = [ThreadTeam(1), ThreadTeam(3)]
-    one, many = (drawer.draw(view(), team) for team in teams)
-    assert_array_equal(one.depth_mm, many.depth_mm)
-    assert_array_equal(one.normal, many.normal)
-    assert_array_equal(one.coverage, many.coverage)
-    for team in teams:
-        team.close()
 
 
 @pytest.mark.parametrize(

@@ -43,17 +43,6 @@ def test_discs_no_longer_stand_over_free_edges(
     np.testing.assert_allclose(length, 1, atol=1e-5)
 
 
-def test_threads_do_not_change_a_bit(
-    bars: Volume, camera: Camera, team: ThreadTeam, three: ThreadTeam
-) -> None:
-    one = SurfelRasterizer(bars)
-    alone = one.draw(camera, team)
-    for _ in range(5):
-        again = one.draw(camera, three)
-        assert_array_equal(again.depth_mm, alone.depth_mm)
-        assert_array_equal(again.normal, alone.normal)
-
-
 def test_a_round_room_without_edges_is_left_alone(
     hollow: Volume, team: ThreadTeam
 ) -> None:

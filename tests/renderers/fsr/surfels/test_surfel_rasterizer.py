@@ -7,8 +7,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.fsr.surfels import SurfelRasterizer
-from renderers.scene import Camera, GBuffer, Projection, Volume
+from renderers.scene import Camera, Projection, Volume
+from renderers.scene.deflection import Cut, Deflection
 from renderers.scene.thread_team import ThreadTeam
+from tests.renderers.fsr.same_buffers import same
 
 EYES = st.tuples(*[st.floats(-2.5, 2.5) for _ in range(3)])
 
@@ -46,13 +48,6 @@ def trace(volume: Volume, camera: Camera) -> NDArray[np.float64]:
         met = (volume.sample(origin + t * ray) > 0) & ~np.isfinite(depth)
         depth[met] = t - 0.025
     return depth
-
-
-def same(a: GBuffer, b: GBuffer) -> bool:
-    return all(
-        np.array_equal(getattr(a, name), getattr(b, name))
-        for name in ("depth_mm", "normal", "coverage", "material")
-    )
 
 
 @pytest.fixture(scope="module")
@@ -121,10 +116,21 @@ def test_depth_is_exact_on_a_plane(
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(
-    inside: SurfelRasterizer, team: ThreadTeam, three: ThreadTeam
+    hollow: Volume, bars: Volume, camera: Camera, team: ThreadTeam, three: ThreadTeam
 ) -> None:
-    camera = view((1.0, -2.0, 0.5), (0.0, 4.0, 0.0), (300, 130))
-    assert same(inside.draw(camera, team), inside.draw(camera, three))
+    """With rims that are sharpened, and beside a cut."""
+    cut = Cut(np.array([4.8, 0.0, 0.0]), 2.9, np.array([0.0, 1.0, 0.0]), 0.8)
+    for drawer, seen in (
+        (SurfelRasterizer(hollow), view((1.0, -2.0, 0.5), (0.0, 4.0, 0.0), (300, 130))),
+        (SurfelRasterizer(bars), camera),
+        (
+            SurfelRasterizer(hollow, deflection=Deflection((cut,))),
+            view((0.5, -1, 0.3), (6, 0.2, 0)),
+        ),
+    ):
+        alone = drawer.draw(seen, team)
+        for _ in range(5):
+            assert same(drawer.draw(seen, three), alone)
 
 
 def test_a_picture_repeats_after_another_one(
@@ -213,10 +219,7 @@ def test_orthographic_cameras_are_turned_down(
 
 @pytest.mark.parametrize("refresh", [1, 7, 1 << 30])
 def test_leaving_out_what_is_behind_changes_no_bit(
-    cavities: Volume,
-    team: ThreadTeam,
-    monkeypatch: pytest.MonkeyPatch,
-    refresh: int,
+    cavities: Volume, team: ThreadTeam, monkeypatch: pytest.MonkeyPatch, refresh: int
 ) -> None:
     """However often tiles look what is hidden by now, or never, and over all views."""
     rasterizer = SurfelRasterizer(cavities)

@@ -13,9 +13,9 @@ from anatomy import sinus_phantom
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.surfels.surfel_pool import LEAST_SPARE, SurfelPool
 from renderers.fsr.visibility import build_visible_sets
-from renderers.scene import Camera, Change, ChangeKind, GBuffer, Volume
-from renderers.scene.deflection import Deflection, Translation
+from renderers.scene import Camera, Change, ChangeKind, Volume
 from renderers.scene.thread_team import ThreadTeam
+from tests.renderers.fsr.same_buffers import same
 
 
 class Owner:
@@ -84,13 +84,6 @@ def assert_same_surfels(live: SurfelRasterizer, fresh: SurfelRasterizer) -> None
         far, wanted_far = (np.unique(p.far, axis=0) for p in (a, b))
         np.testing.assert_array_equal(far, wanted_far)
         assert len(a) == len(b)
-
-
-def same(a: GBuffer, b: GBuffer) -> bool:
-    return all(
-        np.array_equal(getattr(a, name), getattr(b, name))
-        for name in ("depth_mm", "normal", "coverage", "material")
-    )
 
 
 def eyes_in(volume: Volume, rng: np.random.Generator, count: int) -> list[Camera]:
@@ -185,18 +178,6 @@ def test_blocks_become_full_and_empty(hollow: Volume, team: ThreadTeam) -> None:
     assert_same_surfels(live, SurfelRasterizer(owner.volume))
 
 
-def test_edits_at_the_faces_of_the_grid(hollow: Volume, team: ThreadTeam) -> None:
-    owner = Owner(hollow)
-    live = SurfelRasterizer(owner.volume)
-    for corner in np.ndindex(2, 2, 2):
-        at = np.array(corner) * (np.array(hollow.shape[::-1]) - 1.0)
-        live.update(owner.capsule(at, np.full(3, 16.0), 1.2))
-    fresh = SurfelRasterizer(owner.volume)
-    assert_same_surfels(live, fresh)
-    cameras = eyes_in(owner.volume, np.random.default_rng(1), 3)
-    assert_same_pictures(live, fresh, cameras, (team, ThreadTeam(2)))
-
-
 def test_the_same_edit_done_and_undone_takes_no_more_memory(hollow: Volume) -> None:
     owner = Owner(hollow)
     live = SurfelRasterizer(owner.volume)
@@ -250,13 +231,6 @@ def test_film_changes_no_surface(hollow: Volume) -> None:
     live.update(Change(1, *whole, ChangeKind.FILM))
     assert live._before is None
     assert live._fine.position is before
-
-
-def test_a_deflected_surface_refuses_edits(hollow: Volume) -> None:
-    push = Deflection((Translation(np.array([6.0, 0, 0]), 3.0, np.array([0.5, 0, 0])),))
-    drawer = SurfelRasterizer(hollow, deflection=push)
-    with pytest.raises(ValueError, match="deflection"):
-        drawer.update(Change(1, np.zeros(3, np.int64), np.zeros(3, np.int64)))
 
 
 @settings(max_examples=8)
