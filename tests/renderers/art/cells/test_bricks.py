@@ -66,18 +66,6 @@ def test_whole_numbers_take_half_the_memory() -> None:
         assert np.abs(b).max() <= 32767
 
 
-def test_a_volume_takes_ten_bytes_a_voxel_at_most() -> None:
-    """Every cell of 32 cubes, and the distances over empty space."""
-    shape = (97, 97, 97)
-    grid = CellGrid(shape, 32)
-    values = np.ones(shape, np.int16)
-    leap = cube_distances(values, np.zeros((0, 2), np.float32))
-    bricks = Bricks(grid, np.ones(3), leap, np.zeros(grid.cells, np.int64), 1.0)
-    for cell in range(grid.cells):
-        bricks.show(cell, cell, grid.block(values, cell))
-    assert bricks.bytes <= 10 * values.size
-
-
 def test_bricks_of_values_alone_take_a_quarter() -> None:
     leap, stamp = np.zeros(8, np.uint8), np.zeros(1, np.int64)
     full = Bricks(GRID, np.ones(3), leap, stamp)

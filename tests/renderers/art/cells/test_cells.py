@@ -99,19 +99,6 @@ def test_without_clear_values_everything_may_be_seen() -> None:
     assert grid.occupied(np.zeros((grid.cells, 2), np.float32), nothing).all()
 
 
-def test_a_share_of_copies_holds_the_same_bytes() -> None:
-    values = random_values((20, 18, 33))
-    grid = CellGrid((20, 18, 33))
-    whole = CellShare(grid, values, None)
-    some = CellShare(grid, values, np.array([1, 7]))
-    for cell in (1, 7):
-        assert np.array_equal(whole.block(cell), some.block(cell))
-        sent = whole.decode(whole.block(cell).tobytes())
-        assert np.array_equal(sent, whole.block(cell))
-    with pytest.raises(KeyError):
-        some.block(2)
-
-
 @pytest.mark.parametrize("shape", [(20, 18, 33), (9, 17, 10), (8, 25, 16)])
 def test_the_cells_an_edit_touches_are_those_whose_blocks_differ(
     shape: tuple[int, int, int],
@@ -137,23 +124,6 @@ def test_the_cells_an_edit_touches_are_those_whose_blocks_differ(
             if not np.array_equal(grid.block(values, cell), grid.block(edited, cell))
         ]
         assert grid.touched(low, high).tolist() == expected
-
-
-def test_a_share_changes_with_what_moves_and_what_is_edited() -> None:
-    values = random_values((20, 18, 33))
-    grid = CellGrid((20, 18, 33))
-    share = CellShare(grid, values, np.array([1]))
-    share.put(7, grid.block(values, 7))
-    assert len(share) == 2
-    assert np.array_equal(share.block(7), grid.block(values, 7))
-    share.drop(7)
-    with pytest.raises(KeyError):
-        share.block(7)
-    edited = values + 1
-    share.follow(edited, np.arange(grid.cells))
-    assert np.array_equal(share.block(1), grid.block(values, 1))
-    share.renew(1)
-    assert np.array_equal(share.block(1), grid.block(edited, 1))
 
 
 @pytest.mark.parametrize("kind", ["i1", "<i2", ">u2", "<f4", ">f8"])

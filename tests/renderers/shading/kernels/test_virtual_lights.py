@@ -1,15 +1,12 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer
-from renderers.shading.kernels.field_reads import DistanceField, tap
-from renderers.shading.kernels.virtual_lights import gather_lights, trace_lights
-from tests.renderers.shading.plain_normal import plain_normal
+from renderers.shading.kernels.field_reads import tap
+from renderers.shading.kernels.virtual_lights import gather_lights
 
 f32 = np.float32
 
@@ -72,61 +69,3 @@ def test_a_tap_of_a_linear_field_is_exact_and_clamps() -> None:
         tap(values, f32(2.25), f32(1.5), f32(0.75)), 2.25 + 15 + 75, rtol=1e-6
     )
     np.testing.assert_allclose(tap(values, f32(-9), f32(-9), f32(99)), 300, atol=0.2)
-
-
-def traced(
-    distance: NDArray[np.float32],
-    m: NDArray[np.float32],
-    eye: NDArray[np.float32],
-    ray: NDArray[np.float32],
-    longest: np.float32,
-    limit: int,
-) -> NDArray[np.float32] | None:
-    """Follow one ray; give place and normal of its wall."""
-    top = np.array(distance.shape[::-1], np.float32) - f32(1)
-    v = [f32(r[0] * ray[0] + r[1] * ray[1] + r[2] * ray[2]) for r in m]
-    t = f32(0)
-    for _ in range(limit):
-        x, y, z = (eye[i] + t * v[i] for i in range(3))
-        if not all(0 <= p <= end for p, end in zip((x, y, z), top, strict=True)):
-            return None
-        d = tap(distance, x, y, z)
-        if d > f32(-0.04):
-            normal = plain_normal(distance, m, x, y, z)
-            return np.array([t * ray[0], t * ray[1], t * ray[2], *normal], np.float32)
-        t += max(f32(-0.95) * d, f32(0.05))
-        if t >= longest:
-            return None
-    return None
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    count=st.integers(1, 50),
-    longest=st.floats(0.5, 20, width=32),
-    limit=st.integers(1, 40),
-)
-def test_rays_arrive_together_as_they_do_alone(
-    seed: int, count: int, longest: float, limit: int
-) -> None:
-    random = np.random.default_rng(seed)
-    # walls near and far, openings, and rays that run out of steps or of room
-    noise = random.standard_normal((12, 15, 13)) - random.uniform(0, 3)
-    distance = noise.astype(np.float32)
-    m = (random.standard_normal((3, 3)) + 2 * np.eye(3)).astype(np.float32)
-    eye = random.uniform(3, 9, 3).astype(np.float32)
-    rays = random.standard_normal((3, count)).astype(np.float32)
-    rays /= np.linalg.norm(rays, axis=0)
-    flux = random.random(count).astype(np.float32)
-    table = np.zeros((8, count), np.float32)
-    arrived = trace_lights(
-        DistanceField(distance, m, eye), rays, flux, f32(longest), limit, table
-    )
-    alone = [traced(distance, m, eye, ray, f32(longest), limit) for ray in rays.T]
-    kept = [i for i, found in enumerate(alone) if found is not None]
-    assert arrived == len(kept)
-    for column, i in enumerate(kept):
-        assert_array_equal(table[:6, column], alone[i])
-        assert table[6, column] == flux[i]
-    assert not table[:, arrived:].any()
