@@ -10,16 +10,15 @@ S3     shell, from outside and from its centre             `test_ball_and_shell`
 S4     Gaussian blob                                       `test_blob`
 S5     scalar ramp, extinction in proportion               `test_ramp`
 S6     scalar ramp, jump of extinction and colour          `test_jump`
-S8     slab in perspective                                 `test_slab_in_perspective`
 S10    colour along a uniform medium                       `test_ramp_of_colour`
 S12    Marschner-Lobb's signal                             `test_marschner_lobb`
 S13    the box with other spacings, axes, rotations        `test_uniform_box`
 =====  ==================================================  ==========================
 
 Also a million thin segments, and orders of convergence. S7 (opaque plane inside a
-volume), S9 (opaque ball under a head light) and S14 (deflector) are in
-`test_ray_surfaces.py`; S11, the first hit on a ball, is in
-`tests/renderers/art/test_tracer.py`; one ray's seven integrals in `test_integrator.py`.
+volume) and S9 (opaque ball under a head light) are in `test_ray_surfaces.py`. S8, a
+slab in perspective, S11, the first hit on a ball, and S14, deflectors in a uniform
+medium, are in `tests/renderers/art`; one ray's seven integrals in `test_integrator.py`.
 """
 
 import math
@@ -259,22 +258,6 @@ def test_jump(at: float) -> None:
         found = one_ray(scene, quality)
         assert found[0] == pytest.approx(exact, abs=2e-6)
         assert found[3] == pytest.approx(alpha, abs=2e-6)
-
-
-@pytest.mark.parametrize(
-    ("angle", "alpha"),
-    [(0, 0.632120558828558), (20, 0.654988583942297), (35, 0.704998426500949)],
-)
-@BOTH
-def test_slab_in_perspective(angle: float, alpha: float, quality: Quality) -> None:
-    """S8: length along the ray, not depth along the axis, makes a slab opaque."""
-    volume = Volume(
-        np.zeros((3, 21, 3), np.int16), np.array([200.0, 1, 200]), np.full(3, -200.0)
-    )
-    scene = scene_of(volume, [-1, 1], 0.05)
-    way = (0.0, math.cos(math.radians(angle)), math.sin(math.radians(angle)))
-    found = one_ray(scene, quality, (0.0, -210.0, 0.0), way)[3]
-    assert found == pytest.approx(alpha, abs=2e-5)
 
 
 @BOTH

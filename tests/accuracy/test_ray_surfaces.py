@@ -1,8 +1,7 @@
-"""Surfaces met by rays of mode `classic`: opaque planes, balls under light, deflectors.
+"""Surfaces met by rays of mode `classic`: opaque planes, balls under light.
 
 S7: an opaque plane ends rays within a uniform medium, in the middle of a step. S9: an
-opaque ball under a head light, Lambert's law. S14: a uniform medium behind a deflector
-stays what it is. Lengths in millimetres.
+opaque ball under a head light, Lambert's law. Lengths in millimetres.
 """
 
 import math
@@ -20,13 +19,6 @@ from renderers.scene import (
     Scene,
     TransferFunction,
     Volume,
-)
-from renderers.scene.deflection import (
-    Deflection,
-    Rotation,
-    Scaling,
-    Translation,
-    deflected_scene,
 )
 
 FINAL = Quality.named("final")
@@ -115,24 +107,3 @@ def test_a_ball_under_a_head_light_follows_lambert() -> None:
     lit = cosine > 0.2
     assert rgba[lit, 0] == pytest.approx(cosine[lit], abs=0.02)
     assert rgba[lit, 3] == pytest.approx(1, abs=1e-4)
-
-
-MIDDLE = np.array([1.0, 2.0, -1.0])
-BENT = [
-    Translation(MIDDLE, 9.0, np.array([3.0, -2.0, 1.0])),
-    Rotation(MIDDLE, 8.0, np.array([0.0, 0, 1]), 1.2),
-    Scaling(MIDDLE, 7.0, 0.5),
-]
-
-
-@pytest.mark.parametrize("deflector", BENT, ids=lambda d: type(d).__name__)
-def test_a_uniform_medium_stays_what_it_is_behind_a_deflector(
-    deflector: Translation | Rotation | Scaling,
-) -> None:
-    """S14: a deflector moves tissue; where all is alike nothing changes."""
-    camera = looking_along_y(Projection.PERSPECTIVE, 20, 0.3)
-    straight = ActiveRayTracer(box(), FINAL).render(camera).rgba
-    moved = deflected_scene(box(), Deflection((deflector,)))
-    bent = ActiveRayTracer(moved, FINAL).render(camera).rgba
-    assert straight[..., 3].max() > 0.8
-    assert bent == pytest.approx(straight, rel=20 * 2**-23)

@@ -57,12 +57,7 @@ from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.request import decode_request
 from scenarios import load_scenario
-from scenarios.bundle import (
-    FrameRecord,
-    SampleRecord,
-    SessionRecorder,
-    read_recording,
-)
+from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder, read_recording
 from scenarios.bundle.notes import add_note, read_notes
 from scenarios.metrics.settings import load_settings
 from scenarios.rubrics.population import bundled_populations, load_population
@@ -72,6 +67,12 @@ from tests.paravol.exchange.made_motion import motions
 from tests.scenarios.session_info import INFO
 
 Read = Callable[[Path], object]
+
+
+def sound(read: Read, file: Path) -> Read:
+    """Give a reader that reads what was made."""
+    read(file)
+    return read
 
 
 def scenario(file: Path) -> Read:
@@ -100,8 +101,7 @@ def view(file: Path) -> Read:
         "look": {"mode": "scope", "ring_radius_mm": 0.95},
     }
     file.write_text(json.dumps(record))
-    load_view(file)
-    return load_view
+    return sound(load_view, file)
 
 
 def camera_path(file: Path) -> Read:
@@ -109,8 +109,7 @@ def camera_path(file: Path) -> Read:
         {"time_s": t, "eye_mm": [0, t, 0], "target_mm": [0, 9, 1]} for t in range(3)
     ]
     file.write_text(json.dumps({"schema": "paravol.camera-path/1", "keys": keys}))
-    load_camera_path(file)
-    return load_camera_path
+    return sound(load_camera_path, file)
 
 
 def request(file: Path) -> Read:
@@ -157,8 +156,7 @@ def array(file: Path) -> Read:
 def volume(file: Path) -> Read:
     values = np.arange(60, dtype=np.int16).reshape(3, 4, 5)
     save_volume(Volume(values, np.ones(3), np.zeros(3)), file)
-    load_volume(file)
-    return load_volume
+    return sound(load_volume, file)
 
 
 def zipped(file: Path) -> Read:
@@ -172,15 +170,13 @@ def surface(file: Path) -> Read:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float64)
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
     save_surface(Surface(corners, faces), file)
-    load_surface(file)
-    return load_surface
+    return sound(load_surface, file)
 
 
 def markups(file: Path) -> Read:
     mark = Landmark("tip", Side.LEFT, np.array([1.0, 2.0, 3.0]), 2.0)
     write_markups({mark.key: mark}, file)
-    read_markups(file)
-    return read_markups
+    return sound(read_markups, file)
 
 
 def registration(file: Path) -> Read:
@@ -199,8 +195,7 @@ def registration(file: Path) -> Read:
         budget_mm=0.75,
     )
     save_registration(file, record)
-    load_registration(file)
-    return load_registration
+    return sound(load_registration, file)
 
 
 def probe_path(file: Path) -> Read:
@@ -217,8 +212,7 @@ def probe_path(file: Path) -> Read:
         buttons=np.zeros(n, np.int64),
     )
     save_probe_path(path, file)
-    load_probe_path(file)
-    return load_probe_path
+    return sound(load_probe_path, file)
 
 
 def paths_of_light(file: Path) -> Read:
@@ -249,8 +243,7 @@ def motion_of_tools(file: Path) -> Read:
 def look(file: Path) -> Read:
     points = (LookPoint(0.0, "#000000", 0.0), LookPoint(300.0, "#ffe0c0", 0.5))
     save_look(VolumeLook("bone", points, 300.0), file)
-    load_look(file)
-    return load_look
+    return sound(load_look, file)
 
 
 def rubric(file: Path) -> Read:
@@ -261,8 +254,7 @@ def rubric(file: Path) -> Read:
 
 def population(file: Path) -> Read:
     file.write_bytes(bundled_populations()["hoops"].read_bytes())
-    load_population(file)
-    return load_population
+    return sound(load_population, file)
 
 
 def notes(file: Path) -> Read:
@@ -274,8 +266,7 @@ def notes(file: Path) -> Read:
 
 def metrics_settings(file: Path) -> Read:
     file.write_text("rest_mm_s = 4.0\n[margins_mm]\norbit = 3.0\n")
-    load_settings(file)
-    return load_settings
+    return sound(load_settings, file)
 
 
 def labels(file: Path) -> Read:
@@ -330,8 +321,7 @@ def dicom(file: Path) -> Read:
         slice_.write_bytes(path.read_bytes())
         return [read_series(series) for series in find_series(folder).series]
 
-    read(file)
-    return read
+    return sound(read, file)
 
 
 READERS: dict[str, Callable[[Path], Read]] = {

@@ -97,24 +97,6 @@ def test_the_ends_of_whole_numbers_do_not_wrap(end: int) -> None:
     assert wide.tobytes() == drawn(values, FINE).tobytes()
 
 
-@pytest.mark.parametrize("spacing", [0.0, -1.0, math.nan, math.inf])
-def test_a_grid_without_a_size_is_refused(spacing: float) -> None:
-    with pytest.raises(ValueError, match="spacing must be three positive"):
-        Volume(speckle(), np.array([1.0, spacing, 1.0]), np.zeros(3))
-
-
-@pytest.mark.parametrize("turn", [np.zeros((3, 3)), np.eye(3) + 1e-5, 2 * np.eye(3)])
-def test_axes_that_are_none_are_refused(turn: NDArray[np.float64]) -> None:
-    with pytest.raises(ValueError, match="orthonormal"):
-        Volume(speckle(), np.ones(3), np.zeros(3), turn)
-
-
-@pytest.mark.parametrize("shape", [(0, 4, 4), (4, 1, 4), (1, 1, 1)])
-def test_a_volume_without_a_thickness_is_refused(shape: tuple[int, int, int]) -> None:
-    with pytest.raises(ValueError, match="at least 2 voxels"):
-        Volume(np.zeros(shape, np.int16), np.ones(3), np.zeros(3))
-
-
 def through(scene: Scene, size: int = 3) -> tuple[NDArray[np.float32], dict[str, int]]:
     camera = Camera.looking_at(
         scene.volume.center_mm - [0, 40.0, 0], scene.volume.center_mm, extent=0.05,
@@ -142,12 +124,6 @@ def test_a_medium_without_slope_is_not_shaded() -> None:
     lit, _ = through(Scene(volume, RAMP, four_lights()))
     flat, _ = through(Scene(volume, RAMP, (), PLAIN))
     assert np.array_equal(lit, flat)
-
-
-def test_what_is_clear_is_not_sampled() -> None:
-    rgba, counters = through(Scene(volume_of(np.zeros(SHAPE, np.int16)), RAMP))
-    assert not rgba.any()
-    assert counters["samples"] == counters["cells_fetched"] == 0
 
 
 def test_what_is_opaque_is_its_own_colour_at_once() -> None:
