@@ -23,9 +23,7 @@ def bundled() -> tuple[Scenario, ProbePath]:
     return scenario, load_probe_path(folder / scenario.path)
 
 
-def test_shaft_and_tip_stay_out_of_tissue(
-    bundled: tuple[Scenario, ProbePath],
-) -> None:
+def test_shaft_and_tip_stay_out_of_tissue(bundled: tuple[Scenario, ProbePath]) -> None:
     scenario, path = bundled
     head = scenario.head
     phantom = sinus_phantom(PhantomParameters(seed=head.seed), head.spacing_mm)
@@ -47,9 +45,7 @@ def test_shaft_and_tip_stay_out_of_tissue(
     assert sum(gap < 5.0 for gap in gaps) > 0.7 * len(gaps)
 
 
-def test_it_visits_every_station_in_order(
-    bundled: tuple[Scenario, ProbePath],
-) -> None:
+def test_it_visits_every_station_in_order(bundled: tuple[Scenario, ProbePath]) -> None:
     scenario, path = bundled
     marks = sinus_phantom(PhantomParameters(seed=1), scenario.head.spacing_mm).landmarks
     last = -1.0

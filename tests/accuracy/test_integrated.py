@@ -11,11 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from anatomy import (
-    bone_transfer_function,
-    classic_transfer_function,
-    sinus_phantom,
-)
+from anatomy import bone_transfer_function, classic_transfer_function, sinus_phantom
 from renderers.art import ActiveRayTracer, Quality
 from renderers.art.quality import ClassificationName
 from renderers.reference import render_reference

@@ -113,8 +113,7 @@ def stressed() -> Iterator[PhantomParameters]:
 
 
 @pytest.mark.parametrize(
-    "parameters",
-    [next(stressed()), *slow(*list(stressed())[1:], *variants_alone())],
+    "parameters", [next(stressed()), *slow(*list(stressed())[1:], *variants_alone())]
 )
 def test_extreme_heads_are_whole(parameters: PhantomParameters) -> None:
     phantom = build_phantom(parameters, 1.2)

@@ -11,12 +11,7 @@ from renderers.scene import AirSurface, Camera, RestOffsets, Volume
 from renderers.shading import ScopeLight, ScopeShader, Tier
 from renderers.shading.hairs import HairLayer, shown_at
 from renderers.shading.wounds import WallBlood
-from tests.renderers.shading.conftest import (
-    CENTRE_MM,
-    make_camera,
-    make_surface,
-    trace,
-)
+from tests.renderers.shading.conftest import CENTRE_MM, make_camera, make_surface, trace
 from tests.renderers.wounded_surface import WoundedSurface
 
 LIGHT = ScopeLight()

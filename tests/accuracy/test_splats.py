@@ -129,10 +129,7 @@ def test_an_opaque_wall_lets_nothing_through() -> None:
         ("straight", np.eye(3)),
         ("permuted", np.eye(3)[[1, 2, 0]]),
         ("mirrored", np.diag([1.0, -1.0, 1.0])),
-        (
-            "turned",
-            np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0],
-        ),
+        ("turned", np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]),
     ],
 )
 def test_spacing_and_direction_change_no_opacity(
@@ -190,11 +187,7 @@ def test_a_turntable_of_360_views_does_not_pop() -> None:
     for angle in np.radians(np.arange(360) * 0.25):
         eye = 30 * np.array([math.sin(angle), -math.cos(angle), 0.1])
         camera = Camera.looking_at(
-            eye,
-            (0, 0, 0),
-            extent=0.2,
-            size=(64, 64),
-            projection=Projection.PERSPECTIVE,
+            eye, (0, 0, 0), extent=0.2, size=(64, 64), projection=Projection.PERSPECTIVE
         )
         rgba = drawer.draw(camera, TEAM).rgba
         if last is not None:

@@ -5,12 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from anatomy import (
-    Phantom,
-    PhantomParameters,
-    classic_transfer_function,
-    sinus_phantom,
-)
+from anatomy import Phantom, PhantomParameters, classic_transfer_function, sinus_phantom
 from renderers.scene import AirSurface, Camera, Scene
 from surgery.edit import Taker
 from surgery.patient import OperatedPatient

@@ -20,11 +20,7 @@ pytestmark = pytest.mark.skipif(
     reason="there is no Spin, or no C compiler",
 )
 
-SYSTEMS = [
-    (1, 968),
-    (2, 1_550),
-    *slow((3, 32_659), (4, 12_761)),
-]
+SYSTEMS = [(1, 968), (2, 1_550), *slow((3, 32_659), (4, 12_761))]
 
 
 def check(folder: Path, *defines: str, cycles: bool = False) -> tuple[int, int, str]:

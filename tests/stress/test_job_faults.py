@@ -121,8 +121,7 @@ def test_a_killed_worker_loses_nothing(
 
 
 @pytest.mark.parametrize(
-    ("step", "nth"),
-    [("DATA_STORED", 1), ("FILE_WRITTEN", 2), ("REQUEST_PUBLISHED", 1)],
+    ("step", "nth"), [("DATA_STORED", 1), ("FILE_WRITTEN", 2), ("REQUEST_PUBLISHED", 1)]
 )
 def test_a_killed_client_loses_nothing_that_was_accepted(
     children: Children, job: Job, tmp_path: Path, step: str, nth: int

@@ -149,12 +149,7 @@ TestProtocol.settings = settings(max_examples=4, stateful_step_count=6, deadline
 
 
 def run_to_the_end(
-    ranks: int,
-    side: int,
-    spare: int,
-    seed: int,
-    delay: float,
-    from_file: bool = False,
+    ranks: int, side: int, spare: int, seed: int, delay: float, from_file: bool = False
 ) -> tuple[Ranks, int]:
     """Draw one frame of straight walks; count the steps."""
     random = np.random.default_rng(seed)

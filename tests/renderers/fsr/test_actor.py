@@ -217,9 +217,7 @@ def test_a_camera_change_only_reorders(renderer: FuzzySetRenderer) -> None:
     ), "nothing was handed over anew"
 
 
-def test_splats_out_of_view_are_drawn_too_and_first(
-    renderer: FuzzySetRenderer,
-) -> None:
+def test_splats_out_of_view_are_drawn_too_and_first(renderer: FuzzySetRenderer) -> None:
     """With fewer cells than points VTK's mapper writes beyond its memory."""
     actor = SplatActor(renderer.fuzzy_set, renderer.scene)
     near = Camera.looking_at(

@@ -7,12 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.fsr import (
-    FuzzySet,
-    FuzzySetRenderer,
-    Inclusion,
-    extract_fuzzy_set,
-)
+from renderers.fsr import FuzzySet, FuzzySetRenderer, Inclusion, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import default_inclusion, update_fuzzy_set
 from renderers.scene import Scene, TransferFunction, Volume
 from tests.renderers.fsr.plain_gradients import sobel_gradient

@@ -4,12 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import (
-    count_up,
-    fetch_add,
-    leave_and_wait,
-    wait_for_change,
-)
+from renderers.lanes.atomics import count_up, fetch_add, leave_and_wait, wait_for_change
 
 
 @njit(nogil=True)

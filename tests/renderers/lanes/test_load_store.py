@@ -33,8 +33,7 @@ def copier(width: int) -> Any:
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize(
-    "dtype",
-    [np.float32, np.float64, np.int32, np.int64, np.uint8, np.int16, np.uint16],
+    "dtype", [np.float32, np.float64, np.int32, np.int64, np.uint8, np.int16, np.uint16]
 )
 def test_runs_start_anywhere_and_touch_nothing_else(width: int, dtype: Any) -> None:
     info = np.iinfo(dtype) if np.dtype(dtype).kind in "iu" else None

@@ -97,10 +97,7 @@ def test_bad_buffers_are_refused() -> None:
         GBuffer(too_wide, good.normal, good.coverage, good.material)
     with pytest.raises(ValueError, match="material"):
         GBuffer(
-            good.depth_mm,
-            good.normal,
-            good.coverage,
-            good.material.astype(np.int32),
+            good.depth_mm, good.normal, good.coverage, good.material.astype(np.int32)
         )
 
 

@@ -12,17 +12,13 @@ def tile() -> NDArray[np.float32]:
     return noise_tile(4.0, 3)
 
 
-def test_values_have_zero_mean_and_unit_deviation(
-    tile: NDArray[np.float32],
-) -> None:
+def test_values_have_zero_mean_and_unit_deviation(tile: NDArray[np.float32]) -> None:
     assert tile.shape == (TILE_SIZE,) * 3 + (4,)
     assert float(tile[..., 0].mean()) == pytest.approx(0, abs=1e-6)
     assert float(tile[..., 0].std()) == pytest.approx(1, abs=1e-5)
 
 
-def test_it_repeats_without_a_seam(
-    tile: NDArray[np.float32],
-) -> None:
+def test_it_repeats_without_a_seam(tile: NDArray[np.float32]) -> None:
     # the step across the border is a step like any other
     for axis in range(3):
         inside = np.diff(tile[..., 0], axis=axis).std()

@@ -53,10 +53,7 @@ def test_one_sample_a_pixel_is_shading_then_camera(
 
 
 def test_a_snapshot_is_the_full_picture_with_less_noise_of_sampling(
-    surface: AirSurface,
-    camera: Camera,
-    tissue_gbuffer: GBuffer,
-    fine_gbuffer: GBuffer,
+    surface: AirSurface, camera: Camera, tissue_gbuffer: GBuffer, fine_gbuffer: GBuffer
 ) -> None:
     light, camera_pass = ScopeLight(), CameraPass(threads=1)
     snapshot, gain = scope_picture(

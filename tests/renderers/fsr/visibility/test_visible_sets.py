@@ -4,9 +4,7 @@ from numpy.typing import NDArray
 
 from anatomy import PhantomParameters, build_phantom
 from renderers.fsr.surfels import SurfelRasterizer
-from renderers.fsr.visibility import (
-    build_visible_sets,
-)
+from renderers.fsr.visibility import build_visible_sets
 from renderers.fsr.visibility.visible_sets import EDGE, airway_boxes
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.thread_team import ThreadTeam
@@ -72,8 +70,7 @@ def test_pictures_with_sets_have_the_bits_of_those_without(
 
 
 @pytest.mark.parametrize(
-    ("spacing_mm", "count"),
-    [(1.5, 12), pytest.param(0.5, 60, marks=pytest.mark.slow)],
+    ("spacing_mm", "count"), [(1.5, 12), pytest.param(0.5, 60, marks=pytest.mark.slow)]
 )
 def test_in_a_head_only_pinholes_differ(
     team: ThreadTeam, spacing_mm: float, count: int

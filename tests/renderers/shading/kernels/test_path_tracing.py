@@ -29,10 +29,7 @@ def cave() -> NDArray[np.float32]:
 
 
 def one_by_one(
-    field: DistanceField,
-    at: Place,
-    normal: Place,
-    sources: NDArray[np.float32],
+    field: DistanceField, at: Place, normal: Place, sources: NDArray[np.float32]
 ) -> tuple[np.float32, int]:
     """Light a wall as `direct` does, each way looked for by itself."""
     total, shadows = f32(0), 0
