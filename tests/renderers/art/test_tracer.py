@@ -184,21 +184,6 @@ def test_halving_the_step_converges_at_second_order(scene: Scene) -> None:
     assert np.log2(error[0] / error[-1]) / 3 == pytest.approx(2, abs=0.3)
 
 
-def test_counters_prove_what_was_skipped(scene: Scene, outside: Camera) -> None:
-    counters = []
-    for skip in (True, False):
-        tracer = ActiveRayTracer(scene, Quality(0.5, 0.0, skip_empty=skip))
-        tracer.render(outside)
-        assert tracer.report is not None
-        counters.append(tracer.report.counters)
-    on, off = counters
-    assert on["contributing"] == off["contributing"] > 0
-    assert on["samples"] + on["skipped"] == off["samples"]
-    assert off["skipped"] == 0
-    assert on["skipped"] > 0.3 * off["samples"]
-    assert on["cells_fetched"] <= on["cells_occupied"] < on["cells"]
-
-
 def test_cells_stay_for_the_next_picture(scene: Scene, outside: Camera) -> None:
     tracer = ActiveRayTracer(scene)
     first = tracer.render(outside)

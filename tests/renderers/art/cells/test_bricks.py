@@ -16,22 +16,6 @@ def make_bricks(slots: int) -> Bricks:
     return Bricks(GRID, np.ones(3), leap, np.zeros(slots, np.int64))
 
 
-def test_a_brick_shows_the_cells_own_values() -> None:
-    bricks = make_bricks(5)
-    n = GRID.side + 1
-    for slot, cell in enumerate((7, 0, 3)):
-        bricks.show(cell, slot, GRID.block(VALUES, cell))
-        z, y, x = GRID.start(cell)
-        inside = VALUES[z : z + n, y : y + n, x : x + n]
-        brick = bricks.view.samples.reshape(-1, n, n, n, 4)[slot]
-        k, j, i = inside.shape
-        assert np.array_equal(brick[:k, :j, :i, 0], inside)
-        assert bricks.shows(cell)
-        assert bricks.view.slots[cell] == slot
-    bricks.hide(7)
-    assert not bricks.shows(7)
-
-
 def test_bricks_are_made_as_slots_are_filled() -> None:
     bricks = make_bricks(1000)
     fixed = math.prod(n - 1 for n in SHAPE) + 3
@@ -74,24 +58,6 @@ def test_bricks_of_values_alone_take_a_quarter() -> None:
         bricks.show(3, 0, GRID.block(VALUES, 3))
     assert alone.view.samples.nbytes * 4 == full.view.samples.nbytes
     assert np.array_equal(alone.view.samples, full.view.samples[::4])
-
-
-def test_a_whole_volume_is_its_own_samples() -> None:
-    """Two bytes a voxel and the distances; an edit brings other values."""
-    values = np.random.default_rng(1).integers(0, 3000, SHAPE).astype(np.uint16)
-    leap = cube_distances(values, np.zeros((0, 2), np.float32))
-    stamp = np.zeros(1, np.int64)
-    bricks = Bricks(GRID, np.ones(3), leap, stamp, 3000.0, whole=values)
-    assert bricks.bytes <= 3 * values.size + 3
-    assert np.array_equal(bricks.view.whole.reshape(SHAPE), values)
-    low, high = np.array([2, 3, 1]), np.array([5, 3, 6])
-    bricks.follow(values + 1, low, high)
-    edited = values.copy()
-    edited[2:6, 3:4, 1:7] += 1
-    assert np.array_equal(bricks.view.whole.reshape(SHAPE), edited)
-    apart = Bricks(GRID, np.ones(3), leap, stamp, 3000.0)
-    apart.follow(values, low, high)
-    assert not apart.view.whole.size
 
 
 def test_a_volume_too_large_to_be_numbered_stays_in_cells() -> None:

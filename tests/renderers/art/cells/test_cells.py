@@ -32,35 +32,6 @@ def test_every_cube_belongs_to_one_cell(shape: tuple[int, int, int], side: int) 
     assert np.all(owners == 1)
 
 
-@given(shape=shapes, side=sides)
-def test_ranges_bound_the_voxels_of_the_cells_cubes(
-    shape: tuple[int, int, int], side: int
-) -> None:
-    values = random_values(shape)
-    grid = CellGrid(shape, side)
-    ranges = grid.value_ranges(values)
-    for cell in range(grid.cells):
-        z, y, x = grid.start(cell)
-        part = values[z : z + side + 1, y : y + side + 1, x : x + side + 1]
-        assert ranges[cell].tolist() == [part.min(), part.max()]
-
-
-@given(shape=shapes, side=sides, data=st.data())
-def test_a_block_holds_the_cell_and_its_ghosts(
-    shape: tuple[int, int, int], side: int, data: st.DataObject
-) -> None:
-    values = random_values(shape)
-    grid = CellGrid(shape, side)
-    cell = data.draw(st.integers(0, grid.cells - 1))
-    start = grid.start(cell)
-    padded = np.pad(values, ((1, side + 2),) * 3, mode="edge")
-    inner = tuple(slice(s, s + side + 3) for s in start)
-    block = grid.block(values, cell)
-    assert np.array_equal(block, padded[inner])
-    assert block.flags.c_contiguous
-    assert block.dtype == values.dtype
-
-
 @settings(max_examples=20)
 @given(
     shape=st.tuples(*[st.integers(2, 23)] * 3),

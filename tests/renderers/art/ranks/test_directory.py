@@ -127,25 +127,6 @@ def test_an_owner_stays_when_enough_have_declined() -> None:
     assert (answer.kind, answer.target) == (MessageKind.KEEP, 3)
 
 
-def test_a_candidate_may_go_while_it_is_asked() -> None:
-    place = directory()
-    said(place, MessageKind.REQUEST, 1)
-    assert said(place, MessageKind.INVALIDATE_REQUEST, 3).kind is MessageKind.ADOPT
-    answer = said(place, MessageKind.INVALIDATE_REQUEST, 1)
-    assert answer.kind is MessageKind.INVALIDATE
-    answer = said(place, MessageKind.ADOPTED, 1, aux=0)
-    assert (answer.kind, answer.target) == (MessageKind.KEEP, 3)
-
-
-def test_an_edit_leaves_only_the_owner() -> None:
-    place = directory()
-    said(place, MessageKind.REQUEST, 1)
-    place.forget_replicas(0)
-    assert place.entries[0].replicas == []
-    place.forget_replicas(1)
-    assert 1 not in place.entries
-
-
 def test_only_a_home_answers() -> None:
     place = directory()
     with pytest.raises(ProtocolError, match="whose home is rank 1"):

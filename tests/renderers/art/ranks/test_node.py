@@ -1,6 +1,5 @@
 import pytest
 
-from renderers.art.cells.cache import CellState
 from renderers.art.march import FrameRays
 from renderers.art.quality import Quality
 from renderers.art.ranks.messages import Message, MessageKind, ProtocolError
@@ -42,21 +41,6 @@ def first_request(node: MarchNode) -> Message:
 
 def requests(messages: list[Message]) -> list[Message]:
     return [m for m in messages if m.kind is MessageKind.REQUEST]
-
-
-def test_rays_wait_for_a_cell_and_go_on_when_it_comes(
-    scene: Scene, outside: Camera
-) -> None:
-    asker, home = begun(scene, outside, 0), begun(scene, outside, 1)
-    request = first_request(asker)
-    assert (request.source, request.target) == (0, 1)
-    assert asker.cache.state(request.cell) is CellState.PENDING
-    assert asker.is_waiting
-    assert not asker.is_finished
-    (answer,) = home.handle(request)
-    asker.handle(answer)
-    assert asker.cache.state(request.cell) is CellState.VALID
-    assert asker.is_active
 
 
 def test_a_node_asks_once_and_not_for_everything_at_once(
@@ -107,21 +91,6 @@ def test_cancelling_drops_rays_and_keeps_cells(scene: Scene, outside: Camera) ->
             node.handle(answer)
     assert not node.is_waiting
     assert len(node.cache.cells()) == held + len(asked)
-
-
-def test_a_cell_moves_by_way_of_its_home(scene: Scene, outside: Camera) -> None:
-    nodes = [begun(scene, outside, r, None, Dataflow.MIGRATING) for r in (0, 1)]
-    request = first_request(nodes[0])
-    home = nodes[0].directory.home(request.cell)
-    assert request.target == home
-    (forward,) = nodes[home].handle(request)
-    assert (forward.kind, forward.target) == (MessageKind.FORWARD, 1)
-    (data,) = nodes[1].handle(forward)
-    assert (data.kind, data.target, data.who) == (MessageKind.DATA, 0, 0)
-    nodes[0].handle(data)
-    assert nodes[0].cache.state(request.cell) is CellState.VALID
-    assert nodes[1].cache.owns(request.cell)
-    assert not nodes[0].cache.owns(request.cell)
 
 
 def test_words_of_moving_cells_are_refused_where_cells_stay(

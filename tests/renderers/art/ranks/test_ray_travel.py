@@ -34,28 +34,6 @@ def sent(node: MarchRayNode) -> list[Message]:
     return found
 
 
-def test_rays_go_to_owners_and_come_home_complete(
-    scene: Scene, outside: Camera
-) -> None:
-    nodes = [begun(scene, outside, rank) for rank in (0, 1)]
-    regions, flying = 0, [m for node in nodes for m in sent(node)]
-    travelled = 0
-    while flying:
-        message = flying.pop()
-        if message.kind is MessageKind.REGION:
-            regions += 1
-            continue
-        travelled += message.kind is MessageKind.RAYS
-        assert message.target != message.source or message.kind is MessageKind.RETURN
-        node = nodes[message.target]
-        flying += node.handle(message) + sent(node)
-    assert travelled > 0
-    assert all(node.is_finished and not node.is_waiting for node in nodes)
-    assert regions == sum(
-        len(deal_regions(outside.width, outside.height, rank, 2)) for rank in (0, 1)
-    )
-
-
 def test_a_frame_given_up_takes_no_ray_back(scene: Scene, outside: Camera) -> None:
     node = begun(scene, outside, 0)
     messages = [m for m in sent(node) if m.kind is MessageKind.RAYS]

@@ -19,31 +19,6 @@ def make(scene: Scene, dataflow: Dataflow) -> MarchWork:
     return make_node(scene, "classic", quality, ranks=2, policy=policy)[2]
 
 
-@pytest.mark.parametrize("dataflow", [Dataflow.STATIC, Dataflow.MIGRATING])
-def test_a_cell_that_came_is_shown_and_kept_where_it_may_go_on(
-    scene: Scene, dataflow: Dataflow
-) -> None:
-    work = make(scene, dataflow)
-    cell = next(c for c in range(work.bricks.grid.cells) if not has(work, c))
-    payload = work.bricks.grid.block(scene.volume.values, cell).tobytes()
-    work.fill(cell, 2, payload)
-    assert work.bricks.shows(cell)
-    assert has(work, cell) == (dataflow is Dataflow.MIGRATING)
-    if dataflow is Dataflow.MIGRATING:
-        assert work.payload(cell) == payload
-    work.hide(cell)
-    assert not work.bricks.shows(cell)
-    assert not has(work, cell)
-
-
-def has(work: MarchWork, cell: int) -> bool:
-    try:
-        work.share.block(cell)
-    except KeyError:
-        return False
-    return True
-
-
 def test_a_cell_of_the_wrong_size_is_refused(scene: Scene) -> None:
     with pytest.raises(ProtocolError, match="cell 3 came damaged"):
         make(scene, Dataflow.STATIC).fill(3, 0, b"12345")
