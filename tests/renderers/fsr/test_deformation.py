@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 from renderers.fsr.deformation import (
     displace_surfels,
     displaced_covariances,
-    displaced_normals,
     largest_growth,
 )
 from renderers.fsr.surfels import SurfelRasterizer
@@ -81,34 +80,6 @@ def test_displaced_splats_are_on_the_surface_that_rays_meet(
     angle = np.degrees(np.arccos(np.clip((normals * wanted).sum(axis=1), -1, 1)))
     assert angle.mean() < 1.5
     assert angle.max() < 6.0
-
-
-def test_without_the_jacobian_normals_would_be_off(hollow: Volume) -> None:
-    translation = KINDS["translation"]
-    surfels = extract_surfels(hollow)
-    q = surfels.position + hollow.origin_mm
-    q, normals = q[translation.inside(q)], surfels.normal[translation.inside(q)]
-    jacobian = translation.jacobian(translation.push_forward(q.astype(float)))
-    moved = displaced_normals(normals.astype(float), jacobian)
-    assert np.degrees(np.arccos(np.clip((moved * normals).sum(1), -1, 1))).max() > 15
-
-
-def test_a_rigid_motion_is_exact() -> None:
-    """Where a rotation's weight is flat, at its centre, it turns all alike."""
-    turn = Rotation(np.zeros(3), 1e4, np.array([0, 0, 1.0]), 0.7)
-    q = np.random.default_rng(1).normal(size=(50, 3))
-    x = turn.push_forward(q)
-    c, s = np.cos(0.7), np.sin(0.7)
-    matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    assert np.allclose(x, q @ matrix.T, atol=1e-6)
-    jacobian = turn.jacobian(x)
-    normals = q / np.linalg.norm(q, axis=1, keepdims=True)
-    assert np.allclose(
-        displaced_normals(normals, jacobian), normals @ matrix.T, atol=1e-6
-    )
-    shape = np.diag([1.0, 4.0, 9.0])
-    found = displaced_covariances(np.broadcast_to(shape, (50, 3, 3)), jacobian)
-    assert np.allclose(found, matrix @ shape @ matrix.T, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", list(KINDS))

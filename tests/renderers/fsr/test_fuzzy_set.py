@@ -68,15 +68,6 @@ def test_extraction_equals_the_plain_twin(seed: int, share: float) -> None:
     np.testing.assert_allclose(cosine, 1, atol=1e-6)
 
 
-@given(seed=st.integers(0, 10**6), threshold=st.floats(0, 100))
-def test_projection_onto_density_is_thresholding(seed: int, threshold: float) -> None:
-    volume = noise(seed)
-    fuzzy = extract_fuzzy_set(volume, Inclusion.density(0.0, 100.0), threshold)
-    doubtful = np.abs(volume.values - threshold) < 1e-3
-    wanted = volume.values >= threshold
-    assert np.array_equal(members(fuzzy) | doubtful, wanted | doubtful)
-
-
 def test_rows_are_sorted_and_complete() -> None:
     fuzzy = extract_fuzzy_set(noise(5), Inclusion.density(0, 100), 30.0)
     rows = fuzzy.rows

@@ -1,23 +1,17 @@
 """No splat whose footprint reaches a band is culled from it, in whatever view."""
 
-import math
-
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from renderers.fsr.kernels.depth_sort import NOWHERE
 from renderers.fsr.kernels.project_splats import project_splats
 from renderers.fsr.kernels.tile_buffer import TILE_SHIFT
-from renderers.fsr.kernels.view_planes import band_planes
 from renderers.fsr.splats import SplatMode
 from renderers.fsr.splats.set_view import view_set
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import list_splats
-from renderers.fsr.view_bounds import lens_of
-from renderers.scene import Camera, Projection
+from renderers.scene import Projection
 from tests.renderers.fsr.splat_scenes import blob, from_anywhere
 
 
@@ -70,40 +64,3 @@ def test_what_reaches_a_band_is_on_its_list(
     shows &= lower >> TILE_SHIFT >= band.start // across
     shows &= upper >> TILE_SHIFT <= (band.stop - 1) // across
     assert set(listed[shows]) <= set(kept)
-
-
-def bound(camera: Camera, lines: range, *lengths_mm: float) -> NDArray[np.float64]:
-    """Bound lines of a camera's picture."""
-    return band_planes(lens_of(camera), lines.start, lines.stop, *lengths_mm)
-
-
-@pytest.mark.parametrize("projection", Projection)
-def test_bands_far_away_leave_most_of_the_rest_out(projection: Projection) -> None:
-    """Points all over a far view: those kept for a tenth of it are not many more."""
-    flat = projection is Projection.ORTHOGRAPHIC
-    extent = 20.0 if flat else 0.2
-    camera = Camera.looking_at(
-        (0, -100, 0), (0, 0, 0), extent=extent, size=(400, 400), projection=projection
-    )
-    rng = np.random.default_rng(1)
-    points = rng.uniform(-16, 16, (4000, 3))
-    planes = bound(camera, range(120, 160), 0.5, 5.0, 60.0)
-    seen = (points - camera.eye_mm) @ camera.frame[1:].T
-    kept = np.all(seen @ planes[:, :3].T + planes[:, 3] >= 0, axis=1)
-    line = 200 - 200 * points[:, 2] / (100 + points[:, 1]) / math.tan(0.2)
-    if flat:
-        line = 200 - 200 * points[:, 2] / 20
-    inside = (line >= 120) & (line < 160)
-    assert np.all(kept[inside])
-    assert np.count_nonzero(kept) < 2 * np.count_nonzero(inside)
-
-
-def test_what_has_no_bound_is_not_cut() -> None:
-    wide = Camera.looking_at((0, -9, 0), (0, 0, 0), extent=1.5, size=(90, 90))
-    assert len(bound(wide, range(0, 32), 0.5, 5.0, 1.0)) == 0
-    pinhole = Camera.looking_at(
-        (0, -9, 0), (0, 0, 0), extent=0.7, size=(90, 90),
-        projection=Projection.PERSPECTIVE,
-    )  # fmt: skip
-    # a splat as large as its distance
-    assert len(bound(pinhole, range(0, 32), 0.5, 0.5, 0.5)) == 0

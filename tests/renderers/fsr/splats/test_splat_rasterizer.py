@@ -1,50 +1,13 @@
-import math
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
 from renderers.fsr import Inclusion, extract_fuzzy_set
-from renderers.fsr.splats import SplatMode, SplatRasterizer
+from renderers.fsr.splats import SplatRasterizer
 from renderers.scene import Camera, Light, Projection, Scene, TransferFunction, Volume
 from renderers.scene.thread_team import ThreadTeam
 from tests.renderers.fsr.plain_splats import orthographic_picture
 from tests.renderers.fsr.splat_scenes import above, blob, slab, unlit
 from tests.slow_cases import slow
-
-
-@pytest.mark.parametrize("kappa", [0.02, 0.2, 1.0])
-@pytest.mark.parametrize("spacing", [(1, 1, 1), (1, 1, 2.5), (1.4, 1, 1)])
-def test_a_uniform_slab_has_the_right_mean_opacity_and_little_ripple(
-    team: ThreadTeam, kappa: float, spacing: tuple[float, float, float]
-) -> None:
-    volume = slab(spacing=spacing)
-    image = SplatRasterizer(*unlit(volume, kappa)).draw(above(volume), team)
-    truth = -math.expm1(-kappa * 6 * spacing[2])
-    alpha = image.rgba[..., 3]
-    assert alpha.mean() == pytest.approx(truth, rel=0.02)
-    assert np.ptp(alpha) * 255 <= 6
-    # unlit, so the colour is the classified one
-    np.testing.assert_allclose(
-        image.rgba[..., :3], alpha[..., None] * [0.8, 0.6, 0.4], atol=1e-5
-    )
-
-
-def test_grid_order_gives_the_picture_of_sorting_by_depth(team: ThreadTeam) -> None:
-    """Along an axis the orders differ only among the splats of one slice."""
-    fuzzy, scene = blob(3)
-    camera = Camera.looking_at(
-        (5, 5, -30),
-        (5, 5, 5),
-        up=(0, 1, 0),
-        extent=7.0,
-        size=(48, 40),
-        projection=Projection.ORTHOGRAPHIC,
-    )
-    image = SplatRasterizer(fuzzy, scene).draw(camera, team)
-    difference = np.abs(image.rgba - orthographic_picture(fuzzy, scene, camera))
-    assert difference.max() < 0.03
-    assert difference.mean() < 1e-3
 
 
 def test_a_local_light_far_away_equals_an_infinite_one(team: ThreadTeam) -> None:
@@ -137,49 +100,3 @@ def test_squares_left_out_are_those_that_needles_miss(
     # Footprints are a fit and normals are packed: .004 at most was measured. A square
     # left out by mistake lacks a tenth and more.
     np.testing.assert_allclose(image, plain, atol=6e-3)
-
-
-def path() -> list[tuple[Camera, SplatMode]]:
-    """Give views around a set, from outside and among the splats, in all modes."""
-    modes = list(SplatMode)
-    return [
-        (
-            Camera.looking_at(
-                (5 + radius * np.sin(turn), 5 - radius * np.cos(turn), 5.5),
-                (5, 5, 4.5),
-                extent=0.6,
-                size=(75, 66),
-                projection=Projection.PERSPECTIVE,
-            ),
-            modes[turn % 2],
-        )
-        for turn in range(6)
-        for radius in (3.0, 14.0)
-    ]
-
-
-def test_a_film_has_the_bits_of_single_pictures(three: ThreadTeam) -> None:
-    drawer, other = SplatRasterizer(*blob()), SplatRasterizer(*blob())
-    pictures = list(drawer.film(path(), three))
-    assert len(pictures) == len(path())
-    for (camera, mode), picture in zip(path(), pictures, strict=True):
-        single = other.draw(camera, three, mode)
-        assert single.rgba[..., 3].max() > 0
-        assert picture.rgba.tobytes() == single.rgba.tobytes()
-
-
-def test_the_next_view_is_taken_before_a_picture_is_given(team: ThreadTeam) -> None:
-    taken = []
-
-    def watched() -> Iterator[tuple[Camera, SplatMode]]:
-        for number, view in enumerate(path()):
-            taken.append(number)
-            yield view
-
-    pictures = SplatRasterizer(*blob()).film(watched(), team)
-    for number, _ in enumerate(pictures):
-        assert taken[-1] == min(number + 1, len(path()) - 1)
-
-
-def test_no_views_give_no_pictures(team: ThreadTeam) -> None:
-    assert list(SplatRasterizer(*blob()).film([], team)) == []

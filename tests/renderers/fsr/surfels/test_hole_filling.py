@@ -1,5 +1,7 @@
 """Holes are filled where neighbours agree that there is a wall."""
 
+import copy
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -38,14 +40,6 @@ def test_holes_take_the_mean_of_their_neighbours_and_open_air_stays_open() -> No
     assert np.isinf(result.depth_mm[4, 6])
 
 
-def test_a_hole_with_few_neighbours_is_open_air() -> None:
-    rays, result = wall(5, 5)
-    result.depth_mm[:, 2:] = np.inf
-    result.coverage[:, 2:] = 0
-    assert fill_holes(rays, result, ONE_TILE, ThreadTeam(1)) == 0
-    assert result.coverage.sum() == 10
-
-
 @settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_tiles_and_threads_do_not_show(seed: int) -> None:
@@ -67,12 +61,7 @@ def test_tiles_and_threads_do_not_show(seed: int) -> None:
     mean = depths.sum(axis=0, dtype=float) / np.maximum(around.sum(axis=0), 1)
     filled = []
     for order, threads in ((tiles, 1), (tiles[::-1], 3)):
-        result = GBuffer(
-            torn.depth_mm.copy(),
-            torn.normal.copy(),
-            torn.coverage.copy(),
-            torn.material.copy(),
-        )
+        result = copy.deepcopy(torn)
         assert fill_holes(rays, result, order, ThreadTeam(threads)) == is_hole.sum() > 0
         filled.append(result)
     a, b = filled

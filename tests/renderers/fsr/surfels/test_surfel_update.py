@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy import sinus_phantom
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.surfels.surfel_pool import LEAST_SPARE, SurfelPool
 from renderers.fsr.visibility import build_visible_sets
@@ -294,33 +293,3 @@ def test_an_eye_that_an_edit_may_show_something_to_asks_cones(
         live.draw(camera, team), SurfelRasterizer(owner.volume).draw(camera, team)
     )
     assert live.counters["looked up"] == 0
-
-
-@pytest.mark.slow
-def test_five_hundred_edits_of_a_head(team: ThreadTeam) -> None:
-    head = sinus_phantom().distance
-    owner = Owner(head)
-    live = SurfelRasterizer(owner.volume)
-    rng = np.random.default_rng(22)
-    near = np.argwhere(np.abs(head.values) < 0.5)[:, ::-1]
-    sizes = []
-    for n in range(500):
-        at = near[rng.integers(len(near))].astype(np.float64)
-        radius = rng.uniform(0.6, 2.0)
-        reach = int(radius / 0.5) + 14
-        low = np.maximum(at.astype(int) - reach, 0)
-        high = np.minimum(at.astype(int) + reach + 1, head.shape[::-1])
-        here = tuple(slice(low[a], high[a]) for a in (2, 1, 0))
-        k, j, i = np.indices(owner.values[here].shape)
-        off = np.stack([i, j, k], axis=-1) + low - at
-        ball = (np.linalg.norm(0.5 * off, axis=-1) - radius).astype(np.float32)
-        owner.values[here] = np.minimum(owner.values[here], ball)
-        live.update(Change(n + 1, low, high - 1))
-        sizes.append(live._fine.size)
-    fresh = SurfelRasterizer(owner.volume)
-    assert_same_surfels(live, fresh)
-    cameras = eyes_in(owner.volume, rng, 4)
-    assert_same_pictures(live, fresh, cameras, (team, ThreadTeam(2)))
-    assert max(sizes) <= 1.25 * len(live._fine) + LEAST_SPARE
-    live.update(owner.become(owner.first))
-    assert_same_surfels(live, SurfelRasterizer(head))
