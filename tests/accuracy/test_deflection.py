@@ -1,5 +1,7 @@
 """Splats moved by deflectors look as the ray caster's deformed tissue does."""
 
+import copy
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -54,12 +56,7 @@ def turbinate_tool(view: str) -> NDArray[np.float64]:
 
 
 def with_tool(buffer: GBuffer, view: str, tool: Mesh) -> GBuffer:
-    result = GBuffer(
-        buffer.depth_mm.copy(),
-        buffer.normal.copy(),
-        buffer.coverage.copy(),
-        buffer.material.copy(),
-    )
+    result = copy.deepcopy(buffer)
     tool.draw(result, turbinate_camera(view), turbinate_tool(view))
     return result
 

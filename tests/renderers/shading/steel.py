@@ -1,5 +1,7 @@
 """A capsule of steel before the lens."""
 
+import copy
+
 import numpy as np
 
 from renderers.scene import Camera, GBuffer, Mesh
@@ -26,11 +28,6 @@ def tool(camera: Camera, buffer: GBuffer) -> tuple[GBuffer, Caster]:
     side /= np.linalg.norm(side)
     pose[:3, :3] = np.stack([side, np.cross(along, side), along], axis=1)
     pose[:3, 3] = eye + 9 * forward + 1.0 * right - 1.2 * up
-    seen = GBuffer(
-        buffer.depth_mm.copy(),
-        buffer.normal.copy(),
-        buffer.coverage.copy(),
-        buffer.material.copy(),
-    )
+    seen = copy.deepcopy(buffer)
     mesh.draw(seen, camera, pose)
     return seen, Caster.of(mesh, pose)

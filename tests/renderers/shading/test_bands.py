@@ -34,32 +34,6 @@ def test_bands_are_no_smaller_than_asked(rows: int, least: int) -> None:
     assert len(sizes) == 1 or len(sizes) % 2 == 0
 
 
-def test_the_calling_thread_works_too() -> None:
-    meeting = threading.Barrier(2, timeout=20)
-    names: set[str] = set()
-
-    def kernel(first: int, last: int) -> None:
-        names.add(threading.current_thread().name)
-        if first == 0 or first == 5:
-            meeting.wait()
-
-    shared = RowBands(2, 1)
-    shared.run(10, kernel)
-    shared.close()
-    assert threading.current_thread().name in names
-    assert len(names) == 2
-
-
-def test_an_error_in_a_band_reaches_the_caller() -> None:
-    def kernel(first: int, last: int) -> None:
-        raise ArithmeticError(f"rows {first} to {last}")
-
-    bands = RowBands(2)
-    with pytest.raises(ArithmeticError, match="rows"):
-        bands.run(8, kernel)
-    bands.close()
-
-
 def test_no_threads_and_no_bands_are_refused() -> None:
     with pytest.raises(ValueError, match="at least one thread, got 0"):
         RowBands(0)

@@ -16,7 +16,7 @@ from renderers.shading.hairs import HairLayer
 from renderers.shading.kernels.wound_marks import MOST_SD, SURE_MM
 from renderers.shading.materials import material_table
 from renderers.shading.noise import noise_tile
-from renderers.shading.wounds import WallBlood, WoundCubes
+from renderers.shading.wounds import WallBlood
 from tests.renderers.shading.conftest import CENTRE_MM, trace
 from tests.renderers.shading.steel import tool
 from tests.renderers.wounded_surface import WoundedSurface
@@ -191,24 +191,6 @@ def test_an_updated_shader_is_a_new_one(
     buffer = trace(patient.surface, camera)
     found = shader.shade(buffer, camera, LIGHT)
     assert_array_equal(found, picture(patient, camera, buffer, tier))
-
-
-@given(edits=EDITS)
-@settings(max_examples=12)
-def test_cubes_and_walls_updated_are_those_found_anew(
-    surface: AirSurface, edits: list[Edit]
-) -> None:
-    patient = WoundedSurface(surface)
-    walls = WallBlood(patient.surface)
-    cubes = [WoundCubes(patient.surface, *s) for s in ((3, 2), (2, 1))]
-    for edit in edits:
-        change = edited(patient, *edit)
-        walls.update(change)
-        for kept in cubes:
-            kept.update(change)
-    assert_array_equal(walls.codes, WallBlood(patient.surface).codes)
-    for kept, shape in zip(cubes, ((3, 2), (2, 1)), strict=True):
-        assert_array_equal(kept.cubes, WoundCubes(patient.surface, *shape).cubes)
 
 
 def test_what_is_undone_is_as_it_was(patient: WoundedSurface, camera: Camera) -> None:

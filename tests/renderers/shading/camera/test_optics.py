@@ -59,9 +59,3 @@ def test_the_same_camera_gets_the_same_tables() -> None:
     assert make_optics(CameraSettings(), 0.77, 48, 64) is not first
     assert first.has_bloom
     assert first.has_defocus
-
-
-def test_a_plain_camera_neither_blooms_nor_blurs() -> None:
-    optics = make_optics(CameraSettings.plain(), 0.77, 64, 48)
-    assert not optics.has_bloom
-    assert not optics.has_defocus

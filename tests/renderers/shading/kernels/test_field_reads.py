@@ -1,10 +1,7 @@
 """Many places read a field as one does, to the bit."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numba import njit
-from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates, sobel
 
@@ -13,11 +10,9 @@ from renderers.shading.kernels.field_reads import (
     DistanceField,
     is_outside,
     sobel_normal,
-    tap,
     taps,
     wall_normals,
 )
-from tests.renderers.shading.plain_normal import plain_normal
 
 f32 = np.float32
 Floats = NDArray[np.float32]
@@ -35,27 +30,6 @@ def read(values: Floats, m: Floats, at: Floats, out: Floats) -> None:
     store(out, 3 * W, nz)
     outside = is_outside(values, x, y, z)
     store(out, 4 * W, select(outside, f32(1), f32(0) * d))
-
-
-@settings(deadline=None, max_examples=100)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_each_place_gets_what_it_gets_alone(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    shape = tuple(int(n) for n in random.integers(2, 9, 3))
-    values = random.standard_normal(shape).astype(np.float32)
-    m = random.standard_normal((3, 3)).astype(np.float32)
-    top = np.array(shape[::-1], np.float64)[:, None] - 1
-    # inside, on points of the grid, and beyond
-    at = (random.uniform(-0.3, 1.3, (3, W)) * top).astype(np.float32)
-    at[:, :4] = np.round(at[:, :4])
-    out = np.empty(5 * W, np.float32)
-    read(values, m, at, out)
-    expected = np.empty((5, W), np.float32)
-    for i, (x, y, z) in enumerate(at.T):
-        expected[0, i] = tap(values, x, y, z)
-        expected[1:4, i] = plain_normal(values, m, x, y, z)
-    expected[4] = np.any((at < 0) | (at > top), axis=0)
-    assert_array_equal(out.reshape(5, W), expected)
 
 
 def test_a_paths_normal_is_sobels_gradient_between_grid_points() -> None:

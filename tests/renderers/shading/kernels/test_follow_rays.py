@@ -1,14 +1,11 @@
 """Mirrored and transmitted light in rooms where it is known."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from renderers.shading.kernels.field_reads import DistanceField
 from renderers.shading.kernels.follow_rays import (
-    FILM,
     FOUND,
     METAL,
     MIRROR,
@@ -16,12 +13,9 @@ from renderers.shading.kernels.follow_rays import (
     THIN,
     TISSUE,
     LitWalls,
-    View,
     blur_mirrored,
     bounced,
     follow,
-    follow_rows,
-    ray_of,
     wanted_of,
 )
 from renderers.shading.kernels.path_tracing import FibreLight, WallColour
@@ -204,70 +198,6 @@ def test_metal_mirrors_and_tissue_does_not_unless_wet() -> None:
     assert wanted_of(METAL, THIN) == 0
     assert wanted_of(TISSUE, THIN | MIRROR) == THIN
     assert wanted_of(4, 7) == 0
-
-
-def kept(array: Any) -> Any:
-    """Give an array that cannot be written to."""
-    array = array.view()
-    array.flags.writeable = False
-    return array
-
-
-def test_points_followed_together_find_what_each_finds_alone() -> None:
-    """In any bands: wet tissue and metal, turned to and fro, in a ball."""
-    x, y, z = grid(97)
-    middle = 12.0
-    apart = np.sqrt((x - middle) ** 2 + (y - middle) ** 2 + (z - middle) ** 2)
-    # a ball with waves in its wall, so that rays slide along it, and thin in places
-    field = (apart - 10 - 0.4 * np.sin(2 * x) * np.sin(3 * y)).astype(np.float32)
-    rng = np.random.default_rng(12)
-    height, width, stride = 29, 37, 4
-    lens: Any = rng.standard_normal((height, width, 3))
-    lens /= np.linalg.norm(lens, axis=-1, keepdims=True)
-    lens = lens.astype(np.float32)
-    normal = rng.standard_normal((height, width, 3)).astype(np.float32)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    depth = rng.uniform(2, 10, (height, width)).astype(np.float32)
-    depth[rng.random(depth.shape) < 0.1] = np.inf
-    coverage = (rng.random(depth.shape) < 0.9).astype(np.float32)
-    material = rng.choice([TISSUE, METAL, 4], depth.shape).astype(np.uint8)
-    code = np.full(field.shape, CODE, np.uint8)
-    m = np.eye(3, dtype=np.float32) / f32(SPACING)
-    lamps = rng.uniform(-6, 6, (8, 5)).astype(np.float32)
-    # laid out as for pictures, so that nothing is compiled for this alone
-    walls = LitWalls(
-        DistanceField(kept(field), m, np.full(3, middle / SPACING, np.float32)),
-        FibreLight(
-            rng.uniform(-1, 1, (6, 3)).astype(np.float32), FORWARD, f32(0.2), f32(2.0)
-        ),
-        WallColour(
-            TABLE, kept(code), kept(np.zeros_like(code)), SKIN, BONE_ROW, f32(1)
-        ),
-        np.abs(lamps),
-        f32(1.15),
-    )
-    axes, effects = np.eye(3, dtype=np.float32), FILM | MIRROR | THIN
-    points = rng.random((height // stride + 2, width // stride + 2)) < 0.9
-    found = np.zeros((*points.shape, FOUND), np.float32)
-    view = View(
-        kept(depth), kept(normal), kept(coverage), kept(material), kept(lens), axes
-    )
-    for first, last in ((0, 1), (1, 5), (5, len(points))):
-        follow_rows(view, effects, stride, walls, points, found, first, last)
-    expected = np.zeros_like(found)
-    for gy, gx in zip(*np.nonzero(points), strict=True):
-        y_, x_ = min(gy * stride, height - 1), min(gx * stride, width - 1)
-        wanted = wanted_of(int(material[y_, x_]), effects)
-        if wanted and coverage[y_, x_] > 0 and depth[y_, x_] < 1e6:
-            a, b, c = (f32(part) for part in ray_of(lens, axes, y_, x_))
-            t, (u, v, w) = depth[y_, x_], normal[y_, x_]
-            follow(
-                (t * a, t * b, t * c), (a, b, c), (u, v, w), wanted, walls,
-                expected[gy, gx],
-            )  # fmt: skip
-    # ways have the same bits; what is compiled around them may round otherwise
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
-    assert np.count_nonzero(found[..., 0]) > 10
 
 
 def test_the_blur_keeps_even_light_and_stays_on_the_metal() -> None:
