@@ -126,15 +126,6 @@ def test_a_medium_without_slope_is_not_shaded() -> None:
     assert np.array_equal(lit, flat)
 
 
-def test_what_is_opaque_is_its_own_colour_at_once() -> None:
-    opaque = TransferFunction.from_opacity(
-        np.array([0.0, 255.0]), np.full((2, 3), 0.25), np.ones(2), 0.01
-    )
-    rgba, counters = through(Scene(volume_of(speckle()), opaque, (), PLAIN))
-    assert np.array_equal(rgba, np.broadcast_to([0.25, 0.25, 0.25, 1], rgba.shape))
-    assert counters["contributing"] > 0
-
-
 @pytest.mark.parametrize("scale", [1e-4, 1e3])
 def test_pictures_do_not_depend_on_the_unit(scale: float) -> None:
     """A thousandth of a millimetre or ten metres, extinction in proportion."""

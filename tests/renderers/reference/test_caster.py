@@ -16,7 +16,6 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.deflection import (
-    Cut,
     Deflection,
     Deflector,
     Rotation,
@@ -196,19 +195,6 @@ def test_a_uniform_medium_stays_what_it_is_behind_a_deflector(
             scene, camera, 0.31, deflection=Deflection((deflector,))
         )
         assert bent == pytest.approx(straight, rel=20 * 2**-23)
-
-
-@pytest.mark.slow
-def test_a_ray_through_a_gap_loses_what_the_gap_is_long() -> None:
-    scene = constant_scene(0.05)
-    cut = Cut(np.zeros(3), 6.0, np.array([0.0, 1.0, 0.0]), 1.0)
-    camera = single_ray(np.array([0.0, -30, 0]), np.zeros(3))
-    alpha = render_reference(scene, camera, 0.006, deflection=Deflection((cut,)))
-    half = 0.0
-    for _ in range(100):
-        half = (1 - (half / 6) ** 2) ** 2
-    wanted = -math.expm1(-0.05 * (32 - 2 * half))
-    assert alpha[0, 0, 3] == pytest.approx(wanted, abs=1e-4)
 
 
 @pytest.mark.parametrize(

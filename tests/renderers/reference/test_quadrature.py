@@ -53,13 +53,6 @@ def test_it_is_of_fourth_order(name: str, column: int) -> None:
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4, abs=0.15)
 
 
-def test_what_is_even_is_exact_in_one_step() -> None:
-    ray = RAYS["constant"]
-    light, clear = gauss_ray(medium(ray), np.array([0, LENGTH]))
-    assert light[0] == pytest.approx(ray.light, abs=1e-15)
-    assert clear == pytest.approx(ray.clear, abs=1e-15)
-
-
 @given(
     coefficients=st.lists(st.floats(-9, 9), min_size=4, max_size=4),
     node=st.floats(-5, 5),
@@ -151,15 +144,6 @@ def test_scenes_with_closed_forms_to_nine_digits(
     assert found[0] == pytest.approx(light, abs=1e-9)
     if alpha is not None:
         assert found[3] == pytest.approx(alpha, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("angle", "alpha"), [(20, 0.654988583942297), (35, 0.704998426500949)]
-)
-def test_a_slab_aslant(angle: float, alpha: float) -> None:
-    """S8."""
-    scene = ramp_scene(20, [-1, 99], 0.05, 0.5)
-    assert one(scene, angle)[3] == pytest.approx(alpha, abs=1e-9)
 
 
 def rough(transfer: TransferFunction) -> tuple[Scene, Camera]:

@@ -83,13 +83,6 @@ def test_outside_is_background_even_far_away() -> None:
         assert np.all(volume.sample(far) == -3.5)
 
 
-def test_center_is_the_mean_of_all_voxel_positions() -> None:
-    volume = placed(np.zeros((3, 4, 5)), seed=11)
-    k, j, i = np.meshgrid(np.arange(3), np.arange(4), np.arange(5), indexing="ij")
-    centers = world(volume, np.stack([i, j, k], axis=-1).astype(float))
-    np.testing.assert_allclose(volume.center_mm, centers.mean(axis=(0, 1, 2)))
-
-
 def test_values_are_read_only_shared_and_the_callers_array_stays_free() -> None:
     values = np.zeros((2, 3, 4), dtype=np.uint8)
     volume = Volume(values, np.ones(3), np.zeros(3))

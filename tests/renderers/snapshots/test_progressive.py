@@ -40,19 +40,6 @@ class CountingTeam(WatchedTeam):
         )
 
 
-def test_with_time_enough_the_picture_is_the_same(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    team = CountingTeam(lambda turn, share: None)
-    request = asked(client, scene, outside)
-    traced = trace_best(team, request, scene, go, lambda: False)
-    assert team.sizes == [13, 50]
-    assert traced.drawn is None
-    assert isinstance(traced.found, Image)
-    expected = ActiveRayTracer(scene).render(outside)
-    assert_array_equal(traced.found.rgba, expected.rgba)
-
-
 @pytest.mark.usefixtures("steady_pace")
 def test_what_was_traced_is_kept_and_the_rest_is_coarse(
     client: SnapshotClient, scene: Scene, outside: Camera
@@ -78,19 +65,6 @@ def test_what_was_traced_is_kept_and_the_rest_is_coarse(
         assert_array_equal(found[traced.drawn], fine[traced.drawn])
         spread = np.repeat(np.repeat(rough, 4, axis=0), 4, axis=1)
         assert_array_equal(found[~traced.drawn], spread[~traced.drawn])
-
-
-@pytest.mark.usefixtures("steady_pace")
-def test_a_coarse_picture_that_is_cut_short_is_what_there_is(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    late: list[bool] = []
-    team = CountingTeam(lambda turn, share: late.append(True))
-    request = asked(client, scene, outside.with_size(500, 430))
-    traced = trace_best(team, request, scene, go, lambda: bool(late))
-    assert traced.drawn is not None
-    assert traced.drawn.mean() < 1
-    assert traced.found.size == (430, 500)
 
 
 def test_who_is_told_at_once_that_it_is_enough_gets_a_coarse_picture(

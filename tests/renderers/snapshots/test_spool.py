@@ -144,16 +144,6 @@ def test_finished_jobs_are_left_alone(spool: Spool, now: list[float]) -> None:
         now[0] += 100
 
 
-def test_cancelling_is_a_file(spool: Spool) -> None:
-    request = scope_request(1)
-    spool.publish(request)
-    assert not spool.is_cancelled(request.id)
-    spool.ask_cancel(request.id)
-    spool.ask_cancel(request.id)
-    assert spool.is_cancelled(request.id)
-    assert spool.claim() is not None
-
-
 def test_a_request_longer_than_allowed_is_read_no_further(spool: Spool) -> None:
     path = spool.folder / "queue" / f"5-{7:032x}.json"
     path.write_bytes(b"x" * 2_000_000)
@@ -240,16 +230,6 @@ def test_it_is_quiet_when_all_that_is_left_has_a_living_worker(
     fresh = Spool(spool.folder, lambda: now[0])
     assert fresh.take_over(15) is None
     assert fresh.is_quiet()
-
-
-def test_the_age_of_a_request_is_by_the_disks_clock(spool: Spool) -> None:
-    spool.publish(scope_request(1))
-    entry = next(spool.queue.iterdir())
-    asked = entry.stat().st_mtime - 90
-    os.utime(entry, (asked, asked))
-    claim = spool.claim()
-    assert claim is not None
-    assert 90 <= spool.age_s(claim.job_id) < 120
 
 
 def test_jobs_that_ended_are_not_read_again(

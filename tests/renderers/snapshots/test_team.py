@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from renderers.art import ActiveRayTracer, render_among
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.scene import Camera, Distortion, Image, Mesh, Projection, Scene
-from renderers.scene.composition import before_solids, solids_seen
+from renderers.scene.composition import solids_seen
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import downsample_radiance
 from renderers.snapshots.client import SnapshotClient, SnapshotError
@@ -150,50 +150,6 @@ def test_ranks_give_the_same_bits_wherever_cells_or_rays_go(
         else:
             assert_array_equal(found.depth_mm(), depth)
         assert_array_equal(found.radiance(), rgba)
-
-
-def test_a_tool_in_empty_air_is_all_there_is(
-    client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
-) -> None:
-    nothing = np.full_like(scene.volume.values, -300)
-    air = replace(scene, volume=scene.volume.with_values(nothing, -1000.0))
-    found = served(client, client.request_classic(air, outside, instruments=tools))
-    solids = solids_seen(outside, tools)
-    dark = np.zeros((43, 50, 4), np.float32)
-    none = Image(dark, np.full((43, 50), np.inf, np.float32))
-    assert_array_equal(found.depth_mm(), solids.depth_mm)
-    alone = before_solids(none, air, outside, solids)
-    assert_array_equal(found.radiance(), alone.rgba)
-    assert 0.05 < (solids.coverage > 0).mean() < 0.5
-
-
-def test_what_is_behind_all_tissue_shows_only_through_it(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    """And not a bit of it behind what lets nothing through."""
-    far = [board(outside, 60.0, 16.0)]
-    sharp = replace(
-        scene.transfer_function, kappa_per_mm=np.array([0.0, 0.0, 0.05, 90.0])
-    )
-    walled = replace(scene, transfer_function=sharp)
-    solids = solids_seen(outside, far)
-    radiance = []
-    for placed in (far, []):
-        request = client.request_classic(walled, outside, instruments=placed)
-        # every ray goes on until nothing is left of its light
-        whole = msgspec.structs.replace(request, cutoff=0.0)
-        radiance.append(served(client, whole).radiance())
-    found, bare = radiance
-    met, opaque = solids.coverage > 0, bare[..., 3] == 1
-    assert (met & opaque).sum() > 50 < (met & (bare[..., 3] < 0.5)).sum()
-    unchanged = opaque | ~met
-    assert_array_equal(found[unchanged], bare[unchanged])
-    rest = 1 - bare[met]
-    assert_array_equal(found[met, 3], bare[met, 3] + (1 - bare[met, 3]))
-    added = found[met, :3] - bare[met, :3]
-    # black plastic, .035 at most under so much light
-    assert np.all(added >= 0)
-    assert np.all(added <= 0.2 * rest[:, 3:] + 1e-7)
 
 
 @pytest.mark.usefixtures("steady_pace")

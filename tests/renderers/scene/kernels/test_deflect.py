@@ -114,14 +114,6 @@ def test_rays_that_are_not_marked_meet_no_ball(
         assert near.min() < 0.02 + np.linalg.norm(geometry[0, 3:6])
 
 
-def test_no_samples_meet_nothing() -> None:
-    maps = maps_of(Deflection(KINDS["pulled"]), turned_volume(False))
-    marked = np.ones(1, np.bool_)
-    nothing = np.zeros(1, np.int32)
-    find_bent(maps, np.zeros((2, 8), np.float32), nothing, np.ones(3), 0.01, marked)
-    assert not marked[0]
-
-
 @given(
     st.tuples(*[st.floats(-9, 9)] * 3),
     st.tuples(*[st.floats(-1, 1)] * 3),
