@@ -13,8 +13,8 @@ HEAD = """\
 # Gallery
 
 The same views of the synthetic head through every mode, light and peer. Made by
-`examples/make_gallery.py`; no figure is typed. Below each picture: CPU time of one
-picture, error, SSIM of the encoded pictures. What the error is, and against what,
+`examples/make_pictures.py gallery`; no figure is typed. Below each picture: CPU time of
+one picture, error, SSIM of the encoded pictures. What the error is, and against what,
 stands with each sheet. All but paths run on one thread; OpenGL is Mesa's, in software.
 Times are of small pictures, the least of two or more, or of one where it takes long:
 [measurements.md](measurements.md) has the careful ones.
@@ -33,7 +33,7 @@ FOOT = """\
 
     .venv/bin/uv pip install '.[bench]'
     .venv/bin/uv pip install --target out/yt yt==4.4.3
-    PARAVOL_YT=out/yt .venv/bin/python examples/make_gallery.py
+    PARAVOL_YT=out/yt .venv/bin/python examples/make_pictures.py gallery
 
 Mitsuba needs LLVM, see [light.md](light.md). Without the first two lines it and yt are
 absent. yt has a folder of its own: a library that it needs brings a package `tests`,

@@ -2,7 +2,6 @@
 
 import runpy
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +9,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from benchmarks.gallery.gallery_views import operated_samples
 from devices import load_probe_path
 from paravol.patient import load_phantom
 from paravol.session_setup import build_session, operate_on
 from renderers.scene import Volume
-from scenarios import Sample, load_scenario
+from scenarios import load_scenario
 from scenarios.operation import Operation
 from scenarios.rubrics.population import population_of
 from scenarios.scoring import OperationFigures
@@ -27,15 +27,11 @@ STEP_MM = 0.25
 @pytest.fixture(scope="module")
 def operated() -> tuple[Operation, OperationFigures]:
     """Step all samples, without any picture."""
-    run = runpy.run_path(str(EXAMPLES / "make_live_pictures.py"))
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
     patient, operation = operate_on(load_phantom())
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
-    samples: Iterator[Sample] = run["operated_samples"](
-        path, scenario.scope.endoscope()
-    )
-    for sample in samples:
+    for sample in operated_samples(path, scenario.scope.endoscope()):
         session.step(sample)
     figures = session.score().operation
     assert figures is not None

@@ -18,7 +18,7 @@ from tests.benchmarks.conftest import coarse_nasal_scene
 
 __all__ = ["coarse_nasal_scene"]
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "make_gallery.py"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "make_pictures.py"
 VIEW = "wound"
 
 
@@ -46,7 +46,10 @@ def test_there_are_twelve_views_wounds_among_them() -> None:
 
 @pytest.mark.slow
 def test_one_view_by_everything(tmp_path: Path, coarse: None, script: Any) -> None:
-    assert script(["--views", VIEW, "--size", "32", "--out", str(tmp_path)]) == 0
+    assert (
+        script(["gallery", "--views", VIEW, "--size", "32", "--out", str(tmp_path)])
+        == 0
+    )
     page = (tmp_path / "gallery.md").read_text()
     assert sorted(f.suffix for f in tmp_path.rglob("*") if f.is_file()) == [
         ".md",
@@ -99,9 +102,9 @@ def test_ctrl_c_leaves_nothing(
     def stopped(*words: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(script.__globals__, "drawn", stopped)
+    monkeypatch.setitem(script.__globals__, "gallery_sheets", stopped)
     target = tmp_path / "new"
-    assert script(["--out", str(target)]) == 130
+    assert script(["gallery", "--out", str(target)]) == 130
     assert not target.exists()
 
 
@@ -112,6 +115,6 @@ def test_bad_words_are_one_sentence(
     words: list[str], script: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as stopped:
-        script(words)
+        script(["gallery", *words])
     assert stopped.value.code == 2
     assert words[1].strip() in capsys.readouterr().err
