@@ -58,6 +58,7 @@ EXERCISES = (
 SEED = 24
 RUNS = 20
 RATE_HZ = 100.0
+SLOW_HZ, TREMOR_HZ = np.linspace(0.1, 1.0, 12), np.linspace(8.0, 12.0, 5)
 ARM_MM = 0.05
 """Noise of an axis of the tip, as counts of an arm make it."""
 
@@ -127,9 +128,10 @@ def main() -> None:
                 for done in waiting:
                     for name, value in done.result():
                         values.setdefault(name, []).append(value)
-                groups.append((skill.name, options.runs, values))
+                found = {name: quantiles(values[name]) for name in sorted(values)}
+                groups.append(Group(skill.name, options.runs, found))
                 print(exercise, skill.name, flush=True)
-            write(exercise, groups, options.out / f"{exercise}.json")
+            write(exercise, tuple(groups), options.out / f"{exercise}.json")
 
 
 def operates(path: ProbePath) -> bool:
@@ -237,24 +239,15 @@ def run(
     names = [one.name for one in SKILLS]
     place = names.index(skill.name) if skill.name in names else len(names)
     rng = np.random.default_rng([SEED, place, number])
-
-    def drawn(value: float) -> float:
-        return value * float(np.exp(skill.spread * rng.standard_normal()))
-
-    at_s = progress(path.duration_s, skill, drawn(skill.pace), rng)
+    at_s = progress(path.duration_s, skill, drawn(skill.pace, skill, rng), rng)
     count = len(at_s)
-    off_mm = drawn(skill.wander_mm) * slow_noise(count, rng)
-    off_mm += drawn(skill.tremor_mm) * tremor(count, rng)
-    off_mm += ARM_MM * rng.standard_normal((count, 3))
-    turn = np.radians(drawn(skill.wander_deg)) * slow_noise(count, rng)
-    works = operates(path)
+    off_mm = unsteady(count, skill, rng)
+    turn = np.radians(drawn(skill.wander_deg, skill, rng)) * waves(count, SLOW_HZ, rng)
     tool_mm = np.zeros((count, 3))
-    if works:
+    if operates(path):
         # the second hand is as steady as the first, by numbers of its own
-        rng = np.random.default_rng([SEED, place, number, 1])
-        tool_mm += drawn(skill.wander_mm) * slow_noise(count, rng)
-        tool_mm += drawn(skill.tremor_mm) * tremor(count, rng)
-        tool_mm += ARM_MM * rng.standard_normal((count, 3))
+        second = np.random.default_rng([SEED, place, number, 1])
+        tool_mm += unsteady(count, skill, second)
     for n, time_s in enumerate(at_s):
         on = path.sample(float(time_s))
         axis = on.axis + np.cross(turn[n], on.axis)
@@ -269,13 +262,26 @@ def run(
         )
 
 
+def drawn(value: float, skill: Skill, rng: np.random.Generator) -> float:
+    """Return a value as it is in one run."""
+    return value * float(np.exp(skill.spread * rng.standard_normal()))
+
+
+def unsteady(count: int, skill: Skill, rng: np.random.Generator) -> Floats:
+    """Return how far a tip is off its way, ``(count, 3)`` mm."""
+    off_mm = drawn(skill.wander_mm, skill, rng) * waves(count, SLOW_HZ, rng)
+    off_mm += drawn(skill.tremor_mm, skill, rng) * waves(count, TREMOR_HZ, rng)
+    off_mm += ARM_MM * rng.standard_normal((count, 3))
+    return off_mm
+
+
 def progress(
     duration_s: float, skill: Skill, pace: float, rng: np.random.Generator
 ) -> Floats:
     """Return where on the planned path the hand is, s, sample by sample."""
     pieces, at = [np.zeros(1)], 0.0
     while at < duration_s:
-        step = skill.step_s * float(np.exp(skill.spread * rng.standard_normal()))
+        step = drawn(skill.step_s, skill, rng)
         to = at + step * (-0.6 if rng.random() < skill.back else 1.0)
         to = float(np.clip(to, 0.0, duration_s))
         count = max(round(abs(to - at) * pace * RATE_HZ), 2)
@@ -290,18 +296,8 @@ def progress(
     return np.concatenate(pieces)
 
 
-def slow_noise(count: int, rng: np.random.Generator) -> Floats:
-    """Return ``(count, 3)`` of rms 1 along an axis, between 0.1 and 1 Hz."""
-    return waves(count, np.linspace(0.1, 1.0, 12), rng)
-
-
-def tremor(count: int, rng: np.random.Generator) -> Floats:
-    """Return ``(count, 3)`` of rms 1 along an axis, between 8 and 12 Hz."""
-    return waves(count, np.linspace(8.0, 12.0, 5), rng)
-
-
 def waves(count: int, hertz: Floats, rng: np.random.Generator) -> Floats:
-    """Return sines of random phase, ``(count, 3)``."""
+    """Return sines of random phase, ``(count, 3)``, of rms 1 along an axis."""
     time_s = np.arange(count) / RATE_HZ
     phase = rng.uniform(0.0, 2.0 * np.pi, (3, len(hertz)))
     angle = 2.0 * np.pi * hertz * time_s[:, None, None] + phase
@@ -330,36 +326,23 @@ def summary(metrics: list[Metric]) -> Iterator[tuple[str, float]]:
 
 def quantiles(values: list[float]) -> Quantiles:
     """Return 10, 50 and 90 % of values, to six digits."""
-    low, middle, high = (
-        float(f"{q:.6g}") for q in np.quantile(values, (0.1, 0.5, 0.9))
-    )
+    three = (float(f"{q:.6g}") for q in np.quantile(values, (0.1, 0.5, 0.9)))
+    low, middle, high = three
     return Quantiles(low, middle, high, len(values))
 
 
-def write(
-    scenario: str, groups: list[tuple[str, int, dict[str, list[float]]]], file: Path
-) -> None:
-    """Write the groups' quantiles, atomically, to six digits, a line for each value."""
-    found = tuple(
-        Group(
-            name,
-            runs,
-            {key: quantiles(values[key]) for key in sorted(values)},
-        )
-        for name, runs, values in groups
-    )
-    population = Population(
-        SOURCE, True, scenario, SEED, usual_settings(scenario), found
-    )
+def write(scenario: str, groups: tuple[Group, ...], file: Path) -> None:
+    """Write the groups' quantiles, atomically, a line for each value."""
+    settings = usual_settings(scenario)
+    population = Population(SOURCE, True, scenario, SEED, settings, groups)
     text = json.dumps(msgspec.to_builtins(population), indent=1)
-    # four numbers stand in one line
-    text = re.sub(r"\[\s+([^][{}]*?)\s+\]", _one_line, text)
+
+    def one_line(numbers: "re.Match[str]") -> str:
+        return "[" + re.sub(r",\s+", ", ", numbers[1]) + "]"
+
+    text = re.sub(r"\[\s+([^][{}]*?)\s+\]", one_line, text)
     with whole_file(file) as beside:
         beside.write_text(text + "\n", "utf-8")
-
-
-def _one_line(numbers: "re.Match[str]") -> str:
-    return "[" + re.sub(r",\s+", ", ", numbers[1]) + "]"
 
 
 if __name__ == "__main__":

@@ -74,26 +74,19 @@ def ways() -> None:
     """Print what passes where in the default head."""
     for side in SIDES:
         half = half_head(DEFAULT, side)
-        radii = entrance_radii_mm(half, side)
-        diameters = ostium_diameters_mm(half, side)
-        cells = cell_diameters_mm(DEFAULT, side)
         print(f"ways on the {side.name.lower()}, voxels of {half.spacing_mm} mm:")
-        print(
-            "  ball radius: " + ", ".join(f"{k} {r:.1f} mm" for k, r in radii.items())
-        )
-        print(
-            "  diameter: " + ", ".join(f"{k} {d:.1f} mm" for k, d in diameters.items())
-        )
-        print(f"  ethmoid cells: {min(cells):.1f} to {max(cells):.1f} mm (0.25 mm)")
-        for diameter, ostium in (
-            (4.0, "maxillary"),
-            (4.0, "sphenoid"),
-            (2.7, "sphenoid"),
+        for what, found in (
+            ("ball radius", entrance_radii_mm(half, side)),
+            ("diameter", ostium_diameters_mm(half, side)),
         ):
-            near = nearest_mm(half, side, ostium, diameter)
             print(
-                f"  a {diameter} mm ball comes to {near:.1f} mm of the {ostium} ostium"
+                f"  {what}: " + ", ".join(f"{k} {r:.1f} mm" for k, r in found.items())
             )
+        cells = cell_diameters_mm(DEFAULT, side)
+        print(f"  ethmoid cells: {min(cells):.1f} to {max(cells):.1f} mm (0.25 mm)")
+        for ball, ostium in (4.0, "maxillary"), (4.0, "sphenoid"), (2.7, "sphenoid"):
+            near = nearest_mm(half, side, ostium, ball)
+            print(f"  a {ball} mm ball comes to {near:.1f} mm of the {ostium} ostium")
 
 
 def walls() -> None:
