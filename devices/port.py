@@ -92,12 +92,11 @@ class BytePort(Protocol):
         """Return how many bytes have arrived unread."""
         ...
 
-    def read(self, count: int, timeout_s: float) -> bytes:
-        """Return up to ``count`` bytes, fewer when the timeout ends first."""
-        ...
+    def read(self, count: int, timeout_s: float, quiet_s: float | None = None) -> bytes:
+        """Return up to ``count`` bytes, fewer when the timeout ends first.
 
-    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
-        """Read as ``read`` does, but end when the line falls quiet after a byte."""
+        Or when the line falls quiet for ``quiet_s`` after a byte, where that is given.
+        """
         ...
 
     def read_some(self, least: int, timeout_s: float) -> bytes:
@@ -119,14 +118,3 @@ class BytePort(Protocol):
     def close(self) -> None:
         """Release the port; harmless when repeated."""
         ...
-
-
-def burst(port: BytePort, count: int, timeout_s: float, quiet_s: float) -> bytes:
-    """Do what ``read_burst`` promises by reading byte by byte."""
-    data = port.read(1, timeout_s)
-    while data and len(data) < count:
-        more = port.read(1, min(quiet_s, timeout_s))
-        if not more:
-            break
-        data += more
-    return data

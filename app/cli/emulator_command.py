@@ -12,7 +12,7 @@ from app.cli.emulator_options import EmulatorOptions
 from app.cli.terminal import print_json
 from devices import ProbePath, load_probe_path
 from devices.microscribe.emulator.actions import list_actions
-from devices.microscribe.emulator.faults import list_faults
+from devices.microscribe.emulator.faults.catalogue import list_faults
 from devices.microscribe.emulator.process import stop_on_signals
 from devices.microscribe.emulator.setup import (
     MOTIONS,

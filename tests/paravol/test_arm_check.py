@@ -37,7 +37,7 @@ from paravol.arm_check import (
 from paravol.finding import Finding
 from paravol.known_constants import constants_findings, demand_known_constants
 from tests.devices.driven_arm import DrivenArm
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 PERIODS_S = np.array([3.0, 4.0, 5.0, 2.5, 3.5, 9.0])
 

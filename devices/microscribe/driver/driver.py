@@ -8,6 +8,7 @@ import atexit
 import errno
 import os
 from collections.abc import Sequence
+from typing import Any
 
 import serial
 from serial.tools import list_ports
@@ -49,14 +50,10 @@ class SerialPort:
     at the far end of a network.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, opened: Any = None) -> None:
+        """Open it, or take over what does as pyserial's; DeviceError if not to be."""
         try:
-            if "://" in name:
-                self._serial = serial.serial_for_url(name, RATES[0], timeout=0.0)
-            else:
-                self._serial = serial.Serial(
-                    name, RATES[0], exclusive=True, timeout=0.0
-                )
+            self._serial: Any = opened or _opened(name)
         except _OPEN_ERRORS as error:
             raise DeviceError(
                 DeviceReason.NO_PORT,
@@ -67,7 +64,7 @@ class SerialPort:
         self._file: TerminalFile | None = None
         if name.startswith("socket://"):
             self._file = SocketFile(self._serial.fileno())
-        elif TERMINALS_ARE_FILES:
+        elif opened is None and TERMINALS_ARE_FILES:
             self._file = TerminalFile(self._serial.fileno())
         self.set_rate(RATES[0])
 
@@ -86,12 +83,9 @@ class SerialPort:
         except TERMINAL_ERRORS as error:
             raise self._gone() from error
 
-    def read(self, count: int, timeout_s: float) -> bytes:
-        """Return up to ``count`` bytes, fewer when the timeout ends first."""
-        return self.read_burst(count, timeout_s, timeout_s)
-
-    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
-        """Read as ``read`` does, but end when the line falls quiet after a byte."""
+    def read(self, count: int, timeout_s: float, quiet_s: float | None = None) -> bytes:
+        """Return up to ``count`` bytes, fewer when a wait ends first."""
+        quiet_s = timeout_s if quiet_s is None else quiet_s
         try:
             if self._file is not None:
                 return self._file.read(count, timeout_s, quiet_s)
@@ -265,6 +259,12 @@ class MicroScribe(QueuedSource):
         """End the session and release the port; harmless when repeated."""
         self._thread.stop()
         atexit.unregister(self.close)
+
+
+def _opened(name: str) -> Any:
+    if "://" in name:
+        return serial.serial_for_url(name, RATES[0], timeout=0.0)
+    return serial.Serial(name, RATES[0], exclusive=True, timeout=0.0)
 
 
 def _port_remedy(name: str, error: Exception) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_schedule
+from devices.microscribe.emulator.faults.schedule import parse_schedule
 from disk import UserError
 
 _Doing = Callable[[EmulatedArm, float], None]

@@ -29,7 +29,7 @@ class AnswerKind(Enum):
     """Nothing the arm says: noise, or the host's own bytes."""
 
 
-class After(Enum):
+class ReplyTrigger(Enum):
     """What happens to the line once certain bytes have arrived."""
 
     STALL = auto()
@@ -47,7 +47,7 @@ class Answer:
     data: bytes
     delay_s: float = 0.0
     """Waited before the first byte, on top of what the line needs."""
-    after: After | None = None
+    after: ReplyTrigger | None = None
 
 
 PARAMETERS, HOME_REFERENCE, MAXIMA, EXTENDED = 0xC0, 0xC1, 0xC6, 0xD3

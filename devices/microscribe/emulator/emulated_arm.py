@@ -8,12 +8,13 @@ client wrote, ``speak`` for what has arrived at the client by now, and sleeps un
 from collections.abc import Iterable
 from typing import Protocol
 
-from devices.microscribe.emulator.answer import After, Answer, AnswerKind
+from devices.microscribe.emulator.answer import Answer, AnswerKind, ReplyTrigger
 from devices.microscribe.emulator.emulated_line import RATES, PacedOutput, misread
-from devices.microscribe.emulator.faults import FaultPlan, make_faults
+from devices.microscribe.emulator.faults.catalogue import FaultPlan, make_faults
 from devices.microscribe.emulator.firmware import (
     BITS_PER_BYTE,
     ArmFirmware,
+    ArmMotion,
     FirmwareState,
 )
 from devices.microscribe.emulator.transcript import Transcript
@@ -29,19 +30,11 @@ ROUNDING_S = 1e-9
 REPLUG_AFTER_S = 1.0
 
 
-class LiveMotion(Protocol):
+class LiveMotion(ArmMotion, Protocol):
     """What the arm would measure, from the first packet on."""
 
     def begin(self, now_s: float) -> None:
         """Start the motion's own clock; harmless when repeated."""
-        ...
-
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        """Return six counts of 14 bits, then the pedals."""
-        ...
-
-    def home(self) -> None:
-        """Load the rest pose's counts, wherever the arm stands."""
         ...
 
 
@@ -85,7 +78,7 @@ class EmulatedArm:
         self._motion = motion
         self.firmware = ArmFirmware(
             self.profile,
-            _Latch(self, motion),
+            self,
             now_s,
             sync_repeats=sync_repeats,
             accepts_memory_writes=accepts_memory_writes,
@@ -203,7 +196,11 @@ class EmulatedArm:
         """Let the client hear bytes that the arm did not send."""
         self._output.push(Answer(AnswerKind.FOREIGN, data), self.session_rate, now_s)
 
-    def measure(self, now_s: float) -> tuple[tuple[int, ...], int]:
+    def home(self) -> None:
+        """Load the rest pose's counts, wherever the arm stands."""
+        self._motion.home()
+
+    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
         """Return what the arm measures now, faults and pedals included."""
         counts, buttons = self._motion.latch(now_s)
         for bit, until_s in self._pedals.items():
@@ -282,13 +279,13 @@ class EmulatedArm:
             for fault in self._faults:
                 fault.tick(self, now_s)
 
-    def _befall(self, after: After, now_s: float) -> None:
-        if after is After.STALL:
+    def _befall(self, after: ReplyTrigger, now_s: float) -> None:
+        if after is ReplyTrigger.STALL:
             self._stalled = True
             self._tell(now_s, "stalled")
             return
         self.unplug(now_s)
-        if after is After.REPLUG:
+        if after is ReplyTrigger.REPLUG:
             self._replug_s = now_s + REPLUG_AFTER_S
         else:
             self.lost_for_good = True
@@ -301,17 +298,3 @@ class EmulatedArm:
     def _tell(self, now_s: float, event: str) -> None:
         if self._transcript is not None:
             self._transcript.happened(now_s, event)
-
-
-class _Latch:
-    """The arm's motion as its far end sees it: with faults and pedals."""
-
-    def __init__(self, arm: EmulatedArm, motion: LiveMotion) -> None:
-        self._arm = arm
-        self._motion = motion
-
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        return self._arm.measure(now_s)
-
-    def home(self) -> None:
-        self._motion.home()

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from devices.microscribe.emulator.answer import After, Answer
+from devices.microscribe.emulator.answer import Answer, ReplyTrigger
 from devices.microscribe.emulator.firmware import BITS_PER_BYTE
 
 _FRAME = 10
@@ -82,7 +82,7 @@ class Delivery:
     data: bytes
     rate: int
     """Bits per second at which they were sent."""
-    after: After | None = None
+    after: ReplyTrigger | None = None
 
 
 @dataclass(slots=True)
@@ -128,6 +128,8 @@ class PacedOutput:
         self._queue.clear()
         self._free_s = self._arrived_s = 0.0
 
-    def _put(self, at_s: float, data: bytes, rate: int, after: After | None) -> None:
+    def _put(
+        self, at_s: float, data: bytes, rate: int, after: ReplyTrigger | None
+    ) -> None:
         self._arrived_s = max(self._arrived_s, self.arrival(at_s))
         self._queue.append(Delivery(self._arrived_s, data, rate, after))

@@ -16,10 +16,12 @@ may use it.
 """
 
 import errno
+import math
 import threading
 
+from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.port import Closing, DeviceError, DeviceReason, HostClock, burst
+from devices.port import Closing, DeviceError, DeviceReason, HostClock
 from disk import UserError
 
 
@@ -71,27 +73,27 @@ class MemoryLine:
             self.arm.pass_time(self.clock.now())
         return MemorySerial(self, baudrate, timeout)
 
-    def open_port(self, baudrate: int = 115200) -> "EmulatedPort":
+    def open_port(self) -> SerialPort:
         """Open the port as our own driver does; DeviceError while the plug is out."""
         try:
-            return EmulatedPort(self.open_serial(baudrate))
+            return SerialPort(self.name, self.open_serial())
         except OSError as error:
             raise DeviceError(
                 DeviceReason.NO_PORT, f"The port {self.name} is not there."
             ) from error
 
-    def rest_until(self, time_s: float | None) -> None:
+    def rest_until(self, time_s: float) -> None:
         """Let time pass until ``time_s`` or, in real time, until something changes."""
         if isinstance(self.clock, DrivenClock):
-            if time_s is None:
+            if time_s == math.inf:
                 raise TimeoutError(
                     "this read would never end: nothing is on its way, and it has no "
                     "timeout"
                 )
             self.clock.sleep_until(time_s)
         else:
-            wait_s = None if time_s is None else max(0.0, time_s - self.clock.now())
-            self.changed.wait(wait_s)
+            wait_s = max(0.0, time_s - self.clock.now())
+            self.changed.wait(min(wait_s, threading.TIMEOUT_MAX))
 
 
 class MemorySerial(Closing):
@@ -100,6 +102,7 @@ class MemorySerial(Closing):
     def __init__(self, line: MemoryLine, baudrate: int, timeout: float | None) -> None:
         self.baudrate = baudrate
         self.timeout = timeout
+        self.inter_byte_timeout: float | None = None
         self.is_open = True
         self._line = line
         self._generation = line.arm.generation
@@ -126,20 +129,25 @@ class MemorySerial(Closing):
             return len(self._arrived)
 
     def read(self, size: int = 1) -> bytes:
-        """Return up to ``size`` bytes, fewer when the timeout ends first."""
-        line = self._line
+        """Return up to ``size`` bytes, fewer when a timeout ends first."""
+        line, had = self._line, 0
         with line.changed:
-            begun = line.clock.now()
-            until = None if self.timeout is None else begun + self.timeout
+            until = quiet = math.inf
+            if self.timeout is not None:
+                until = line.clock.now() + self.timeout
             while True:
                 self._collect()
                 if len(self._arrived) >= size:
                     break
                 self._check()
-                if until is not None and line.clock.now() >= until:
+                now_s = line.clock.now()
+                if self.inter_byte_timeout is not None and len(self._arrived) > had:
+                    had, quiet = len(self._arrived), now_s + self.inter_byte_timeout
+                if now_s >= min(until, quiet):
                     break
-                soon = [t for t in (until, line.arm.next_s()) if t is not None]
-                line.rest_until(min(soon, default=None))
+                arriving_s = line.arm.next_s()
+                due_s = math.inf if arriving_s is None else arriving_s
+                line.rest_until(min(until, quiet, due_s))
             data = bytes(self._arrived[:size])
             del self._arrived[:size]
             return data
@@ -180,68 +188,3 @@ class MemorySerial(Closing):
         here = arm.plugged and self._generation == arm.generation
         if not (self.is_open and here):
             raise OSError(errno.EIO, "the port is closed or has gone", self._name)
-
-
-class EmulatedPort:
-    """The same port for our own driver: a ``BytePort``."""
-
-    def __init__(self, serial: MemorySerial) -> None:
-        self._serial = serial
-
-    @property
-    def name(self) -> str:
-        """Return the name under which a person knows the port."""
-        return self._serial.name
-
-    @property
-    def waiting(self) -> int:
-        """Return how many bytes have arrived unread."""
-        try:
-            return self._serial.in_waiting
-        except OSError as error:
-            raise self._gone() from error
-
-    def read(self, count: int, timeout_s: float) -> bytes:
-        """Return up to ``count`` bytes, fewer when the timeout ends first."""
-        self._serial.timeout = max(0.0, timeout_s)
-        try:
-            return self._serial.read(count)
-        except OSError as error:
-            raise self._gone() from error
-
-    def read_burst(self, count: int, timeout_s: float, quiet_s: float) -> bytes:
-        """Read as ``read`` does, but end when the line falls quiet after a byte."""
-        return burst(self, count, timeout_s, quiet_s)
-
-    def read_some(self, least: int, timeout_s: float) -> bytes:
-        """Return all there is once ``least`` bytes are; fewer after the timeout."""
-        return self.read(max(least, self.waiting), timeout_s)
-
-    def write(self, data: bytes) -> None:
-        """Hand all of ``data`` to the line."""
-        try:
-            self._serial.write(data)
-        except OSError as error:
-            raise self._gone() from error
-
-    def reset_input(self) -> int:
-        """Drop what has arrived unread; return how many bytes that was."""
-        try:
-            count = self._serial.in_waiting
-            self._serial.reset_input_buffer()
-        except OSError as error:
-            raise self._gone() from error
-        return count
-
-    def set_rate(self, baud: int) -> None:
-        """Change the bit rate of both directions."""
-        self._serial.baudrate = baud
-
-    def close(self) -> None:
-        """Release the port; harmless when repeated."""
-        self._serial.close()
-
-    def _gone(self) -> DeviceError:
-        return DeviceError(
-            DeviceReason.DISCONNECTED, f"The far end of {self.name} has gone."
-        )

@@ -4,8 +4,8 @@ It stands still, or its joints follow a function.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,14 +110,17 @@ class StillMotion:
         self.homed += 1
 
 
-class AnglesMotion:
-    """An arm whose joints follow a function, from its zero at the first packet on."""
+class Motion(ABC):
+    """An arm that moves, from its zero at the first packet on."""
 
-    def __init__(self, profile: ArmProfile, angles_at: AnglesAt) -> None:
+    def __init__(self, profile: ArmProfile) -> None:
         self._registers = AngleRegisters(profile)
-        self._angles_at = angles_at
         self._began_s: float | None = None
-        self._angles = self._checked(angles_at(0.0))
+        self._angles: Sequence[float] = self._registers.home_angles
+
+    @abstractmethod
+    def at(self, elapsed_s: float) -> tuple[Sequence[float], int]:
+        """Return six angles, radians, and the pedals; seconds since the beginning."""
 
     def begin(self, now_s: float) -> None:
         """Start the motion's own clock; harmless when repeated."""
@@ -125,22 +128,34 @@ class AnglesMotion:
             self._began_s = now_s
 
     def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        """Return six counts of 14 bits, then the index bit of a roll encoder."""
-        if self._began_s is not None:
-            self._angles = self._checked(self._angles_at(now_s - self._began_s))
-        return self._registers.read(self._angles)
+        """Return six counts of 14 bits, then pedals and index bit of a roll encoder."""
+        began_s = now_s if self._began_s is None else self._began_s
+        self._angles, pedals = self.at(now_s - began_s)
+        counts, index = self._registers.read(self._angles)
+        return counts, pedals | index
 
     def home(self) -> None:
         """Load the rest pose's counts, wherever the arm stands."""
         self._registers.home(self._angles)
 
-    def _checked(self, angles: Sequence[float] | NDArray[np.float64]) -> list[float]:
-        plain = [float(angle) for angle in angles]
+
+class AnglesMotion(Motion):
+    """An arm whose joints follow a function."""
+
+    def __init__(self, profile: ArmProfile, angles_at: AnglesAt) -> None:
+        super().__init__(profile)
+        self._angles_at = angles_at
+        self._roll = self._registers.home_angles[-1]
+        self._angles, _ = self.at(0.0)
+
+    def at(self, elapsed_s: float) -> tuple[Sequence[float], int]:
+        """Return the function's angles; UserError unless there are five or six."""
+        plain = [float(angle) for angle in self._angles_at(elapsed_s)]
         if len(plain) == JOINTS - 1:
-            plain.append(self._registers.home_angles[-1])
+            plain.append(self._roll)
         if len(plain) != JOINTS or not all(map(math.isfinite, plain)):
             raise UserError(f"five or six finite angles are needed, got {plain}")
-        return plain
+        return plain, 0
 
 
 def follow_tip(profile: ArmProfile, tip_at: TipAt) -> AnglesMotion:
@@ -150,24 +165,23 @@ def follow_tip(profile: ArmProfile, tip_at: TipAt) -> AnglesMotion:
     means that the function has left the reach of the arm.
     """
     inverse = InverseKinematics(profile.geometry)
-    home = np.array(AngleRegisters(profile).home_angles)
 
-    @dataclass
-    class _Follower:
-        angles: NDArray[np.float64]
+    angles = np.array(AngleRegisters(profile).home_angles)
 
-        def __call__(self, t_s: float) -> NDArray[np.float64]:
-            tip_mm, pointing = tip_at(t_s)
-            solved = inverse.solve_afresh(
-                np.asarray(tip_mm, dtype=np.float64),
-                np.asarray(pointing, dtype=np.float64),
-                self.angles,
-            )
-            turned = np.remainder(solved - self.angles + np.pi, 2.0 * np.pi) - np.pi
-            self.angles = self.angles + turned
-            return self.angles
+    def angles_at(t_s: float) -> NDArray[np.float64]:
+        nonlocal angles
+        tip_mm, pointing = (np.asarray(v, dtype=np.float64) for v in tip_at(t_s))
+        solved = inverse.solve_afresh(tip_mm, pointing, angles)
+        angles = angles + shorter_way(solved - angles)
+        return angles
 
-    return AnglesMotion(profile, _Follower(home))
+    return AnglesMotion(profile, angles_at)
+
+
+def shorter_way(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return turns of the joints by the short way round, radians."""
+    short: NDArray[np.float64] = np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi
+    return short
 
 
 def orbit(profile: ArmProfile) -> AnglesMotion:

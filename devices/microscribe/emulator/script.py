@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator.motion import AngleRegisters
+from devices.microscribe.emulator.motion import Motion, shorter_way
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath, ProbeSample
@@ -93,7 +93,7 @@ class Track:
         return mixed, self.buttons[before]
 
 
-class ArmScript:
+class ArmScript(Motion):
     """Counts and pedals of an arm whose base stands somewhere beside the patient."""
 
     def __init__(
@@ -108,74 +108,49 @@ class ArmScript:
 
         Raise UnreachableError when the arm cannot get somewhere.
         """
-        self._registers = AngleRegisters(profile)
+        super().__init__(profile)
         self._has_roll = profile.encoders.turn[5] > 1
         self._inverse = InverseKinematics(profile.geometry)
         self._path = path
         self._from_world = device_from_world
         self._rest = np.array(self._registers.home_angles)
-        self._angles: Sequence[float] = self._registers.home_angles
         self._phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (3, 3))
-        self._began_s: float | None = None
         self._path_began_s: float | None = None
         self._approach = self._into_device(path.sample(0.0).axis, turn_only=True)
         self._legs = self._plan(fiducials_mm)
         self._track = self._solve_track()
 
-    def begin(self, now_s: float) -> None:
-        """Start the script's clock; harmless when repeated."""
-        if self._began_s is None:
-            self._began_s = now_s
-
-    def elapsed_s(self, now_s: float) -> float | None:
-        """Return seconds of the script, None before it began."""
-        return None if self._began_s is None else now_s - self._began_s
-
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        """Return six counts of 14 bits, then the pedals."""
-        buttons = self._move(now_s)
-        counts, index = self._registers.read(self._angles)
-        return counts, buttons | index
-
-    def home(self) -> None:
-        """Load the rest pose's counts, wherever the arm stands."""
-        self._registers.home(self._angles)
-
-    def _move(self, now_s: float) -> int:
-        elapsed = self.elapsed_s(now_s)
-        if elapsed is None:
-            return 0
+    def at(self, elapsed_s: float) -> tuple[Sequence[float], int]:
+        """Return six angles and the pedals."""
         for leg in self._legs:
-            if elapsed < leg.end_s:
-                return self._move_along(leg, elapsed)
-        return self._follow(now_s)
+            if elapsed_s < leg.end_s:
+                return self._along(leg, elapsed_s)
+        return self._follow(elapsed_s)
 
-    def _move_along(self, leg: _Leg, elapsed_s: float) -> int:
+    def _along(self, leg: _Leg, elapsed_s: float) -> tuple[Sequence[float], int]:
         u = (elapsed_s - leg.start_s) / leg.travel_s
         if u < 1.0 or leg.point_mm is None:
             blend = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-            self._angles = (leg.start + blend * (leg.end - leg.start)).tolist()
-            return 0
+            return (leg.start + blend * (leg.end - leg.start)).tolist(), 0
         held_s = elapsed_s - leg.start_s - leg.travel_s
         waves = np.sin(2.0 * np.pi * np.outer(TREMOR_HZ, [held_s] * 3) + self._phases)
         # Three sines of this amplitude on three axes have an rms length of TREMOR_MM.
         shake = TREMOR_MM * np.sqrt(2.0 / 9.0) * waves.sum(axis=0)
-        self._angles = (leg.end + leg.angles_per_mm @ shake).tolist()
-        return MARK_PEDAL if PRESS_FROM_S <= held_s < PRESS_TO_S else 0
+        marks = PRESS_FROM_S <= held_s < PRESS_TO_S
+        angles = (leg.end + leg.angles_per_mm @ shake).tolist()
+        return angles, MARK_PEDAL if marks else 0
 
-    def _follow(self, now_s: float) -> int:
+    def _follow(self, elapsed_s: float) -> tuple[Sequence[float], int]:
         if self._path_began_s is None:
-            self._path_began_s = now_s
-        t_s = now_s - self._path_began_s
+            self._path_began_s = elapsed_s
+        t_s = elapsed_s - self._path_began_s
+        playing = PATH_PEDAL if t_s <= self._path.duration_s else 0
         if self._track is None:
             sample = self._path.sample(t_s)
-            start = np.array(self._angles)
-            self._angles = self._pose_afresh(sample, start).tolist()
-            buttons = sample.buttons
-        else:
-            self._angles, buttons = self._track.at(t_s)
-        playing = t_s <= self._path.duration_s
-        return buttons | (PATH_PEDAL if playing else 0)
+            angles = self._pose_afresh(sample, np.array(self._angles))
+            return angles.tolist(), sample.buttons | playing
+        angles_then, buttons = self._track.at(t_s)
+        return angles_then, buttons | playing
 
     def _solve_track(self) -> Track | None:
         """Solve the whole path before the first poll; None for long ones."""
@@ -209,7 +184,7 @@ class ArmScript:
         for point in (*stops, first):
             solved = self._inverse.solve_afresh(point, self._approach, at)
             # The same pose by the short way round.
-            end = at + np.remainder(solved - at + np.pi, 2.0 * np.pi) - np.pi
+            end = at + shorter_way(solved - at)
             turn = float(np.degrees(np.abs(end - at).max()))
             travel = max(SHORTEST_TRAVEL_S, MINIMUM_JERK_PEAK * turn / TRAVEL_DEG_S)
             held = None if point is first else point

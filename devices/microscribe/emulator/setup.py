@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.faults import parse_fault
+from devices.microscribe.emulator.faults.catalogue import parse_fault
 from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
 from devices.microscribe.emulator.script import ArmScript

@@ -74,19 +74,15 @@ class Line:
         """Send a command to the arm."""
         self.port.write(command.data)
 
-    def receive(self, count: int, timeout_s: float) -> list[Event]:
-        """Wait for ``count`` bytes or the timeout; return what came."""
-        return self._take(self.port.read(count, timeout_s))
+    def receive(
+        self, count: int, timeout_s: float, quiet_s: float | None = None
+    ) -> list[Event]:
+        """Wait for ``count`` bytes, the timeout or a pause; return what came."""
+        return self._take(self.port.read(count, timeout_s, quiet_s))
 
     def receive_some(self, least: int, timeout_s: float) -> list[Event]:
         """Wait for ``least`` bytes or the timeout; take all that came."""
         return self._take(self.port.read_some(least, timeout_s))
-
-    def receive_burst(
-        self, count: int, timeout_s: float, quiet_s: float
-    ) -> list[Event]:
-        """Wait as ``receive`` does, but no longer than until the line falls quiet."""
-        return self._take(self.port.read_burst(count, timeout_s, quiet_s))
 
     def drop(self) -> None:
         """Throw away what has arrived unread; it counts as stray."""

@@ -285,7 +285,7 @@ class ArmLink:
             if now >= until:
                 break
             missing = self.session.missing_bytes
-            events = self.line.receive_burst(missing + 1, until - now, quiet_s)
+            events = self.line.receive(missing + 1, until - now, quiet_s)
         self.session.abandon()
         # A late answer must not pass for that of the next poll.
         self._settle()

@@ -17,7 +17,7 @@ import serial
 from app.__main__ import main
 from app.cli.emulator_command import load_motion
 from devices import ProbePath, save_probe_path
-from devices.microscribe.emulator.faults import parse_fault
+from devices.microscribe.emulator.faults.catalogue import parse_fault
 from scenarios import Sample
 from scenarios.bundle import SampleRecord, SessionInfo, SessionRecorder
 

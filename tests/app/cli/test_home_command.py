@@ -16,7 +16,7 @@ from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.terminal_port import TerminalPort
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"

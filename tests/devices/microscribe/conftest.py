@@ -8,22 +8,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.driver.sampler import MotionReports
 from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
-from devices.microscribe.emulator.in_memory import DrivenClock, EmulatedPort, MemoryLine
+from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 # A bytes literal, a dataclass, the name of a member of an enumeration.
 PYTHON = re.compile(r"\bb['\"]|\w\(\w+=|[A-Z]{2,}_[A-Z]|\\x")
 
 
-class TappedPort(EmulatedPort):
+class TappedPort(SerialPort):
     """A port that remembers what was written and that it was closed."""
 
     written: list[bytes]
@@ -59,7 +60,7 @@ class Rehearsal:
     def open(self, name: str) -> TappedPort:
         if name != self.line.name or not self.line.arm.plugged:
             raise DeviceError(DeviceReason.NO_PORT, f"There is no {name}.")
-        port = TappedPort(self.line.open_serial())
+        port = TappedPort(name, self.line.open_serial())
         port.written = self.written
         self.opened.append(port)
         return port

@@ -2,8 +2,9 @@
 
 from hypothesis import strategies as st
 
+from devices.microscribe.emulator.packet import Reading, standard_packet
+from devices.microscribe.kinematics.profiles import MICROSCRIBE_CODES
 from devices.microscribe.wire.packets import Layout, Packet
-from disk import UserError
 
 
 @st.composite
@@ -25,23 +26,7 @@ def packets(draw: st.DrawFn, command: int | None = None) -> Packet:
 
 
 def encode_packet(packet: Packet) -> bytes:
-    """Return the bytes of ``packet``; counts beyond the layout are left out."""
-    layout = Layout(packet.command)
-    if len(packet.counts) < layout.encoders or len(packet.analog) < layout.analog:
-        raise UserError(f"command {packet.command:02x} wants more values: {packet}")
-    out = bytearray((layout.header, packet.buttons & 0x7F))
-    if layout.timed:
-        if packet.timer is None:
-            raise UserError(f"command {packet.command:02x} wants a timer: {packet}")
-        out += _pair(packet.timer)
-    if layout.analog:
-        channels = packet.analog[: layout.analog]
-        out += bytes(value >> 1 for value in channels)
-        out.append(sum((value & 1) << 6 - i for i, value in enumerate(channels[:7])))
-    for count in packet.counts[: layout.encoders]:
-        out += _pair(count)
-    return bytes(out)
-
-
-def _pair(value: int) -> bytes:
-    return bytes((value >> 7 & 0x7F, value & 0x7F))
+    """Return the bytes of a packet, as the emulated arm sends it."""
+    reading = Reading(packet.counts, packet.buttons, packet.analog)
+    timer = packet.timer or 0
+    return standard_packet(packet.command, reading, timer, MICROSCRIBE_CODES)

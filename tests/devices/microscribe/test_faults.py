@@ -22,7 +22,7 @@ from devices.microscribe.kinematics.profiles import (
 )
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
-from tests.devices.microscribe.rare_faults.every_fault import EVERY_FAULT
+from tests.devices.microscribe.rare_faults import EVERY_FAULT
 
 Bench = Any
 """The conftest's Rehearsal."""

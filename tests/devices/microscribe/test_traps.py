@@ -25,19 +25,16 @@ from devices.microscribe.kinematics.profiles import (
     ODD_MAXIMA,
     SIX_JOINTS,
 )
-from devices.microscribe.wire import commands, identity
+from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import ALLOWED, Query
 from devices.microscribe.wire.link import ArmLink
-from devices.microscribe.wire.packet_reader import PacketReader
 from devices.microscribe.wire.packets import Layout, Packet
-from devices.microscribe.wire.protocol import HostSession, ProductId, Reply, SyncEcho
+from devices.microscribe.wire.protocol import HostSession, Reply
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
-from tests.devices.microscribe.drawn_packets import encode_packet
 
 Bench = Any
 Rehearse = Callable[..., Bench]
-
 STREAM = MotionReports(period_ticks=9)
 
 
@@ -84,15 +81,6 @@ def test_t3_a_half_said_command_is_completed_before_the_first_letter(
     assert bench.written[:2] == [commands.CLEAR_BYTES, b"\xc5IMMC"]
     # No more than the longest command takes, and the END that ends the session.
     assert len(commands.CLEAR_BYTES) == 36 + 1
-
-
-def test_t4_an_echo_in_flight_does_not_put_the_id_out_of_step() -> None:
-    session = HostSession()
-    session.clear()
-    session.sign_on()
-    assert session.receive(b"\xc5IIMIMMC") == [SyncEcho()]
-    session.begin()
-    assert session.receive(b"IMMC\xc5IMMCMSCR\0") == [ProductId(b"IMMC\xc5IMMCMSCR")]
 
 
 def test_t5_the_end_is_one_byte_and_not_the_word(rehearse: Rehearse) -> None:
@@ -154,11 +142,6 @@ def test_t9_the_timers_maximum_is_not_the_first_encoders(rehearse: Rehearse) -> 
     assert supervisor.sampler.description.encoders.turn[0] == 0x3E80
 
 
-def test_t10_parameter_words_are_signed() -> None:
-    words = identity.decode_words(bytes.fromhex("C0 02 FE 6F"), 2, "words")
-    assert words == (-16382, -401)
-
-
 def test_t11_an_encoder_that_is_not_there_turns_nothing() -> None:
     forward = ForwardKinematics(DX40937.geometry, DX40937.encoders)
     tips = [
@@ -167,34 +150,6 @@ def test_t11_an_encoder_that_is_not_there_turns_nothing() -> None:
     ]
     assert (tips[0] == tips[1]).all()
     assert (tips[0] == tips[2]).all()
-
-
-def test_t12_one_count_through_the_wrap_is_one_count() -> None:
-    tracker = SampleTracker(DX40937.geometry, DX40937.encoders)
-    tracker.accept(Packet(0x23, 0, 0, (), (16383, *HOME_COUNTS[1:])), 0.0)
-    assert tracker.accept(Packet(0x23, 0, 9, (), (0, *HOME_COUNTS[1:])), 0.01)
-    assert tracker.counts[0] == 16384
-
-
-def test_t13_a_doubled_byte_gives_no_pose_and_a_high_bit_is_refused(
-    rehearse: Rehearse,
-) -> None:
-    bench = rehearse("f9=7@packet:20")
-    supervisor = bench.connect()
-    bench.steady(bench.run(supervisor, 1.0))
-    flipped = Packet(0x23, 0, 18, (), (HOME_COUNTS[0] ^ 8192, *HOME_COUNTS[1:]))
-    tracker = SampleTracker(DX40937.geometry, DX40937.encoders)
-    tracker.accept(Packet(0x23, 0, 9, (), HOME_COUNTS), 0.01)
-    assert tracker.accept(flipped, 0.02) is None
-
-
-def test_t14_a_lost_byte_costs_a_reply_time_and_not_a_second(
-    rehearse: Rehearse,
-) -> None:
-    bench = rehearse("f8=5@packet:20")
-    supervisor = bench.connect()
-    poses = bench.run(supervisor, 1.0)
-    assert np.diff([pose.time_s for pose in poses]).max() < 0.2
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -225,28 +180,6 @@ def test_t16_streams_have_a_fixed_rate(rehearse: Rehearse) -> None:
     assert asked == [b"\xcf\x00\x09\x23" + bytes(21)]
     # The arm stands still and is heard nevertheless.
     assert len(poses) == pytest.approx(200, abs=5)
-
-
-def test_t17_the_echo_of_a_stream_is_no_packet() -> None:
-    session = _idle()
-    session.stream(9)
-    packet = encode_packet(Packet(0x23, 0, 5, (), HOME_COUNTS))
-    assert len(session.receive(b"\xcf" + packet)) == 1
-    assert session.counters.noise == 0
-
-
-@pytest.mark.parametrize("size", [1, 2, 5])
-def test_t18_replies_straddle_chunks(size: int) -> None:
-    session = _idle()
-    session.ask(Query.PARAMETERS)
-    block = identity.encode_words(DX40937.dh_words)
-    raw = b"\xc0\x24" + block
-    events = [
-        event
-        for at in range(0, len(raw), size)
-        for event in session.receive(raw[at : at + size])
-    ]
-    assert events == [Reply(Query.PARAMETERS, block)]
 
 
 def test_t19_bursts_of_an_adapter_are_not_in_the_times(rehearse: Rehearse) -> None:
@@ -304,10 +237,3 @@ def test_the_index_pulse_of_a_six_joint_arm_is_no_pedal() -> None:
         pose = SampleTracker(profile.geometry, profile.encoders).accept(packet, 0.0)
         assert pose is not None
         assert pose.buttons == buttons
-
-
-def test_a_reader_needs_no_packet_to_start_in_step() -> None:
-    reader = PacketReader(Layout(0x23))
-    packet = Packet(0x23, 0, 5, (), HOME_COUNTS)
-    tail = encode_packet(packet)[7:]
-    assert [p for _, p in reader.receive(tail + encode_packet(packet))] == [packet]

@@ -18,7 +18,7 @@ from paravol.inputs.pose_sources import (
     HomedSource,
     ReconnectingSource,
 )
-from tests.paravol.plugged_arm import Plug
+from tests.devices.plugged_arm import Plug
 
 
 def pose(time_s: float) -> Pose:

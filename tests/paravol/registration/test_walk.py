@@ -11,7 +11,7 @@ from devices.registration.held_point import HeldPoint, HoldError
 from devices.registration.pivot import PivotError
 from paravol.inputs.pose_sources import HomedSource
 from paravol.registration.walk import PATIENCE_S, RegistrationWalk
-from tests.paravol.plugged_arm import RIGHT, Plug
+from tests.devices.plugged_arm import RIGHT, Plug
 
 LEFT = 2
 HOLE = np.array([100.0, 50.0, 20.0])

@@ -9,17 +9,20 @@ import random
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
-from devices.microscribe.emulator.answer import After, Answer, AnswerKind
+from devices.microscribe.emulator.answer import Answer, AnswerKind, ReplyTrigger
 from devices.microscribe.emulator.faults.fault import (
     EVERY_KIND,
     EventFault,
     Fault,
-    FaultyArm,
 )
 from devices.microscribe.emulator.faults.schedule import Schedule, parse_schedule
 from devices.microscribe.kinematics.arm import FIELD
 from disk import UserError
+
+if TYPE_CHECKING:
+    from devices.microscribe.emulator.emulated_arm import EmulatedArm
 
 _PACKETS = frozenset((AnswerKind.PACKET,))
 _TOP_BIT = 0x80
@@ -43,7 +46,7 @@ class NeverAnswers(Fault):
     lasts = True
     kinds = EVERY_KIND
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Say nothing."""
         return []
 
@@ -56,7 +59,7 @@ class DroppedByte(Fault):
     takes_number = True
     kinds = _PACKETS
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Leave a byte out."""
         at = self.noise.randrange(len(answer.data))
         if self.variant:
@@ -71,7 +74,7 @@ class FlippedBit(Fault):
     line = "one of bits 0-6 of a payload byte is flipped: no reader can see it"
     kinds = _PACKETS
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Flip a bit that no rule protects."""
         data = bytearray(answer.data)
         data[self.noise.randrange(1, len(data))] ^= 1 << self.noise.randrange(7)
@@ -86,7 +89,7 @@ class Noise(Fault):
     variants = ("MIXED", "LOW", "HIGH")
     kinds = _PACKETS
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Put noise between this packet and the one before."""
         noise = bytearray(self.noise.randbytes(self.noise.randint(1, _MOST_NOISE)))
         for i, byte in enumerate(noise):
@@ -105,7 +108,7 @@ class Garbage(Fault):
     lasts = True
     kinds = EVERY_KIND
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Say nothing that makes sense."""
         noise = self.noise.randbytes(len(answer.data) + self.noise.randrange(3))
         return [replace(answer, data=noise)]
@@ -119,7 +122,7 @@ class Bursts(Fault):
     takes_number = True
     lasts = True
 
-    def arrival_s(self, at_s: float, arm: FaultyArm) -> float:
+    def arrival_s(self, at_s: float, arm: "EmulatedArm") -> float:
         """Round up to when the adapter hands over."""
         if not self.trigger.fires(arm.script_s(at_s), arm.packets):
             return at_s
@@ -137,12 +140,12 @@ class LateReply(Fault):
     takes_number = True
     kinds = frozenset((AnswerKind.PACKET,))
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Hold it back."""
         return [replace(answer, delay_s=self.number(_LATE_MS) / 1e3)]
 
 
-class CutShort(Fault):
+class TruncatedReply(Fault):
     """F16."""
 
     id, word = "f16", "cut_short"
@@ -151,10 +154,10 @@ class CutShort(Fault):
     variants = ("UNPLUG", "STALL", "REPLUG")
     kinds = EVERY_KIND
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Send half of it, then no more."""
         half = answer.data[: (len(answer.data) + 1) // 2]
-        return [replace(answer, data=half, after=After[self.variant])]
+        return [replace(answer, data=half, after=ReplyTrigger[self.variant])]
 
 
 class PowerCycle(EventFault):
@@ -163,12 +166,12 @@ class PowerCycle(EventFault):
     id, word = "f17", "power_cycle"
     line = "off and on: no session, timer zero, home counts wherever the arm stands"
 
-    def happen(self, arm: FaultyArm, now_s: float) -> None:
+    def happen(self, arm: "EmulatedArm", now_s: float) -> None:
         """Cut the power for a moment."""
         arm.power_cycle(now_s)
 
 
-class SickEncoder(Fault):
+class EncoderDropout(Fault):
     """F27."""
 
     id, word = "f27", "sick_encoder"
@@ -191,7 +194,7 @@ class SickEncoder(Fault):
         self._missed = 0
 
     def latch(
-        self, counts: tuple[int, ...], buttons: int, arm: FaultyArm, now_s: float
+        self, counts: tuple[int, ...], buttons: int, arm: "EmulatedArm", now_s: float
     ) -> tuple[tuple[int, ...], int]:
         """Read one joint wrongly."""
         true = counts[self._joint]
@@ -225,12 +228,12 @@ class Slow(Fault):
     kinds = EVERY_KIND
 
     def listening_rate(
-        self, client_rate: int, arm: FaultyArm, now_s: float
+        self, client_rate: int, arm: "EmulatedArm", now_s: float
     ) -> int | None:
         """Return the slowest rate."""
         return self.insist_on(_SLOW_RATE, client_rate, arm, now_s)
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Think longer."""
         slowest_ms = max(1.0, self.number(_SLOWEST_MS))
         thought_s = self.noise.uniform(1.0, slowest_ms) / 1e3
@@ -244,9 +247,9 @@ FAULTS: tuple[type[Fault], ...] = (
     Noise,
     Bursts,
     LateReply,
-    CutShort,
+    TruncatedReply,
     PowerCycle,
-    SickEncoder,
+    EncoderDropout,
     Slow,
     Garbage,
 )
@@ -254,9 +257,9 @@ FAULTS: tuple[type[Fault], ...] = (
 # Short words for what people try first, with their variants.
 SHORT_NAMES = {
     "mute": (NeverAnswers, ""),
-    "unplug": (CutShort, "UNPLUG"),
-    "stall": (CutShort, "STALL"),
-    "replug": (CutShort, "REPLUG"),
+    "unplug": (TruncatedReply, "UNPLUG"),
+    "stall": (TruncatedReply, "STALL"),
+    "replug": (TruncatedReply, "REPLUG"),
 }
 
 

@@ -6,36 +6,17 @@ methods below and a place among the kinds that ``parse_fault`` is given.
 
 import random
 from abc import ABC, abstractmethod
-from typing import ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.faults.schedule import Schedule, Trigger
-from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.kinematics.profiles import ArmProfile
 from disk import UserError
 
+if TYPE_CHECKING:
+    from devices.microscribe.emulator.emulated_arm import EmulatedArm
+
 EVERY_KIND = frozenset(AnswerKind) - {AnswerKind.FOREIGN}
-
-
-class FaultyArm(Protocol):
-    """What faults see of the arm they befall."""
-
-    profile: ArmProfile
-    firmware: ArmFirmware
-    packets: int
-    """Standard packets measured so far; the one being spoilt is the last of them."""
-
-    def script_s(self, now_s: float) -> float:
-        """Return seconds since the first packet, 0 before it."""
-        ...
-
-    def power_cycle(self, now_s: float) -> None:
-        """Cut the power and give it back at once."""
-        ...
-
-    def send_foreign(self, data: bytes, now_s: float) -> None:
-        """Let the client hear bytes that the arm did not send."""
-        ...
 
 
 class Fault:
@@ -82,11 +63,11 @@ class Fault:
         """Return the script time at which it wants to be looked at, None if never."""
         return None
 
-    def tick(self, arm: FaultyArm, now_s: float) -> None:
+    def tick(self, arm: "EmulatedArm", now_s: float) -> None:
         """Let time pass."""
 
     def listening_rate(
-        self, client_rate: int, arm: FaultyArm, now_s: float
+        self, client_rate: int, arm: "EmulatedArm", now_s: float
     ) -> int | None:
         """Return the one rate at which the arm signs on now, None for any.
 
@@ -95,7 +76,7 @@ class Fault:
         return None
 
     def insist_on(
-        self, rate: int, client_rate: int, arm: FaultyArm, now_s: float
+        self, rate: int, client_rate: int, arm: "EmulatedArm", now_s: float
     ) -> int | None:
         """Return ``rate`` while the fault lasts; it happens to clients at others."""
         if not self.trigger.fires(arm.script_s(now_s), arm.packets):
@@ -103,17 +84,17 @@ class Fault:
         self.fired += client_rate != rate
         return rate
 
-    def hear(self, data: bytes, arm: FaultyArm, now_s: float) -> bytes:
+    def hear(self, data: bytes, arm: "EmulatedArm", now_s: float) -> bytes:
         """Return what the arm hears of ``data``."""
         return data
 
     def latch(
-        self, counts: tuple[int, ...], buttons: int, arm: FaultyArm, now_s: float
+        self, counts: tuple[int, ...], buttons: int, arm: "EmulatedArm", now_s: float
     ) -> tuple[tuple[int, ...], int]:
         """Return what the arm measures instead."""
         return counts, buttons
 
-    def answer(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def answer(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Return what leaves the arm in place of ``answer``."""
         if answer.kind not in self.kinds:
             return [answer]
@@ -127,11 +108,11 @@ class Fault:
         self.fired += spoilt != [answer]
         return spoilt
 
-    def spoil(self, answer: Answer, arm: FaultyArm, now_s: float) -> list[Answer]:
+    def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
         """Return what leaves the arm when the fault happens to ``answer``."""
         return [answer]
 
-    def arrival_s(self, at_s: float, arm: FaultyArm) -> float:
+    def arrival_s(self, at_s: float, arm: "EmulatedArm") -> float:
         """Return when bytes arrive that would arrive at ``at_s``."""
         return at_s
 
@@ -158,7 +139,7 @@ class EventFault(Fault, ABC):
         """Return when it happens, None when a packet decides."""
         return self.trigger.due_s
 
-    def tick(self, arm: FaultyArm, now_s: float) -> None:
+    def tick(self, arm: "EmulatedArm", now_s: float) -> None:
         """Make it happen when its moment has come, between two packets once."""
         if arm.packets == self._fired_at:
             return
@@ -168,5 +149,5 @@ class EventFault(Fault, ABC):
             self.happen(arm, now_s)
 
     @abstractmethod
-    def happen(self, arm: FaultyArm, now_s: float) -> None:
+    def happen(self, arm: "EmulatedArm", now_s: float) -> None:
         """Do it."""

@@ -8,47 +8,15 @@ import pytest
 from devices.microscribe import MicroScribe
 from devices.microscribe.driver.sampler import HomeState, MotionReports
 from devices.microscribe.driver.supervisor import Presence
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
-from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
-from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.line import LinkTiming
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
+from tests.devices.plugged_arm import Plug
 from tests.slow_cases import slow
 
 STREAM = MotionReports(period_ticks=9)
 either_way = pytest.mark.parametrize("reports", [None, STREAM], ids=["poll", "stream"])
-
-
-class Plug:
-    """An emulated arm in real time, to be pulled and put in."""
-
-    def __init__(self, *faults: str) -> None:
-        plans = [parse_fault(fault) for fault in faults]
-        self.motion = StillMotion(DX40937)
-        begin = time.monotonic()
-        arm = EmulatedArm(DX40937, self.motion, faults=plans, now_s=begin)
-        self.line = MemoryLine(arm, SystemClock())
-
-    def names(self) -> list[str]:
-        return [self.line.name] if self.line.arm.plugged else []
-
-    def open(self, name: str) -> EmulatedPort:
-        if name != self.line.name:
-            raise DeviceError(DeviceReason.NO_PORT, f"There is no {name}.")
-        return self.line.open_port()
-
-    def pull(self) -> None:
-        with self.line.changed:
-            self.line.arm.unplug(time.monotonic())
-            self.line.changed.notify_all()
-
-    def put_in(self) -> None:
-        with self.line.changed:
-            self.line.arm.replug(time.monotonic())
-            self.line.changed.notify_all()
 
 
 @pytest.fixture
@@ -103,7 +71,7 @@ def test_a_pulled_plug_is_told_once_and_waited_out(
     port = plug.line.open_port()
     with MicroScribe(port, reports=reports, replug=plug) as arm:
         last = arm.read(5.0)
-        plug.pull()
+        plug.move(False)
         poses: list[Pose] = [last]
         with pytest.raises(DeviceError) as caught:
             poses.extend(arm)
@@ -116,7 +84,7 @@ def test_a_pulled_plug_is_told_once_and_waited_out(
             arm.read(0.01)
         states = [arm.presence]
         assert arm.trouble is not None
-        plug.put_in()
+        plug.move(True)
         assert arm.read(10.0).time_s > last.time_s
         states.append(arm.presence)
         assert states == [Presence.LOST, Presence.THERE]
@@ -151,7 +119,7 @@ def test_an_arm_that_is_lost_can_be_closed(no_thread_stays: None) -> None:
     plug = Plug()
     arm = MicroScribe(plug.line.open_port(), replug=plug)
     arm.read(5.0)
-    plug.pull()
+    plug.move(False)
     _wait(lambda: arm.presence is Presence.LOST)
     arm.close()
     with pytest.raises(EOFError, match="was closed"):

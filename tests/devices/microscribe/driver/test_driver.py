@@ -1,33 +1,27 @@
 import sys
-import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices import pose_queue
 from devices.controls.pedals import PressCollector
 from devices.microscribe import MicroScribe, MicroScribeEmulator
-from devices.microscribe.driver.sampler import HomeState
 from devices.microscribe.driver.tracker import SampleTracker
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.motion import orbit
 from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire.commands import ALLOWED, CLEAR_BYTES
 from devices.microscribe.wire.line import LinkTiming
 from devices.port import DeviceError, DeviceReason
-from devices.pose import Pose, PoseSource
+from devices.pose import Pose
 from devices.recording.path_file import save_probe_path
 from devices.recording.probe_path import ProbePath
 from devices.registration.fiducial_fit import register
 from devices.registration.held_point import HeldPoint
-from tests.devices.memory_port import MemoryPort
+from tests.devices.plugged_arm import Plug
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals need POSIX"
@@ -162,160 +156,15 @@ def test_no_such_port_is_one_sentence(name: str) -> None:
     assert _one_sentence(caught.value)
 
 
-class _LoggedPort(MemoryPort):
-    """A port that remembers every write."""
-
-    def __init__(self, port: MemoryPort) -> None:
-        super().__init__("logged", port._in, port._out)
-        self.written: list[bytes] = []
-
-    def write(self, data: bytes) -> None:
-        self.written.append(data)
-        super().write(data)
-
-
-def test_every_write_of_a_session_with_troubles_is_a_known_command(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    served = serve_arm()
-    port = _LoggedPort(served.port)
-    with MicroScribe(port, timing=hasty, poll_hz=500.0) as arm:
-        arm.read(2.0)
-        arm.home()
-        served.firmware.receive(b"\xc5", 0.0)
-        for _ in range(3):
-            arm.read(5.0)
-        served.spoil = lambda out: b""
-        with pytest.raises(DeviceError):
-            list(arm)
-    known = set(ALLOWED)
-    assert set(port.written) <= known
-    assert {b"\xc5IMMC", b"BEGIN", b"\xc2", b"\x23", b"\x00", CLEAR_BYTES} <= set(
-        port.written
-    )
-    assert served.firmware.memory_writes == 0
-
-
-def test_closing_ends_the_session_and_the_iteration(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    served = serve_arm()
-    port = _LoggedPort(served.port)
-    arm = MicroScribe(port, timing=hasty)
-    arm.read(2.0)
-    arm.close()
-    arm.close()
-    assert port.written[-1] == b"\xc5"
-    list(arm)
-    with pytest.raises(EOFError, match="was closed"):
-        arm.latest()
-
-
-def test_a_session_that_fails_to_open_is_ended(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    served = serve_arm()
-    served.spoil = lambda out: b"" if out[:1] == b"\xc6" else out
-    port = _LoggedPort(served.port)
-    with pytest.raises(DeviceError, match="largest counts"):
-        MicroScribe(port, timing=hasty)
-    assert port.written[-1] == b"\xc5"
-
-
-def test_unread_poses_are_not_lost_in_silence(
-    serve_arm: Callable[..., Any], hasty: LinkTiming, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(pose_queue, "LARGEST_QUEUE", 5)
-    with MicroScribe(serve_arm().port, timing=hasty, poll_hz=1000.0) as arm:
-        deadline = time.monotonic() + 30.0
-        while not arm.counters["packets"] > 12:
-            assert time.monotonic() < deadline, "no 12 packets within 30 s"
-            arm.latest()
-        with pytest.raises(DeviceError, match="were lost") as caught:
-            arm.read(1.0)
-        assert caught.value.reason is DeviceReason.OVERRUN
-        # Polled at 1,000 Hz, two poses may fall within one of the timer's 900 ticks a
-        # second (seen .57 ms apart): they have one device time.
-        earlier, later = arm.read(1.0), arm.read(1.0)
-        assert later is not earlier
-        assert earlier.time_s <= later.time_s
-
-
-def test_draining_gives_what_waits_in_order(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    with MicroScribe(serve_arm().port, timing=hasty, poll_hz=500.0) as arm:
-        source: PoseSource = arm
-        poses = [source.read(2.0)]
-        while len(poses) < 20:
-            poses += arm.drain()
-        times = [pose.host_time_s for pose in poses]
-        assert times == sorted(times)
-        newest = arm.latest()
-        assert newest is not None
-        assert newest.host_time_s >= times[-1]
-
-
-def test_poses_are_refused_until_the_arm_is_homed(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    with MicroScribe(serve_arm().port, timing=hasty, assume_home=False) as arm:
-        states = [arm.home_state]
-        with pytest.raises(DeviceError) as caught:
-            arm.read(0.05)
-        assert caught.value.reason is DeviceReason.NOT_HOMED
-        arm.home()
-        states.append(arm.home_state)
-        assert states == [HomeState.UNKNOWN, HomeState.HOMED]
-        arm.read(2.0)
-
-
-def test_a_reply_that_comes_too_late_is_not_the_next_ones(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    served = serve_arm()
-    held = threading.Event()
-
-    def hold_once(out: bytes) -> bytes:
-        if out[:1] == b"\xa3" and not held.is_set():
-            held.set()
-            served.motion.buttons = 2
-            time.sleep(0.32)
-        return out
-
-    with MicroScribe(served.port, timing=hasty) as arm:
-        arm.read(2.0)
-        served.motion.buttons = 1
-        served.spoil = hold_once
-        held.wait(2.0)
-        arm.drain()
-        late = [arm.read(2.0) for _ in range(5)]
-        assert [pose.buttons for pose in late] == [2] * 5
-        assert arm.counters["missed"] == 1
-        assert arm.counters["stray"] == 16
-
-
-def test_a_mistake_inside_reaches_the_reader(
-    serve_arm: Callable[..., Any], hasty: LinkTiming, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_mistake_inside_reaches_the_reader(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*packet: object) -> None:
         raise ArithmeticError("broken tracker")
 
-    with MicroScribe(serve_arm().port, timing=hasty) as arm:
+    with MicroScribe(Plug().line.open_port()) as arm:
         arm.read(2.0)
         monkeypatch.setattr(SampleTracker, "accept", broken)
         with pytest.raises(ArithmeticError, match="broken tracker"):
             list(arm)
-
-
-def test_waiting_in_vain_is_a_timeout(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    served = serve_arm()
-    with MicroScribe(served.port, timing=hasty, poll_hz=0.2) as arm:
-        arm.read(2.0)
-        with pytest.raises(TimeoutError):
-            arm.read(0.01)
 
 
 def test_the_poll_rate_must_be_positive() -> None:

@@ -29,6 +29,7 @@ def test_one_count_through_the_wrap_moves_the_tip_a_quarter_of_a_millimetre() ->
     step = np.linalg.norm(after.tip_mm - before.tip_mm)
     assert step == pytest.approx(0.244, abs=5e-4)
     assert after.flags is PoseFlag.NONE
+    assert tracker.counts[0] == 16384
 
 
 @given(st.lists(st.integers(1, 16000), min_size=1, max_size=30), st.integers(0, 16383))

@@ -26,7 +26,7 @@ def test_things_are_done_in_order_at_their_moments() -> None:
     for tenths in range(0, 60, 5):
         now = 10.0 + tenths / 10.0
         schedule.perform(arm, now)
-        story.append((arm.plugged, arm.measure(now)[1]))
+        story.append((arm.plugged, arm.latch(now)[1]))
     assert [pedals for _, pedals in story] == [0, 0, 1, 3, 2, 2, 2, 2, 0, 0, 0, 0]
     assert [plugged for plugged, _ in story] == [True] * 6 + [False] * 4 + [True] * 2
     assert schedule.wait_s(arm, 20.0) == float("inf")

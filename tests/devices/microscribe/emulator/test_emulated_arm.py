@@ -16,7 +16,7 @@ from devices.microscribe.kinematics.profiles import (
     HOME_COUNTS,
     ArmProfile,
 )
-from tests.devices.microscribe.rare_faults.every_fault import (
+from tests.devices.microscribe.rare_faults import (
     EVERY_FAULT,
     parse_any_fault,
 )

@@ -14,7 +14,7 @@ from devices.microscribe.emulator.in_memory import (
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.port import BytePort, DeviceError, DeviceReason
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 BYTE_S = 10.0 / 115200
 POLL, PACKET = b"\x23", 16
@@ -178,7 +178,7 @@ def test_the_byte_port_speaks_our_drivers_errors() -> None:
     port.set_rate(9600)
     port.set_rate(115200)
     port.write(POLL)
-    assert len(port.read_burst(64, 0.1, 0.01)) == PACKET
+    assert len(port.read(64, 0.1, 0.01)) == PACKET
     line.arm.unplug(now(line))
     for use in (
         lambda: port.read(1, 0.1),

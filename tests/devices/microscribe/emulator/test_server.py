@@ -19,7 +19,7 @@ from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
 from devices.microscribe.emulator.terminal_port import TerminalPort
 from devices.microscribe.kinematics.profiles import DX40937
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 
 def make_arm(*faults: str) -> EmulatedArm:
@@ -141,5 +141,5 @@ def test_lines_of_commands_are_obeyed_and_their_end_ends_it(
     with commands.open("rb") as file:
         server.run(file.fileno())
     server.close()
-    assert server.arm.measure(0.0)[1] == 2
+    assert server.arm.latch(0.0)[1] == 2
     assert "action must be one of" in capsys.readouterr().err

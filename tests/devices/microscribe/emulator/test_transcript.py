@@ -1,7 +1,7 @@
 import io
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.faults import parse_fault
+from devices.microscribe.emulator.faults.catalogue import parse_fault
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import DX40937

@@ -1,4 +1,3 @@
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +13,9 @@ from devices.microscribe.kinematics.constants_check import (
 )
 from devices.microscribe.kinematics.profiles import DX40937, PROFILES
 from devices.microscribe.wire.identity import decode_words, encode_words
-from devices.microscribe.wire.line import LinkTiming
-from devices.microscribe.wire.link import READINGS, ArmLink
+from devices.microscribe.wire.link import READINGS
 from devices.port import DeviceError, DeviceReason
+from tests.devices.microscribe.spoilt_arm import spoilt_link
 
 BLOCK = encode_words(DX40937.dh_words)
 SWAPPED = b"".join(BLOCK[i : i + 2][::-1] for i in range(0, 36, 2))
@@ -82,17 +81,7 @@ def test_constants_have_names_and_units() -> None:
     assert np.isfinite(list(named.values())).all()
 
 
-def _described(serve_arm: Callable[..., Any], hasty: LinkTiming, spoil: Any) -> Any:
-    arm = serve_arm()
-    arm.spoil = spoil
-    link = ArmLink(arm.port, hasty)
-    link.sign_on((115200,))
-    return link
-
-
-def test_a_block_is_believed_when_it_came_alike_twice(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
+def test_a_block_is_believed_when_it_came_alike_twice() -> None:
     """The first reading has one wrong bit, which no bound would catch."""
     left = [1]
 
@@ -102,15 +91,13 @@ def test_a_block_is_believed_when_it_came_alike_twice(
             return out[:9] + bytes((out[9] ^ 1,)) + out[10:]
         return out
 
-    link = _described(serve_arm, hasty, spoil)
+    link = spoilt_link(spoil)
     assert link.describe().geometry.to_words()[:18] == DX40937.dh_words
     assert not left
 
 
 @pytest.mark.parametrize("header", [b"\xc0", b"\xc6", b"\xd3"])
-def test_a_block_that_is_never_alike_is_refused(
-    serve_arm: Callable[..., Any], hasty: LinkTiming, header: bytes
-) -> None:
+def test_a_block_that_is_never_alike_is_refused(header: bytes) -> None:
     asked = [0]
 
     def spoil(out: bytes) -> bytes:
@@ -119,19 +106,13 @@ def test_a_block_that_is_never_alike_is_refused(
         asked[0] += 1
         return out[:-1] + bytes((out[-1] ^ asked[0],))
 
-    link = _described(serve_arm, hasty, spoil)
-    with pytest.raises(DeviceError, match="differently each time") as caught:
-        link.describe()
+    with pytest.raises(DeviceError) as caught:
+        spoilt_link(spoil).describe()
     assert caught.value.reason is DeviceReason.BAD_REPLY
     assert asked[0] == READINGS
 
 
-def test_impossible_constants_end_the_sign_on(
-    serve_arm: Callable[..., Any], hasty: LinkTiming
-) -> None:
-    arm = serve_arm(replace(DX40937, dh_words=(0,) * 18))
-    link = ArmLink(arm.port, hasty)
-    link.sign_on((115200,))
+def test_impossible_constants_end_the_sign_on() -> None:
     with pytest.raises(DeviceError) as caught:
-        link.describe()
+        spoilt_link(profile=replace(DX40937, dh_words=(0,) * 18)).describe()
     assert caught.value.reason is DeviceReason.CONSTANTS

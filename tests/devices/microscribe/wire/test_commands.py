@@ -1,11 +1,12 @@
 from collections.abc import Iterator
-from itertools import product
+from itertools import permutations, product
 from typing import NamedTuple
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from devices.microscribe.emulator.emulated_line import misread
 from devices.microscribe.emulator.firmware import rate_of_code
 from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import ALLOWED, Command
@@ -225,51 +226,24 @@ def test_no_byte_is_a_digit() -> None:
     assert not said & set(b"0123456789")
 
 
-def _resampled(data: bytes, sent_at: int, heard_at: int) -> list[int]:
-    """What a UART at another rate reads: start bits found, bits sampled mid-way.
-
-    A byte whose stop bit is low has a framing error and is dropped.
-    """
-    bits = [1] * 4
-    for byte in data:
-        bits += [0, *(byte >> i & 1 for i in range(8)), 1]
-    bits += [1] * 40
-
-    def level(time: float) -> int:
-        index = int(time * sent_at)
-        return bits[index] if index < len(bits) else 1
-
-    heard, time, end = [], 0.0, len(bits) / sent_at
-    step = 1.0 / heard_at
-    while time < end:
-        if level(time):
-            time += step / 16.0
-            continue
-        read = [level(time + (i + 0.5) * step) for i in range(10)]
-        if read[0] == 0 and read[9] == 1:
-            heard.append(sum(bit << i for i, bit in enumerate(read[1:9])))
-        time += 9.5 * step
-        while time < end and not level(time):
-            time += step / 16.0
-    return heard
-
-
-@pytest.mark.parametrize(
-    ("ours", "theirs"), [pair for pair in product(RATES, RATES) if pair[0] != pair[1]]
-)
+@pytest.mark.parametrize(("ours", "theirs"), [*permutations(RATES, 2)])
 def test_a_search_at_the_wrong_rate_is_harmless_to_an_open_session(
     ours: int, theirs: int
 ) -> None:
-    """Nothing that is misread is a dangerous code, wherever a command may begin."""
+    """Nothing that is misread is a dangerous code, wherever a command may begin.
+
+    Even for an arm that keeps bytes with framing errors. At 1.5 times our rate such an
+    arm may read "set parameters" out of the letters; it then asks for a password that
+    is never said.
+    """
     clear, sign_on = commands.CLEAR_BYTES, commands.SIGN_ON_BYTES
     for said in (clear, sign_on, commands.BEGIN_BYTES, b"\0"):
-        misread = bytes(_resampled(said, ours, theirs))
-        assert not {byte | 0x80 for byte in misread} & (MEMORY_WRITES | {0xC2, 0xC4})
+        kept = {byte | 0x80 for byte in misread(said, ours, theirs, True)}
+        dangerous = kept & (MEMORY_WRITES | {0xC2, 0xC4})
+        misleading = said in (clear, sign_on) and 2 * theirs == 3 * ours
+        assert dangerous <= ({0xC7} if misleading else set())
+        heard = misread(said, ours, theirs)
+        assert not {byte | 0x80 for byte in heard} & MEMORY_WRITES
         for ear in _left_behind():
-            events = {event for event, _ in _say(ear, misread)}
+            events = {event for event, _ in _say(ear, heard)}
             assert not events & {"homed", "password"}
-
-
-def test_a_search_at_the_right_rate_is_read_as_it_is() -> None:
-    heard = _resampled(commands.SIGN_ON_BYTES, 19200, 19200)
-    assert bytes(heard) == commands.SIGN_ON_BYTES

@@ -3,24 +3,20 @@
 import random
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import permutations
 from typing import Any
 
 import pytest
 
 from devices.microscribe.driver.supervisor import ArmSettings
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.emulated_line import misread
 from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.microscribe.wire import commands
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError
-from tests.devices.microscribe.rare_faults.every_fault import EVERY_FAULT
-from tests.devices.microscribe.rare_faults.sign_on_faults import leave_session
+from tests.devices.microscribe.rare_faults import EVERY_FAULT, leave_session
 
 Rehearse = Callable[..., Any]
 
@@ -84,24 +80,6 @@ def test_an_arm_sent_to_another_rate_by_half_a_command_is_found() -> None:
     link.sign_on(RATES)
     assert link.baud == line.arm.session_rate
     assert line.arm.firmware.state is FirmwareState.IDLE
-
-
-@pytest.mark.parametrize("keep", [False, True])
-def test_no_rate_makes_it_a_command_to_home(keep: bool) -> None:
-    """Even for an arm that keeps bytes with framing errors.
-
-    Such an arm at 1.5 times our rate may read "set parameters" out of the letters; it
-    then asks for a password that is never said.
-    """
-    homing = {0xC2, 0xC3, 0xD0, 0xD1}
-    for ours, theirs in permutations(RATES, 2):
-        for command in (commands.CLEAR, commands.SIGN_ON, commands.BEGIN):
-            heard = {byte | 0x80 for byte in misread(command.data, ours, theirs, keep)}
-            assert not heard & homing
-            assert 0xC4 not in heard
-            if 0xC7 in heard:
-                assert keep
-                assert theirs == 1.5 * ours
 
 
 def _all_faults() -> list[str]:

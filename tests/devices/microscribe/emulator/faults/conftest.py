@@ -9,7 +9,7 @@ from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
 from devices.microscribe.emulator.in_memory import MemoryLine, MemorySerial
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
-from tests.devices.microscribe.rare_faults.every_fault import parse_any_fault
+from tests.devices.microscribe.rare_faults import parse_any_fault
 
 CLEAN = bytes.fromhex("83 00 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 

@@ -2,16 +2,17 @@ import random
 
 import pytest
 
-from devices.microscribe.emulator.faults import (
+from devices.microscribe.emulator.faults.catalogue import (
     FAULTS,
+    SHORT_NAMES,
+    TruncatedReply,
     list_faults,
     make_faults,
     parse_fault,
 )
-from devices.microscribe.emulator.faults.catalogue import SHORT_NAMES, CutShort
 from devices.microscribe.emulator.faults.fault import Fault
 from devices.microscribe.emulator.faults.schedule import Schedule
-from tests.devices.microscribe.rare_faults.every_fault import (
+from tests.devices.microscribe.rare_faults import (
     EVERY_FAULT,
     parse_any_fault,
 )
@@ -49,7 +50,7 @@ def test_the_list_has_a_line_for_every_name() -> None:
 
 def test_short_names() -> None:
     plan = parse_fault("unplug@packet:3")
-    assert (plan.kind, plan.variant) == (CutShort, "UNPLUG")
+    assert (plan.kind, plan.variant) == (TruncatedReply, "UNPLUG")
     assert plan.schedule == Schedule(packet=3)
     assert parse_fault("replug").variant == "REPLUG"
 

@@ -2,10 +2,13 @@
 
 import time
 
+from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.in_memory import EmulatedPort, MemoryLine, SystemClock
+from devices.microscribe.emulator.faults.catalogue import parse_fault
+from devices.microscribe.emulator.in_memory import MemoryLine, SystemClock
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
+from devices.port import DeviceError, DeviceReason
 
 RIGHT = 1
 """The right pedal, as a pose tells it."""
@@ -14,15 +17,19 @@ RIGHT = 1
 class Plug:
     """A machine with one emulated arm, whose plug and pedal a person moves."""
 
-    def __init__(self) -> None:
+    def __init__(self, *faults: str) -> None:
         self.motion = StillMotion(DX40937)
-        arm = EmulatedArm(DX40937, self.motion, now_s=time.monotonic())
+        plans = [parse_fault(fault) for fault in faults]
+        begun_s = time.monotonic()
+        arm = EmulatedArm(DX40937, self.motion, faults=plans, now_s=begun_s)
         self.line = MemoryLine(arm, SystemClock())
 
     def names(self) -> list[str]:
         return [self.line.name] if self.line.arm.plugged else []
 
-    def open(self, name: str) -> EmulatedPort:
+    def open(self, name: str) -> SerialPort:
+        if name != self.line.name:
+            raise DeviceError(DeviceReason.NO_PORT, f"There is no {name}.")
         return self.line.open_port()
 
     def move(self, is_in: bool) -> None:
