@@ -29,7 +29,7 @@ SUCTION_MM = 2.4
 HANDLE_MM = 130.0
 """Distance from tip to the point by which a tool is steered."""
 
-TREMOR_HZ = (8.3, 9.7, 11.4)
+TREMOR_HZ, DRIFT_HZ = (8.3, 9.7, 11.4), (0.31, 0.57, 0.93)
 TREMOR_MM = 0.03
 """Tremor of a scope resting in the nostril; a free hand shakes three times as much."""
 
@@ -86,26 +86,30 @@ def main() -> None:
         buttons=np.zeros(len(times), np.int64),
         source="examples/make_first_flight.py",
     )
-    gaps = [
-        shaft_clearance(
-            phantom.distance, tip_frame(p, a), SCOPE.diameter_mm / 2, 110.0
-        ).gap_mm
-        for p, a in zip(path.tip_mm, path.axis, strict=True)
-    ]
+    gaps = clearances(
+        phantom.distance, path.tip_mm, path.axis, SCOPE.diameter_mm, 110.0
+    )
     print(f"length {path.length_mm:.0f} mm, smallest gap {min(gaps):.2f} mm")
     for time_s, name, _ in STATIONS:
-        at = path.sample(time_s)
-        off = np.linalg.norm(at.tip_mm - places[name])
+        off = np.linalg.norm(path.sample(time_s).tip_mm - places[name])
         gap = gaps[int(time_s * RATE_HZ)]
         print(f"{time_s:5.1f} s  {off:5.1f} mm from {name}, gap {gap:.2f} mm")
-    tube = [
-        shaft_clearance(phantom.distance, tip_frame(p, a), SUCTION_MM / 2, 70.0).gap_mm
-        for p, a in zip(path.instrument_tip_mm, path.instrument_axis, strict=True)
-    ]
-    print(f"suction tube: smallest gap {min(tube):.2f} mm")
+    tube = path.instrument_tip_mm, path.instrument_axis, SUCTION_MM, 70.0
+    print(
+        f"suction tube: smallest gap {min(clearances(phantom.distance, *tube)):.2f} mm"
+    )
     if min(gaps) <= 0:
         raise SystemExit("the shaft touches tissue; nothing was saved")
     save_probe_path(path, Path(__file__).with_name("first_flight.path.json"))
+
+
+def clearances(
+    distance: Volume, tips: Floats, axes: Floats, diameter_mm: float, reach_mm: float
+) -> list[float]:
+    """Return a shaft's gap to tissue at each moment, mm."""
+    frames = [tip_frame(tip, axis) for tip, axis in zip(tips, axes, strict=True)]
+    radius = diameter_mm / 2
+    return [shaft_clearance(distance, f, radius, reach_mm).gap_mm for f in frames]
 
 
 def plan_scope(
@@ -125,7 +129,7 @@ def plan_scope(
         sill = places[ENTRY] + SILL_MM
         inside = tip[1] > sill[1] + 5.0
         back = unit(sill - tip) if inside else np.array([0.0, -0.83, -0.55])
-        waypoints.append(Waypoint(time_s, tip, tip + HANDLE_MM * back, 1.0))
+        waypoints.append(Waypoint(time_s, tip, tip + HANDLE_MM * back))
     return (planner, *planner.plan(waypoints))
 
 
@@ -154,20 +158,16 @@ def plan_suction(
         goal = tip + np.interp(time_s, times, ahead) * axis + beside
         # the hands hold the two tools apart: the tube comes from below
         handle = goal - HANDLE_MM * axis + 5.0 * beside
-        waypoints.append(Waypoint(time_s, goal, handle, 1.0))
+        waypoints.append(Waypoint(time_s, goal, handle))
     return planner.plan(waypoints, keepout)
 
 
 def tremor(times: Floats, random: np.random.Generator) -> Floats:
     """Give a hand's shake ``(n, 3)``: three tremor lines and a slow drift."""
     phase = random.uniform(0, 2 * np.pi, (2, 3, 3))
-    fast = sum(
-        np.sin(2 * np.pi * f * times[:, None] + phase[0, i])
-        for i, f in enumerate(TREMOR_HZ)
-    )
-    slow = sum(
-        np.sin(2 * np.pi * f * times[:, None] + phase[1, i])
-        for i, f in enumerate((0.31, 0.57, 0.93))
+    fast, slow = (
+        sum(np.sin(2 * np.pi * hertz * times[:, None] + at) for hertz, at in lines)
+        for lines in map(zip, (TREMOR_HZ, DRIFT_HZ), phase)
     )
     result: Floats = TREMOR_MM * np.sqrt(2 / 9) * (fast + slow)
     return result

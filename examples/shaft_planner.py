@@ -11,6 +11,7 @@ by a quasi-Newton method with exact gradients of the trilinear distance field.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ _DEGREE = 3
 _SHAFT_STEP_MM = 1.5
 """Spacing of clearance samples along the shaft; the gap between spheres of 1.35 mm
 radius placed this densely is below 0.3 mm."""
+_MOMENTS_PER_S, _CONTROLS_PER_S = 8.0, 2.5
+_JERK_WEIGHT, _CLEARANCE_WEIGHT = 0.02, 40.0
+_ITERATIONS = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,15 +37,12 @@ class Waypoint:
     """Ask for the shaft to be somewhere at a moment.
 
     tip_mm: ``(3,)`` world.
-    handle_mm: ``(3,)`` world point the axis passes through outside the nose, or None
-        when the tip alone matters.
-    weight: pull of this waypoint, in mm^-2.
+    handle_mm: ``(3,)`` world point the axis passes through outside the nose.
     """
 
     time_s: float
     tip_mm: Floats
-    handle_mm: Floats | None = None
-    weight: float = 1.0
+    handle_mm: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +69,6 @@ class ShaftPlanner:
         radius_mm: float,
         margin_mm: float,
         reach_mm: float,
-        moments_per_s: float = 8.0,
-        controls_per_s: float = 2.5,
-        jerk_weight: float = 0.02,
-        clearance_weight: float = 40.0,
     ) -> None:
         """Prepare splines and samples.
 
@@ -81,8 +78,10 @@ class ShaftPlanner:
         self._matrix = distance.voxel_from_world
         self._field = np.ascontiguousarray(distance.values, dtype=np.float32)
         self._need = radius_mm + margin_mm
-        self.moments = np.linspace(0.0, duration_s, int(duration_s * moments_per_s) + 1)
-        count = int(duration_s * controls_per_s) + _DEGREE
+        self.moments = np.linspace(
+            0.0, duration_s, int(duration_s * _MOMENTS_PER_S) + 1
+        )
+        count = int(duration_s * _CONTROLS_PER_S) + _DEGREE
         inner = np.linspace(0.0, duration_s, count - _DEGREE + 1)
         self._knots = np.concatenate(
             [np.zeros(_DEGREE), inner, np.full(_DEGREE, duration_s)]
@@ -90,8 +89,6 @@ class ShaftPlanner:
         self._count = count
         self._basis = self.basis(self.moments)
         self._along = np.arange(radius_mm, reach_mm, _SHAFT_STEP_MM)
-        self._jerk_weight = jerk_weight
-        self._clearance_weight = clearance_weight
 
     def basis(self, times_s: Floats) -> Floats:
         """Give the ``(n, controls)`` matrix from control points to positions."""
@@ -99,24 +96,22 @@ class ShaftPlanner:
         return matrix
 
     def plan(
-        self,
-        waypoints: list[Waypoint],
-        keepout: Keepout | None = None,
-        iterations: int = 400,
+        self, waypoints: list[Waypoint], keepout: Keepout | None = None
     ) -> tuple[Floats, Floats]:
         """Find control points ``(controls, 3)`` of tip and handle."""
         times = np.array([w.time_s for w in waypoints])
         rows = self.basis(times)
-        tips = np.stack([w.tip_mm for w in waypoints])
-        has_handle = np.array([w.handle_mm is not None for w in waypoints])
-        handles = np.stack(
-            [w.tip_mm if w.handle_mm is None else w.handle_mm for w in waypoints]
-        )
-        weights = np.array([w.weight for w in waypoints])
+        wanted = [
+            np.stack([w.tip_mm for w in waypoints]),
+            np.stack([w.handle_mm for w in waypoints]),
+        ]
+        # each control point begins where the waypoints are at its Greville time
+        windows = np.lib.stride_tricks.sliding_window_view(self._knots[1:-1], _DEGREE)
+        at = windows.mean(axis=1)
         start = np.stack(
             [
-                _interpolate(self._greville(), times, tips),
-                _interpolate(self._greville(), times[has_handle], handles[has_handle]),
+                np.stack([np.interp(at, times, column) for column in ends.T], axis=1)
+                for ends in wanted
             ]
         )
         third = np.diff(np.eye(self._count), n=3, axis=0)
@@ -125,45 +120,29 @@ class ShaftPlanner:
             control = x.reshape(2, self._count, 3)
             gradient = np.zeros_like(control)
             total = 0.0
-            for which, target, weight in (
-                (0, tips, weights),
-                (1, handles, weights * has_handle),
-            ):
+            for which, target in enumerate(wanted):
                 off = rows @ control[which] - target
-                total += float((weight[:, None] * off**2).sum())
-                gradient[which] += rows.T @ (2 * weight[:, None] * off)
+                total += float((off**2).sum())
+                gradient[which] += rows.T @ (2 * off)
             jerk = third @ control
-            total += self._jerk_weight * float((jerk**2).sum())
-            gradient += self._jerk_weight * 2 * (third.T @ jerk)
+            total += _JERK_WEIGHT * float((jerk**2).sum())
+            gradient += _JERK_WEIGHT * 2 * (third.T @ jerk)
             tip, handle = self._basis @ control[0], self._basis @ control[1]
-            lack, d_tip, d_handle = self._lack(tip, handle)
+            lacks = [self._lack(tip, handle)]
             if keepout is not None:
-                more, more_tip, more_handle = _crowding(tip, handle, keepout)
-                lack, d_tip, d_handle = (
-                    lack + more,
-                    d_tip + more_tip,
-                    d_handle + more_handle,
-                )
-            total += self._clearance_weight * lack
-            gradient[0] += self._clearance_weight * (self._basis.T @ d_tip)
-            gradient[1] += self._clearance_weight * (self._basis.T @ d_handle)
+                lacks.append(_crowding(tip, handle, keepout))
+            for lack, *pushes in lacks:
+                total += _CLEARANCE_WEIGHT * lack
+                for which, push in enumerate(pushes):
+                    gradient[which] += _CLEARANCE_WEIGHT * (self._basis.T @ push)
             return total, gradient.ravel()
 
+        limits = {"maxiter": _ITERATIONS, "maxfun": 2 * _ITERATIONS}
         found = minimize(
-            cost,
-            start.ravel(),
-            jac=True,
-            method="L-BFGS-B",
-            options={"maxiter": iterations, "maxfun": 2 * iterations},
+            cost, start.ravel(), jac=True, method="L-BFGS-B", options=limits
         )
         control = found.x.reshape(2, self._count, 3)
         return control[0], control[1]
-
-    def _greville(self) -> Floats:
-        """Give the times at which control points act."""
-        windows = np.lib.stride_tricks.sliding_window_view(self._knots[1:-1], _DEGREE)
-        result: Floats = windows.mean(axis=1)
-        return result
 
     def _lack(self, tip: Floats, handle: Floats) -> tuple[float, Floats, Floats]:
         """Sum squared lack of clearance; gradients by tip and handle ``(n, 3)``."""
@@ -183,31 +162,23 @@ class ShaftPlanner:
     def _sample(self, points: Floats) -> tuple[Floats, Floats]:
         """Interpolate the field and its gradient (per mm, world) at points."""
         voxel = points @ self._matrix[:3, :3].T + self._matrix[:3, 3]
-        half = 0.5
-
-        def at(v: Floats) -> Floats:
-            result: Floats = map_coordinates(
-                self._field,
-                np.moveaxis(v[..., ::-1], -1, 0),
-                order=1,
-                mode="constant",
-                cval=-50.0,
-                output=np.float64,
-            )
-            return result
-
+        sample = partial(
+            map_coordinates,
+            self._field,
+            order=1,
+            mode="constant",
+            cval=-50.0,
+            output=np.float64,
+        )
+        columns = np.moveaxis(voxel[..., ::-1], -1, 0)
         slope = np.empty_like(voxel)
         for axis in range(3):
-            step = np.zeros(3)
-            step[axis] = half
-            slope[..., axis] = at(voxel + step) - at(voxel - step)
+            step = np.zeros((3, *[1] * (columns.ndim - 1)))
+            step[2 - axis] = 0.5
+            slope[..., axis] = sample(columns + step) - sample(columns - step)
         # The jump to "outside" is no slope.
         slope[np.abs(slope) > 4.0] = 0.0
-        return at(voxel), slope @ self._matrix[:3, :3]
-
-
-def _interpolate(at: Floats, times: Floats, points: Floats) -> Floats:
-    return np.stack([np.interp(at, times, points[:, c]) for c in range(3)], axis=1)
+        return sample(columns), slope @ self._matrix[:3, :3]
 
 
 def _crowding(
