@@ -1,7 +1,7 @@
 """Tracked tools: where they are, how they are recorded, how they are registered."""
 
 from devices.port import BytePort, DeviceError, DeviceReason
-from devices.pose import Pose, PoseFlag, PoseSource
+from devices.pose import Pose, PoseFlag
 from devices.recording.path_file import load_probe_path, save_probe_path
 from devices.recording.probe_path import ProbePath, ProbeSample
 from devices.registration.fiducial_fit import (
@@ -17,7 +17,6 @@ __all__ = [
     "DeviceReason",
     "Pose",
     "PoseFlag",
-    "PoseSource",
     "ProbePath",
     "ProbeSample",
     "Registration",

@@ -1,11 +1,8 @@
 """Where a tracked tool is at one moment."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntFlag
 from math import isfinite
-from types import TracebackType
-from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,32 +121,3 @@ class Pose:
     def pointing(self) -> NDArray[np.float64]:
         """Return the unit direction from the hand to the tip, (3,), device frame."""
         return -self.device_from_tip[:3, 2]
-
-
-class PoseSource(Protocol):
-    """Something that yields poses in the order in which they were measured."""
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError when no more will come
-        and DeviceError when the device failed.
-        """
-        ...
-
-    def close(self) -> None:
-        """Let go of the device; harmless when repeated."""
-        ...
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source ends."""
-        ...
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...

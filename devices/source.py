@@ -8,19 +8,28 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from devices.port import Clock, Closing, HostClock
-from devices.pose import Pose, PoseSource
+from devices.pose import Pose
 from devices.pose_queue import PoseQueue
 
 SLICE_S = 0.02
 """Longest sleep at a stretch: a source may be closed or changed meanwhile."""
 
 
-class LiveSource(PoseSource, Protocol):
-    """A source that is measured now, whether anybody reads or not.
+class LiveSource(Protocol):
+    """Poses in the order in which they are measured, whether anybody reads or not.
 
     ``read``, iteration and ``drain`` give every pose once and in order; ``latest``
     gives the newest for a live picture. The two do not disturb one another.
     """
+
+    def read(self, timeout_s: float) -> Pose:
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError when no more will come and
+        DeviceError when the device failed or more than 16384 poses were left unread.
+        Poses measured before a failure come first.
+        """
+        ...
 
     def drain(self) -> list[Pose]:
         """Return every pose that is waiting, oldest first; raise as ``read`` does."""
@@ -34,6 +43,14 @@ class LiveSource(PoseSource, Protocol):
         """Return seconds since the newest pose was measured, inf before it."""
         ...
 
+    def close(self) -> None:
+        """Let go of the device; harmless when repeated."""
+        ...
+
+    def __iter__(self) -> Iterator[Pose]:
+        """Iterate over poses until the source ends; raise if it fails."""
+        ...
+
 
 class QueuedSource(Closing):
     """A live source whose poses come from a queue; see ``LiveSource``."""
@@ -43,12 +60,7 @@ class QueuedSource(Closing):
     """How long an iteration waits for the next pose."""
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError after ``close``,
-        DeviceError when the device failed and DeviceError(OVERRUN) when more than
-        16384 poses were left unread. Poses measured before a failure come first.
-        """
+        """Return the next pose; raise as ``LiveSource.read`` does."""
         return self._queue.read(timeout_s)
 
     def drain(self) -> list[Pose]:
@@ -100,11 +112,7 @@ class PulledSource(QueuedSource):
         return False
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError when no more will come and
-        DeviceError when the device failed or more than 16384 poses were left unread.
-        """
+        """Return the next pose; raise as ``LiveSource.read`` does."""
         now = self._clock.now()
         until = now + timeout_s
         while True:
