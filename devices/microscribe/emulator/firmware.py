@@ -97,7 +97,6 @@ class ArmFirmware:
         """The rate that a client asked for by a command; the line clears it."""
         self.byte_s = BITS_PER_BYTE / FASTEST_RATE
         """What one byte takes; packets back to back are this dense."""
-        self.analog = (0,) * 8
         self._profile = profile
         self._motion = motion
         self._sync_repeats = sync_repeats
@@ -263,7 +262,7 @@ class ArmFirmware:
 
     def _read(self, now_s: float) -> Reading:
         counts, buttons = self._motion.latch(now_s)
-        return Reading(counts, buttons, self.analog)
+        return Reading(counts, buttons)
 
     def _packet(self, command: int, reading: Reading, now_s: float) -> Answer | None:
         if not self.homed:

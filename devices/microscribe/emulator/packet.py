@@ -14,7 +14,7 @@ TICKS_PER_S = 900.0
 ARGUMENTS = 24
 ARGUMENTS_OF_SEVEN = 26
 
-_BUTTONS, _ANALOG, _ENCODERS = 3, 4, 12
+_BUTTONS, _ENCODERS = 3, 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,6 @@ class Reading:
     counts: tuple[int, ...]
     """14 bits each; six, or seven with a rotary table."""
     buttons: int
-    analog: tuple[int, ...] = (0,) * 8
 
 
 @dataclass(slots=True)
@@ -65,10 +64,6 @@ class MotionReport:
             return True
         if (now.buttons ^ self.sent.buttons) & self.arguments[_BUTTONS]:
             return True
-        analog = self.arguments[_ANALOG:_ENCODERS]
-        for limit, new, old in zip(analog, now.analog, self.sent.analog, strict=True):
-            if limit and abs(new - old) >= limit:
-                return True
         words = self.arguments[_ENCODERS:]
         for i, (new, old) in enumerate(zip(now.counts, self.sent.counts, strict=True)):
             limit = int.from_bytes(words[2 * i : 2 * i + 2], "big")
@@ -90,12 +85,9 @@ def standard_packet(
     out = bytearray((command & 0x3F | 0x80, reading.buttons & _SEVEN_BITS))
     if command & _TIMESTAMP:
         out += bytes((timer >> 7 & _SEVEN_BITS, timer & _SEVEN_BITS))
+    # No arm has analog channels; they, and a byte of their lowest bits, read 0.
     channels = _ANALOG_CHANNELS[command >> 2 & 0b11]
-    if channels:
-        values = reading.analog[:channels]
-        out += bytes(value >> 1 for value in values)
-        # The eighth channel's lowest bit has no place.
-        out.append(sum((value & 1) << 6 - i for i, value in enumerate(values[:7])))
+    out += bytes(channels + bool(channels))
     for i in range(encoder_codes[command & 0b11]):
         count = reading.counts[i] if i < len(reading.counts) else 0
         out += bytes((count >> 7 & _SEVEN_BITS, count & _SEVEN_BITS))

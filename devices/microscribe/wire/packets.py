@@ -2,7 +2,8 @@
 
 A packet is ``header, buttons, [timer], [analog..., extra], [encoders...]``. Only the
 header has bit 7 set, and that is the whole error detection: no checksum, no length,
-no number. A flipped bit 0 to 6 cannot be seen here.
+no number. A flipped bit 0 to 6 cannot be seen here. MicroScribes have no analog
+channels: what stands in their place is passed over.
 """
 
 import struct
@@ -49,11 +50,6 @@ class Layout:
         return _ENCODERS[self.command & 0b11]
 
     @property
-    def analog(self) -> int:
-        """Return how many analog channels follow."""
-        return _ANALOG[self.command >> 2 & 0b11]
-
-    @property
     def timed(self) -> bool:
         """Return whether the timer follows."""
         return bool(self.command & _TIMESTAMP)
@@ -71,38 +67,28 @@ class Packet(NamedTuple):
     buttons: int
     timer: int | None = None
     """Ticks of 1/900 s, 14 bits."""
-    analog: tuple[int, ...] = ()
     counts: tuple[int, ...] = ()
     """14 bits each."""
 
 
 @cache
-def _form(command: int) -> tuple[int, int, int, struct.Struct]:
-    """Return length, analog channels, offset and form of the 7-bit pairs."""
+def _form(command: int) -> tuple[int, int, struct.Struct]:
+    """Return length, offset and form of the 7-bit pairs."""
     layout = Layout(command)
     behind = layout.length - 2 * layout.encoders
-    return layout.length, layout.analog, behind, struct.Struct(f">{layout.encoders}H")
+    return layout.length, behind, struct.Struct(f">{layout.encoders}H")
 
 
 def decode_packet(data: bytes) -> Packet:
     """Read one packet; raise ValueError unless its bytes have the legal form."""
     command = data[0] & ~_HEADER if data else 0
-    length, channels, behind, pairs = _form(command)
+    length, behind, pairs = _form(command)
     if len(data) != length:
         raise UserError(f"packet must have {length} bytes, got {len(data)}")
     if data[0] < _HEADER or not data[1:].isascii():
         raise UserError(f"bit 7 belongs to the header alone, got {data.hex(' ')}")
     timer = data[2] << 7 | data[3] if command & _TIMESTAMP else None
-    analog: tuple[int, ...] = ()
-    if channels:
-        at = 2 if timer is None else 4
-        high, low = data[at : at + channels], data[at + channels]
-        # The eighth channel's lowest bit has no place in the extra byte.
-        analog = tuple(
-            byte << 1 | (low >> 6 - i & 1 if i < 7 else 0)
-            for i, byte in enumerate(high)
-        )
     counts = tuple(
         [word >> 1 & 0x3F80 | word & 0x7F for word in pairs.unpack_from(data, behind)]
     )
-    return Packet(command, data[1], timer, analog, counts)
+    return Packet(command, data[1], timer, counts)

@@ -232,7 +232,7 @@ def test_t22_a_stylus_in_line_with_the_forearm_is_still_a_pose() -> None:
 
 
 def test_the_index_pulse_of_a_six_joint_arm_is_no_pedal() -> None:
-    packet = Packet(0x23, 0b111, 5, (), HOME_COUNTS)
+    packet = Packet(0x23, 0b111, 5, HOME_COUNTS)
     for profile, buttons in ((DX40937, 0b111), (SIX_JOINTS, 0b011)):
         pose = SampleTracker(profile.geometry, profile.encoders).accept(packet, 0.0)
         assert pose is not None

@@ -17,7 +17,7 @@ def _tracker() -> SampleTracker:
 
 
 def _packet(counts: tuple[int, ...], timer: int, buttons: int = 0) -> Packet:
-    return Packet(0x23, buttons, timer % 16384, (), counts)
+    return Packet(0x23, buttons, timer % 16384, counts)
 
 
 def test_one_count_through_the_wrap_moves_the_tip_a_quarter_of_a_millimetre() -> None:
@@ -101,4 +101,4 @@ def test_a_timer_that_began_anew_tells_of_a_power_cut(
 
 def test_a_pose_needs_timer_and_counts() -> None:
     with pytest.raises(ValueError, match="timer and six counts"):
-        _tracker().accept(Packet(0x03, 0, None, (), HOME_COUNTS), 0.0)
+        _tracker().accept(Packet(0x03, 0, None, HOME_COUNTS), 0.0)

@@ -9,7 +9,7 @@ from devices.microscribe.emulator.packet import (
     standard_packet,
 )
 from devices.microscribe.kinematics.profiles import MICROSCRIBE_CODES
-from devices.microscribe.wire.packets import Layout, decode_packet
+from devices.microscribe.wire.packets import Layout, Packet, decode_packet
 
 LENGTHS = """80:2 81:12 82:16 83:14 84:5 85:15 86:19 87:17 88:7 89:17 8A:21 8B:19
 8C:11 8D:21 8E:25 8F:23 A0:4 A1:14 A2:18 A3:16 A4:7 A5:17 A6:21 A7:19 A8:9 A9:19 AA:23
@@ -17,9 +17,6 @@ AB:21 AC:13 AD:23 AE:27 AF:25"""
 
 COUNTS = (13903, 6238, 6868, 4098, 3193, 8416, 300)
 SIX = "6C 4F 30 5E 35 54 20 02 18 79 41 60"
-ANALOG = (255, 254, 1, 0, 127, 128, 3, 255)
-
-seven_bits = st.integers(0, 127)
 
 
 @pytest.mark.parametrize("row", LENGTHS.split())
@@ -32,63 +29,51 @@ def test_lengths_are_those_of_the_table(row: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("sent", "buttons", "timer", "analog", "packet"),
+    ("sent", "buttons", "timer", "packet"),
     [
-        (0x00, 1, 0, (0,) * 8, "80 01"),
-        (0x01, 0, 0, (0,) * 8, "81 00 6C 4F 30 5E 35 54 20 02 18 79"),
-        (0x03, 3, 0, (0,) * 8, f"83 03 {SIX}"),
-        (0x23, 1, 16383, (0,) * 8, f"A3 01 7F 7F {SIX}"),
-        (0x02, 2, 0, (0,) * 8, f"82 02 {SIX} 02 2C"),
-        (0x27, 0, 900, (255, 128, *(0,) * 6), f"A7 00 07 04 7F 40 40 {SIX}"),
-        (0x2F, 0, 1, ANALOG, f"AF 00 00 01 7F 7F 00 00 3F 40 01 7F 55 {SIX}"),
+        (0x00, 1, None, "80 01"),
+        (0x01, 0, None, "81 00 6C 4F 30 5E 35 54 20 02 18 79"),
+        (0x03, 3, None, f"83 03 {SIX}"),
+        (0x23, 1, 16383, f"A3 01 7F 7F {SIX}"),
+        (0x02, 2, None, f"82 02 {SIX} 02 2C"),
+        (0x27, 0, 900, f"A7 00 07 04 00 00 00 {SIX}"),
     ],
 )
 def test_worked_packets(
-    sent: int, buttons: int, timer: int, analog: tuple[int, ...], packet: str
+    sent: int, buttons: int, timer: int | None, packet: str
 ) -> None:
-    reading = Reading(COUNTS, buttons, analog)
-    made = standard_packet(sent, reading, timer, MICROSCRIBE_CODES)
-
+    made = standard_packet(
+        sent, Reading(COUNTS, buttons), timer or 0, MICROSCRIBE_CODES
+    )
     assert made == bytes.fromhex(packet)
-    read = decode_packet(made)
-    assert (read.buttons, read.timer or 0) == (buttons, timer)
-    assert read.counts == COUNTS[: len(read.counts)]
-    # The eighth channel's lowest bit has no place.
-    assert read.analog[:7] == analog[:7][: len(read.analog)]
+    counts = COUNTS[: MICROSCRIBE_CODES[sent & 3]]
+    assert decode_packet(made) == Packet(sent, buttons, timer, counts)
 
 
 @given(
     st.integers(0, 0x3F),
-    seven_bits,
+    st.integers(0, 127),
     st.integers(0, 0x3FFF),
-    st.tuples(*[st.integers(0, 255)] * 8),
     st.tuples(*[st.integers(0, 0x3FFF)] * 7),
 )
 def test_the_drivers_own_reader_understands_every_packet(
-    command: int,
-    buttons: int,
-    timer: int,
-    analog: tuple[int, ...],
-    counts: tuple[int, ...],
+    command: int, buttons: int, timer: int, counts: tuple[int, ...]
 ) -> None:
-    reading = Reading(counts, buttons, analog)
-    packet = standard_packet(command, reading, timer, MICROSCRIBE_CODES)
+    packet = standard_packet(
+        command, Reading(counts, buttons), timer, MICROSCRIBE_CODES
+    )
     assert packet[0] == command | 0x80
     assert max(packet[1:]) < 0x80
-    read = decode_packet(packet)
-    assert read.buttons == buttons
-    assert read.timer == (timer if command & 0x20 else None)
-    assert read.counts == counts[: MICROSCRIBE_CODES[command & 3]]
-    assert read.analog[:7] == analog[:7][: len(read.analog)]
+    expected = counts[: MICROSCRIBE_CODES[command & 3]]
+    told = timer if command & 0x20 else None
+    assert decode_packet(packet) == Packet(command, buttons, told, expected)
 
 
-START = Reading((100, 200, 300, 400, 500, 600), 0, (10,) * 8)
+START = Reading((100, 200, 300, 400, 500, 600), 0)
 
 
-def report(
-    buttons: int = 0, analog: bytes = bytes(8), words: bytes = bytes(12)
-) -> MotionReport:
-    arguments = bytes((0, 9, 0x23, buttons)) + analog + words
+def report(buttons: int = 0, words: bytes = bytes(12)) -> MotionReport:
+    arguments = bytes((0, 9, 0x23, buttons)) + bytes(8) + words
     return MotionReport(arguments, 0.0, START)
 
 
@@ -106,7 +91,7 @@ def test_an_encoder_triggers_from_its_threshold_on(
     words[2 * joint : 2 * joint + 2] = limit.to_bytes(2, "big")
     counts = list(START.counts)
     counts[joint] = (counts[joint] + turned) % 16384
-    moved = Reading(tuple(counts), 0, START.analog)
+    moved = Reading(tuple(counts), 0)
     assert report(words=bytes(words)).wants(moved) == (abs(turned) >= limit)
     # A joint whose threshold is zero never triggers.
     others = bytes(words[2:] + words[:2])
@@ -117,15 +102,7 @@ def test_an_encoder_triggers_from_its_threshold_on(
 def test_a_button_triggers_at_both_edges_if_its_bit_is_asked_for(
     mask: int, pressed: int
 ) -> None:
-    down = Reading(START.counts, pressed, START.analog)
+    down = Reading(START.counts, pressed)
     assert report(buttons=mask).wants(down) == bool(mask & pressed)
     held = MotionReport(report(buttons=mask).arguments, 0.0, down)
     assert held.wants(START) == bool(mask & pressed)
-
-
-def test_an_analog_channel_triggers_from_its_threshold_on() -> None:
-    limits = bytes((0, 5, 0, 0, 0, 0, 0, 0))
-    for change, triggers in ((4, False), (5, True), (-5, True)):
-        analog = (10, 10 + change, *START.analog[2:])
-        moved = Reading(START.counts, 0, analog)
-        assert report(analog=limits).wants(moved) == triggers

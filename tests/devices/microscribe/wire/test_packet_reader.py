@@ -224,8 +224,7 @@ def test_one_byte_less_at_every_place(at: int) -> None:
 def test_every_layout_is_found_in_a_stream(command: int) -> None:
     layout = Layout(command)
     timer = 5 if layout.timed else None
-    analog, counts = (2,) * layout.analog, (3,) * layout.encoders
-    packet = Packet(command, 1, timer, analog, counts)
+    packet = Packet(command, 1, timer, (3,) * layout.encoders)
     raw = encode_packet(packet) * 3
     assert len(raw) == 3 * layout.length
     reader = PacketReader(layout)
