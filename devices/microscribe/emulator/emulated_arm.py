@@ -56,7 +56,6 @@ class EmulatedArm:
         fast: bool = False,
         rate: int = DEFAULT_RATE,
         sync_repeats: int = 1,
-        keep_framing_errors: bool = False,
         accepts_memory_writes: bool = False,
         transcript: Transcript | None = None,
     ) -> None:
@@ -84,7 +83,6 @@ class EmulatedArm:
             accepts_memory_writes=accepts_memory_writes,
         )
         self._output = PacedOutput(fast, self._arrival_s)
-        self._keep_framing_errors = keep_framing_errors
         self._transcript = transcript
         self._pedals: dict[int, float] = {}
         self._first_packet_s: float | None = None
@@ -126,8 +124,7 @@ class EmulatedArm:
             # A port that was pulled or has stalled loses what was on its way.
             if self.plugged and not self._stalled:
                 rate = client_rate or delivery.rate
-                keep = self._keep_framing_errors
-                out += misread(delivery.data, delivery.rate, rate, keep)
+                out += misread(delivery.data, delivery.rate, rate)
             if delivery.after is not None:
                 self._befall(delivery.after, delivery.at_s)
         return bytes(out)
@@ -217,8 +214,7 @@ class EmulatedArm:
                 self._keep_rate(wanted)
             elif client_rate in RATES:
                 self._keep_rate(client_rate)
-        keep = self._keep_framing_errors
-        return misread(data, client_rate, self.session_rate, keep)
+        return misread(data, client_rate, self.session_rate)
 
     def _keep_rate(self, rate: int) -> None:
         self.session_rate = rate

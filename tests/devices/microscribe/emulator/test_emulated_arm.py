@@ -76,17 +76,6 @@ def test_set_baud_is_echoed_at_the_old_rate_and_then_switches() -> None:
     assert port.read(14)[:1] == b"\x83"
 
 
-def test_framing_errors_are_dropped_unless_kept() -> None:
-    heard = []
-    for keep in (False, True):
-        arm, line = arm_and_line(keep_framing_errors=keep)
-        sign_on(line, 14400)
-        # Read at one and a half times its rate, this asks for a password.
-        line.open_serial(9600).write(b"\xc5IMMC")
-        heard.append(arm.firmware.memory_writes)
-    assert heard == [0, 1]
-
-
 def test_a_line_without_rates_takes_what_it_was_given() -> None:
     arm = EmulatedArm(DX40937, StillMotion(DX40937), rate=9600)
     arm.hear(b"IMMC", 0.0, None)
