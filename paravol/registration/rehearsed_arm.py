@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from devices import ProbePath
 from devices.microscribe import MicroScribe
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine, SystemClock
+from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
 from devices.microscribe.emulator.placement import place_arm
 from devices.microscribe.emulator.rehearsed_arm import RehearsedArm
 from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import PARAMETER_NAMES
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
 from devices.microscribe.kinematics.uncertainty import ParameterSpread
+from devices.port import HostClock
 from devices.registration.registration_file import RegistrationRecord
 
 LONGER_TIP_MM = 14.0
@@ -99,13 +100,13 @@ def _place(profile: ArmProfile, path: ProbePath, seed: int) -> NDArray[np.float6
 @contextmanager
 def rehearsed_arm(truth: RehearsedTruth, path: ProbePath) -> Iterator[MicroScribe]:
     """Open the emulated arm, which follows the path from its first packet on."""
-    line = rehearsed_line(truth, path, SystemClock())
+    line = rehearsed_line(truth, path, HostClock())
     with MicroScribe(line.open_port()) as arm:
         yield arm
 
 
 def rehearsed_line(
-    truth: RehearsedTruth, path: ProbePath, clock: SystemClock | DrivenClock
+    truth: RehearsedTruth, path: ProbePath, clock: HostClock | DrivenClock
 ) -> MemoryLine:
     """Put the emulated arm at the end of a line that lives by ``clock``."""
     motion = RehearsedArm(truth.profile, truth.built, path, truth.device_from_world)

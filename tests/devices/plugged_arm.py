@@ -5,10 +5,10 @@ import time
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.catalogue import parse_fault
-from devices.microscribe.emulator.in_memory import MemoryLine, SystemClock
+from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.port import DeviceError, DeviceReason
+from devices.port import DeviceError, DeviceReason, HostClock
 
 RIGHT = 1
 """The right pedal, as a pose tells it."""
@@ -22,7 +22,7 @@ class Plug:
         plans = [parse_fault(fault) for fault in faults]
         begun_s = time.monotonic()
         arm = EmulatedArm(DX40937, self.motion, faults=plans, now_s=begun_s)
-        self.line = MemoryLine(arm, SystemClock())
+        self.line = MemoryLine(arm, HostClock())
 
     def names(self) -> list[str]:
         return [self.line.name] if self.line.arm.plugged else []

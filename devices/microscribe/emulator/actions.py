@@ -7,6 +7,7 @@ from power-on. Without a moment it happens at once.
 from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import NamedTuple
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.schedule import parse_schedule
@@ -15,40 +16,31 @@ from disk import UserError
 _Doing = Callable[[EmulatedArm, float], None]
 
 
-def _hold(bit: int) -> _Doing:
-    return lambda arm, now_s: arm.hold_pedal(bit)
-
-
-def _release(bit: int) -> _Doing:
-    return lambda arm, now_s: arm.hold_pedal(bit, float("-inf"))
-
-
-@dataclass(frozen=True, slots=True)
-class _ActionKind:
-    """What is done, what ends it, and how a person reads of it."""
+class _ActionKind(NamedTuple):
+    """What is done, how a person reads of it, and what ends it."""
 
     do: _Doing
-    undo: _Doing | None
     line: str
+    undo: _Doing | None = None
 
 
+def _pedal(bit: int, until_s: float) -> _Doing:
+    return lambda arm, now_s: arm.hold_pedal(bit, until_s)
+
+
+_Arm, _HELD, _FREE = EmulatedArm, float("inf"), float("-inf")
+_LET_GO = [_pedal(bit, _FREE) for bit in (0, 1)]
 _ACTION_KINDS = {
-    "power_off": _ActionKind(
-        EmulatedArm.power_off, EmulatedArm.power_on, "cut the power"
-    ),
-    "power_on": _ActionKind(EmulatedArm.power_on, None, "give power again"),
-    "power_cycle": _ActionKind(EmulatedArm.power_cycle, None, "off and on at once"),
-    "unplug": _ActionKind(EmulatedArm.unplug, EmulatedArm.replug, "pull the data plug"),
-    "replug": _ActionKind(
-        EmulatedArm.replug, None, "put it in again: a port with a new name"
-    ),
-    "home_button": _ActionKind(
-        EmulatedArm.press_home_button, None, "press the Home button"
-    ),
-    "right_pedal": _ActionKind(_hold(0), _release(0), "press the right pedal"),
-    "left_pedal": _ActionKind(_hold(1), _release(1), "press the left pedal"),
-    "release_right": _ActionKind(_release(0), None, "let the right pedal go"),
-    "release_left": _ActionKind(_release(1), None, "let the left pedal go"),
+    "power_off": _ActionKind(_Arm.power_off, "cut the power", _Arm.power_on),
+    "power_on": _ActionKind(_Arm.power_on, "give power again"),
+    "power_cycle": _ActionKind(_Arm.power_cycle, "off and on at once"),
+    "unplug": _ActionKind(_Arm.unplug, "pull the data plug", _Arm.replug),
+    "replug": _ActionKind(_Arm.replug, "put it in again: a port with a new name"),
+    "home_button": _ActionKind(_Arm.press_home_button, "press the Home button"),
+    "right_pedal": _ActionKind(_pedal(0, _HELD), "press the right pedal", _LET_GO[0]),
+    "left_pedal": _ActionKind(_pedal(1, _HELD), "press the left pedal", _LET_GO[1]),
+    "release_right": _ActionKind(_LET_GO[0], "let the right pedal go"),
+    "release_left": _ActionKind(_LET_GO[1], "let the left pedal go"),
 }
 
 ACTIONS = tuple(_ACTION_KINDS)

@@ -11,7 +11,7 @@ No terminal, no thread, no sleeping: reading with a timeout moves the clock. ::
     byte_port = line.open_port()            # ... or a BytePort for our own driver
 
 ``arm`` is scripted by its methods, such as ``arm.unplug(line.clock.now())``. With
-``SystemClock`` the same line runs in real time; then, and only then, several threads
+``HostClock`` the same line runs in real time; then, and only then, several threads
 may use it.
 """
 
@@ -46,15 +46,11 @@ class DrivenClock:
         self._now_s = max(self._now_s, time_s)
 
 
-class SystemClock(HostClock):
-    """The machine's own clock: the line runs in real time."""
-
-
 class MemoryLine:
     """An emulated arm and the clock it lives by; opens ports to it."""
 
     def __init__(
-        self, arm: EmulatedArm, clock: DrivenClock | SystemClock | None = None
+        self, arm: EmulatedArm, clock: DrivenClock | HostClock | None = None
     ) -> None:
         self.arm = arm
         self.clock = DrivenClock() if clock is None else clock

@@ -64,16 +64,10 @@ def stop_on_signals(emulator: OpenEmulator) -> Iterator[None]:
 
 def _settings(asked: str) -> EmulatorSettings:
     given = json.loads(asked)
-    return EmulatorSettings(
-        path=load_probe_path(given["path"]),
-        fiducials_mm=np.array(given["fiducials_mm"]).reshape(-1, 3),
-        profile=given["profile"],
-        seed=given["seed"],
-        faults=tuple(given["faults"]),
-        actions=tuple(given["actions"]),
-        link=None if given["link"] is None else Path(given["link"]),
-        fast=given["fast"],
-    )
+    given["path"] = load_probe_path(given["path"])
+    given["fiducials_mm"] = np.array(given["fiducials_mm"]).reshape(-1, 3)
+    given["link"] = given["link"] and Path(given["link"])
+    return EmulatorSettings(**given)
 
 
 if __name__ == "__main__":

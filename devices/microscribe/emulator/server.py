@@ -9,52 +9,16 @@ import time
 from collections.abc import Callable
 from queue import SimpleQueue
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.socket_port import ServerPort
 
 # How often an idle emulator looks whether its parent still lives.
 IDLE_S = 0.5
 
 _CONTROL_BYTES = 4096
-
-
-class ServerPort(Protocol):
-    """The device's side of a port."""
-
-    @property
-    def name(self) -> str:
-        """Return what a client opens."""
-        ...
-
-    def plug(self) -> None:
-        """Make the port appear."""
-        ...
-
-    def pull(self) -> None:
-        """Make the port disappear."""
-        ...
-
-    def sources(self) -> list[int]:
-        """Return the descriptors to wait for."""
-        ...
-
-    def read(self) -> bytes:
-        """Return what the client has written."""
-        ...
-
-    def write(self, data: bytes) -> None:
-        """Hand ``data`` to the client."""
-        ...
-
-    def client_rate(self) -> int | None:
-        """Return the client's rate, None where nobody can tell."""
-        ...
-
-    def close(self) -> None:
-        """Take the port away for good."""
-        ...
 
 
 class EmulatorServer:

@@ -1,7 +1,7 @@
 """From what was asked for to an emulated arm that is ready to serve."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +16,13 @@ from devices.microscribe.emulator.faults.catalogue import parse_fault
 from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
 from devices.microscribe.emulator.script import ArmScript
-from devices.microscribe.emulator.server import EmulatorServer, ServerPort
-from devices.microscribe.emulator.socket_port import LOOPBACK, SocketPort, parse_address
+from devices.microscribe.emulator.server import EmulatorServer
+from devices.microscribe.emulator.socket_port import (
+    LOOPBACK,
+    ServerPort,
+    SocketPort,
+    parse_address,
+)
 from devices.microscribe.emulator.terminal_port import TerminalPort, has_terminals
 from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
@@ -38,8 +43,8 @@ class EmulatorSettings:
     motion: str = "orbit"
     """What the arm does without a path."""
     seed: int = 0
-    faults: tuple[str, ...] = ()
-    actions: tuple[str, ...] = ()
+    faults: Sequence[str] = ()
+    actions: Sequence[str] = ()
     listen: str | None = None
     """PORT or HOST:PORT; a pseudo-terminal without it."""
     link: Path | None = None

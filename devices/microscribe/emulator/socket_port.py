@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import socket
+from abc import ABC, abstractmethod
 
 from disk import UserError
 
@@ -19,7 +20,44 @@ def parse_address(text: str) -> tuple[str, int]:
     return host or LOOPBACK, int(port)
 
 
-class SocketPort:
+class ServerPort(ABC):
+    """The device's side of a port."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Return what a client opens."""
+
+    @abstractmethod
+    def plug(self) -> None:
+        """Make the port appear."""
+
+    @abstractmethod
+    def pull(self) -> None:
+        """Make the port disappear; its clients see the connection end."""
+
+    @abstractmethod
+    def sources(self) -> list[int]:
+        """Return the descriptors that become readable when somebody wants something."""
+
+    @abstractmethod
+    def read(self) -> bytes:
+        """Return what the client has written."""
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Hand ``data`` to the client; what nobody reads is lost, as on a cable."""
+
+    def client_rate(self) -> int | None:
+        """Return the client's rate, None where nobody can tell."""
+        return None
+
+    @abstractmethod
+    def close(self) -> None:
+        """Take the port away for good; harmless when repeated."""
+
+
+class SocketPort(ServerPort):
     """A TCP port that serves one client at a time.
 
     Port 0 takes any that is free, and another one after every replugging. A client
@@ -41,7 +79,6 @@ class SocketPort:
         return f"socket://{host}:{port}"
 
     def plug(self) -> None:
-        """Make the port appear."""
         if self._listener is None:
             try:
                 self._listener = socket.create_server(self._address)
@@ -54,14 +91,12 @@ class SocketPort:
             self._listener.setblocking(False)
 
     def pull(self) -> None:
-        """Make the port disappear; its client sees the connection end."""
         for end in (self._client, self._listener):
             if end is not None:
                 end.close()
         self._client = self._listener = None
 
     def sources(self) -> list[int]:
-        """Return the descriptors that become readable when somebody wants something."""
         ends = (self._listener, self._client)
         return [end.fileno() for end in ends if end is not None]
 
@@ -82,18 +117,12 @@ class SocketPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """Hand ``data`` to the client; lost without one, as on an open cable."""
         if self._client is not None:
             # A client that does not read, or has just gone, gets no more.
             with contextlib.suppress(BlockingIOError, ConnectionError):
                 self._client.send(data)
 
-    def client_rate(self) -> int | None:
-        """Return None: a connection has no rate."""
-        return None
-
     def close(self) -> None:
-        """Take the port away for good; harmless when repeated."""
         self.pull()
 
     def _accept(self) -> None:

@@ -6,6 +6,8 @@ import struct
 import tempfile
 from pathlib import Path
 
+from devices.microscribe.emulator.socket_port import ServerPort
+
 # struct termios2 of Linux: four flag words, the line discipline, 19 control
 # characters, then the input and output rates as plain numbers.
 _TERMIOS2 = struct.Struct("=4I20B2I")
@@ -23,7 +25,7 @@ def has_terminals() -> bool:
     return hasattr(os, "openpty")
 
 
-class TerminalPort:
+class TerminalPort(ServerPort):
     """A pseudo-terminal that can be pulled and put in again under another name.
 
     ``link`` is a symbolic link that is kept pointing at the terminal and removed at
@@ -42,18 +44,15 @@ class TerminalPort:
 
     @property
     def name(self) -> str:
-        """Return what a client opens."""
         return os.ttyname(self._plugged()[1])
 
     def plug(self) -> None:
-        """Make the port appear."""
         if self._ends is None:
             self._ends, self._spare = self._spare or _raw_terminal(), None
             if self._link is not None:
                 _point(self._link, self.name)
 
     def pull(self) -> None:
-        """Make the port disappear; its clients get an input/output error."""
         if self._ends is not None:
             # Opened before the old one is closed, or it would get the same name.
             self._spare = _raw_terminal()
@@ -61,15 +60,12 @@ class TerminalPort:
             self._ends = None
 
     def sources(self) -> list[int]:
-        """Return the descriptors that become readable when a client has written."""
         return [] if self._ends is None else [self._ends[0]]
 
     def read(self) -> bytes:
-        """Return what the client has written."""
         return os.read(self._plugged()[0], _READ_BYTES)
 
     def write(self, data: bytes) -> None:
-        """Hand ``data`` to the client."""
         try:
             os.write(self._plugged()[0], data)
         except OSError as error:
@@ -78,11 +74,9 @@ class TerminalPort:
                 raise
 
     def client_rate(self) -> int | None:
-        """Return the rate that the client has set, None where nobody can tell."""
         return client_rate(self._plugged()[0])
 
     def close(self) -> None:
-        """Take the port away for good; harmless when repeated."""
         for ends in (self._ends, self._spare):
             self._close(ends)
         if self._link is not None and self._link.is_symlink():

@@ -47,7 +47,6 @@ class NeverAnswers(Fault):
     kinds = EVERY_KIND
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Say nothing."""
         return []
 
 
@@ -60,7 +59,6 @@ class DroppedByte(Fault):
     kinds = _PACKETS
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Leave a byte out."""
         at = self.noise.randrange(len(answer.data))
         if self.variant:
             at = min(int(self.number(0)), len(answer.data) - 1)
@@ -75,7 +73,6 @@ class FlippedBit(Fault):
     kinds = _PACKETS
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Flip a bit that no rule protects."""
         data = bytearray(answer.data)
         data[self.noise.randrange(1, len(data))] ^= 1 << self.noise.randrange(7)
         return [replace(answer, data=bytes(data))]
@@ -90,7 +87,6 @@ class Noise(Fault):
     kinds = _PACKETS
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Put noise between this packet and the one before."""
         noise = bytearray(self.noise.randbytes(self.noise.randint(1, _MOST_NOISE)))
         for i, byte in enumerate(noise):
             if self.variant == "LOW":
@@ -109,7 +105,6 @@ class Garbage(Fault):
     kinds = EVERY_KIND
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Say nothing that makes sense."""
         noise = self.noise.randbytes(len(answer.data) + self.noise.randrange(3))
         return [replace(answer, data=noise)]
 
@@ -123,7 +118,6 @@ class Bursts(Fault):
     lasts = True
 
     def arrival_s(self, at_s: float, arm: "EmulatedArm") -> float:
-        """Round up to when the adapter hands over."""
         if not self.trigger.fires(arm.script_s(at_s), arm.packets):
             return at_s
         self.fired += 1
@@ -141,7 +135,6 @@ class LateReply(Fault):
     kinds = frozenset((AnswerKind.PACKET,))
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Hold it back."""
         return [replace(answer, delay_s=self.number(_LATE_MS) / 1e3)]
 
 
@@ -155,7 +148,6 @@ class TruncatedReply(Fault):
     kinds = EVERY_KIND
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Send half of it, then no more."""
         half = answer.data[: (len(answer.data) + 1) // 2]
         return [replace(answer, data=half, after=ReplyTrigger[self.variant])]
 
@@ -167,7 +159,6 @@ class PowerCycle(EventFault):
     line = "off and on: no session, timer zero, home counts wherever the arm stands"
 
     def happen(self, arm: "EmulatedArm", now_s: float) -> None:
-        """Cut the power for a moment."""
         arm.power_cycle(now_s)
 
 
@@ -196,7 +187,6 @@ class EncoderDropout(Fault):
     def latch(
         self, counts: tuple[int, ...], buttons: int, arm: "EmulatedArm", now_s: float
     ) -> tuple[tuple[int, ...], int]:
-        """Read one joint wrongly."""
         true = counts[self._joint]
         if self.trigger.fires(arm.script_s(now_s), arm.packets + 1):
             self.fired += 1
@@ -230,11 +220,9 @@ class Slow(Fault):
     def listening_rate(
         self, client_rate: int, arm: "EmulatedArm", now_s: float
     ) -> int | None:
-        """Return the slowest rate."""
         return self.insist_on(_SLOW_RATE, client_rate, arm, now_s)
 
     def spoil(self, answer: Answer, arm: "EmulatedArm", now_s: float) -> list[Answer]:
-        """Think longer."""
         slowest_ms = max(1.0, self.number(_SLOWEST_MS))
         thought_s = self.noise.uniform(1.0, slowest_ms) / 1e3
         return [replace(answer, delay_s=answer.delay_s + thought_s)]

@@ -9,11 +9,10 @@ from devices.microscribe.emulator.in_memory import (
     DrivenClock,
     MemoryLine,
     MemorySerial,
-    SystemClock,
 )
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from devices.port import BytePort, DeviceError, DeviceReason
+from devices.port import BytePort, DeviceError, DeviceReason, HostClock
 from tests.devices.microscribe.rare_faults import parse_any_fault
 
 BYTE_S = 10.0 / 115200
@@ -197,7 +196,7 @@ def test_the_byte_port_speaks_our_drivers_errors() -> None:
 
 def test_the_same_line_runs_in_real_time_for_two_threads() -> None:
     arm = EmulatedArm(DX40937, StillMotion(DX40937), now_s=time.monotonic())
-    line = MemoryLine(arm, SystemClock())
+    line = MemoryLine(arm, HostClock())
     port = signed_on(line, timeout=5.0)
     heard: list[bytes] = []
     reader = threading.Thread(target=lambda: heard.append(port.read(PACKET)))
