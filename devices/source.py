@@ -2,7 +2,6 @@
 
 import math
 import threading
-import time
 from abc import abstractmethod
 from collections.abc import Iterator
 from typing import Protocol
@@ -56,8 +55,12 @@ class QueuedSource(Closing):
     """A live source whose poses come from a queue; see ``LiveSource``."""
 
     _queue: PoseQueue
+    _clock: Clock = HostClock()
     _silence_s = math.inf
     """How long an iteration waits for the next pose."""
+
+    def _look(self) -> None:
+        """Bring the queue up to date, where no thread does."""
 
     def read(self, timeout_s: float) -> Pose:
         """Return the next pose; raise as ``LiveSource.read`` does."""
@@ -65,15 +68,18 @@ class QueuedSource(Closing):
 
     def drain(self) -> list[Pose]:
         """Return every pose that is waiting, oldest first; raise as ``read`` does."""
+        self._look()
         return self._queue.drain()
 
     def latest(self) -> Pose | None:
         """Return the newest pose, None before the first; raise if the device failed."""
+        self._look()
         return self._queue.latest()
 
     def pose_age_s(self) -> float:
-        """Return seconds since the newest pose arrived, inf before the first."""
-        return time.monotonic() - self._queue.newest_s()
+        """Return seconds since the newest pose arrived or was due, inf before it."""
+        self._look()
+        return self._clock.now() - self._queue.newest_s()
 
     def __iter__(self) -> Iterator[Pose]:
         """Iterate over poses until the source ends; raise if it fails."""
@@ -93,7 +99,7 @@ class PulledSource(QueuedSource):
 
     def __init__(self, name: str, clock: Clock | None = None) -> None:
         self._name = name
-        self._clock: Clock = HostClock() if clock is None else clock
+        self._clock = clock or HostClock()
         self._queue = PoseQueue(name)
         self._is_closed = False
         # Callers may steer a source from another thread than the one that reads.
@@ -130,22 +136,13 @@ class PulledSource(QueuedSource):
 
     def drain(self) -> list[Pose]:
         """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        self._advance(self._clock.now())
-        poses = self._queue.drain()
+        poses = super().drain()
         if not poses:
             self._refuse_when_over()
         return poses
 
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first; raise if the device failed."""
+    def _look(self) -> None:
         self._advance(self._clock.now())
-        return self._queue.latest()
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose was due, inf before the first."""
-        now = self._clock.now()
-        self._advance(now)
-        return now - self._queue.newest_s()
 
     def close(self) -> None:
         """End the source; harmless when repeated."""
