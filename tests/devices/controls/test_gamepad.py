@@ -31,6 +31,7 @@ from devices.controls.linux_input import (
     InputEvent,
 )
 from devices.controls.steering import Freedom, Steering
+from devices.microscribe.emulator.in_memory import DrivenClock
 from devices.port import DeviceError, DeviceReason
 
 STICK = AxisRange(-32768, 32767, 128)
@@ -58,17 +59,6 @@ class Device:
 
     def close(self) -> None:
         self.closed += 1
-
-
-@dataclass
-class Clock:
-    at_s: float = 0.0
-
-    def now(self) -> float:
-        return self.at_s
-
-    def sleep(self, seconds: float) -> None:
-        self.at_s += seconds
 
 
 ranges = st.tuples(st.integers(-40000, 0), st.integers(1, 40000)).map(
@@ -134,7 +124,7 @@ def test_a_pad_without_a_driver_steers_with_both_sticks(
             InputEvent(0.5, EV_ABS, 3, 0),
             InputEvent(0.5, EV_KEY, first + 1, 1),
         ]
-        Gamepad(device, Clock()).poll(steering)
+        Gamepad(device, DrivenClock()).poll(steering)
         demand, buttons = steering.step(0.0, 1.0)
         assert demand[freedom] == pytest.approx(sign * 0.5)
         assert sum(map(abs, demand)) == abs(demand[freedom])
@@ -173,7 +163,7 @@ def test_every_axis_moves_its_freedom_from_the_moment_it_says(
     for code, (freedom, sign) in axes.items():
         steering, device = Steering(), Device(told)
         device.waiting = [InputEvent(0.75, EV_ABS, code, full)]
-        Gamepad(device, Clock()).poll(steering)
+        Gamepad(device, DrivenClock()).poll(steering)
         demand, _ = steering.step(0.0, 1.0)
         assert demand[freedom] == pytest.approx(sign * 0.25)
         assert sum(map(abs, demand)) == abs(demand[freedom])
@@ -181,7 +171,7 @@ def test_every_axis_moves_its_freedom_from_the_moment_it_says(
 
 def test_buttons_are_pedals_and_other_controls_do_nothing() -> None:
     steering, device = Steering(), Device(PAD_TOLD)
-    pad = Gamepad(device, Clock())
+    pad = Gamepad(device, DrivenClock())
     device.waiting = [
         InputEvent(0.1, EV_KEY, 0x131, 1),
         InputEvent(0.2, EV_KEY, 0x133, 1),
@@ -201,12 +191,12 @@ def test_buttons_are_pedals_and_other_controls_do_nothing() -> None:
 
 
 def test_a_cap_that_falls_silent_counts_as_let_go() -> None:
-    steering, device, clock = Steering(), Device(OLD_CAP_TOLD), Clock()
+    steering, device, clock = Steering(), Device(OLD_CAP_TOLD), DrivenClock()
     pad = Gamepad(device, clock)
     device.waiting = [InputEvent(1.0, EV_REL, 5, 350)]
-    clock.at_s = 1.05
+    clock.sleep_until(1.05)
     pad.poll(steering)
-    clock.at_s = 2.0
+    clock.sleep_until(2.0)
     pad.poll(steering)
     pad.poll(steering)
     demand, _ = steering.step(0.0, 2.0)

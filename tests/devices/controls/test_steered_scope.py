@@ -10,23 +10,11 @@ from hypothesis import strategies as st
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.steered_scope import KEPT_S, STALL_S, SteeredArm
 from devices.controls.steering import Freedom, Steering, SteeringEvents
+from devices.microscribe.emulator.in_memory import DrivenClock
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 
 FULCRUM = Fulcrum(np.array((-6.3, -13.0, -6.5)), np.array((0.0, 0.86, 0.5)))
-
-
-@dataclass
-class DrivenClock:
-    """Time passes when somebody sleeps."""
-
-    at_s: float = 50.0
-
-    def now(self) -> float:
-        return self.at_s
-
-    def sleep(self, seconds: float) -> None:
-        self.at_s += seconds
 
 
 @dataclass
@@ -39,9 +27,9 @@ class Handset:
     closed: int = 0
 
     def poll(self, steering: SteeringEvents) -> None:
-        if self.clock.at_s >= self.fails_at_s:
+        if self.clock.now() >= self.fails_at_s:
             raise DeviceError(DeviceReason.DISCONNECTED, "The pad went away.")
-        self.polled.append(self.clock.at_s)
+        self.polled.append(self.clock.now())
 
     def close(self) -> None:
         self.closed += 1
@@ -63,13 +51,13 @@ def scripted() -> Steering:
 
 
 def flown(waits: list[float], until_s: float = 51.0) -> list[Pose]:
-    clock = DrivenClock()
+    clock = DrivenClock(50.0)
     arm = SteeredArm(FulcrumControl(FULCRUM), scripted(), clock=clock)
     poses: list[Pose] = []
-    while clock.at_s < until_s:
+    while clock.now() < until_s:
         # later is a stall
         wait = waits.pop() if waits else STALL_S
-        clock.at_s = min(clock.at_s + wait, until_s)
+        clock.sleep_until(min(clock.now() + wait, until_s))
         poses += arm.drain()
     return poses
 
@@ -107,51 +95,51 @@ def test_a_stall_is_told_once_and_what_was_asked_for_meanwhile_is_not_done(
     stalled_s: float, turns: list[tuple[float, float]]
 ) -> None:
     """The flight's time stands; keys that are held go on, strokes are forgotten."""
-    clock, steering = DrivenClock(), Steering()
+    clock, steering = DrivenClock(50.0), Steering()
     arm = SteeredArm(FulcrumControl(FULCRUM), steering, clock=clock)
     before = arm.read(1.0)
-    begun_s = clock.at_s
+    begun_s = clock.now()
     steering.hold(Freedom.YAW, 1.0, begun_s + 0.01)
     steering.hold(Freedom.YAW, 0.0, begun_s + 0.02)
     steering.press(1, True, begun_s + 0.02)
     blind_s = stalled_s - KEPT_S - 0.06
     for share, way in sorted(turns):
         steering.nudge(Freedom.INSERT, way, begun_s + 0.03 + share * blind_s)
-    clock.at_s += stalled_s
+    clock.sleep(stalled_s)
     with pytest.raises(DeviceError, match="stood still") as caught:
         arm.read(1.0)
     assert caught.value.reason is DeviceReason.OVERRUN
     poses = [arm.read(1.0), *arm.drain()]
     assert len(poses) <= KEPT_S * 100 + 1
     assert poses[0].time_s == pytest.approx(before.time_s + 0.01)
-    assert abs(poses[-1].host_time_s - clock.at_s) < 0.011
+    assert abs(poses[-1].host_time_s - clock.now()) < 0.011
     for pose in poses:
         assert pose.device_from_tip.tobytes() == before.device_from_tip.tobytes()
         assert pose.buttons == 1
-    steering.nudge(Freedom.INSERT, 0.1, clock.at_s)
-    clock.at_s += 0.05
+    steering.nudge(Freedom.INSERT, 0.1, clock.now())
+    clock.sleep(0.05)
     moved = arm.drain()[-1].tip_mm - before.tip_mm
     assert np.linalg.norm(moved) == pytest.approx(0.1)
 
 
 def test_reading_waits_for_the_next_tick() -> None:
-    clock = DrivenClock()
+    clock = DrivenClock(50.0)
     arm = SteeredArm(FulcrumControl(FULCRUM), Steering(), clock=clock)
     assert arm.latest() is None
     pose = arm.read(1.0)
     assert (pose.time_s, pose.host_time_s) == (0.01, 50.01)
-    assert clock.at_s == 50.01
+    assert clock.now() == 50.01
     with pytest.raises(TimeoutError):
         arm.read(0.001)
 
 
 def test_a_handset_is_asked_and_its_failure_comes_after_what_it_flew() -> None:
-    clock = DrivenClock()
+    clock = DrivenClock(50.0)
     pad = Handset(clock, fails_at_s=50.1)
     arm = SteeredArm(FulcrumControl(FULCRUM), Steering(), pad, clock=clock)
-    clock.at_s = 50.025
+    clock.sleep_until(50.025)
     arm.latest()
-    clock.at_s = 50.2
+    clock.sleep_until(50.2)
     assert [arm.read(1.0).time_s for _ in range(2)] == [0.01, 0.02]
     with pytest.raises(DeviceError, match="pad went away"):
         arm.read(1.0)
@@ -162,11 +150,11 @@ def test_a_handset_is_asked_and_its_failure_comes_after_what_it_flew() -> None:
 
 
 def test_a_closed_arm_is_not_asked_any_more() -> None:
-    clock = DrivenClock()
+    clock = DrivenClock(50.0)
     pad = Handset(clock)
     with SteeredArm(FulcrumControl(FULCRUM), Steering(), pad, clock=clock) as arm:
         arm.read(1.0)
-    clock.at_s += 1.0
+    clock.sleep(1.0)
     asked = len(pad.polled)
     with pytest.raises(EOFError):
         arm.read(1.0)

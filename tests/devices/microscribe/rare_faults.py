@@ -37,10 +37,7 @@ def leave_session(firmware: ArmFirmware, where: str, now_s: float) -> None:
 
 
 class OneRate(Fault):
-    """F2."""
-
     id, word = "f2", "one_rate"
-    line = "signs on at one rate of seven only (=BAUD, else 19200)"
     lasts = True
     takes_number = True
 
@@ -52,10 +49,7 @@ class OneRate(Fault):
 
 
 class SurplusEchoes(Fault):
-    """F3."""
-
     id, word = "f3", "surplus_echoes"
-    line = "up to 20 more IMMC echoes, half of them after BEGIN was sent (=N, else 5)"
     takes_number = True
     kinds = frozenset((AnswerKind.ATTENTION, AnswerKind.PRODUCT_ID))
 
@@ -81,10 +75,7 @@ class SurplusEchoes(Fault):
 
 
 class EndEcho(Fault):
-    """F4."""
-
     id, word = "f4", "end_echo"
-    line = "C5 in front of the first IMMC echo, as of a session left open"
     kinds = frozenset((AnswerKind.ATTENTION,))
 
     def spoil(self, answer: Answer, arm: EmulatedArm, now_s: float) -> list[Answer]:
@@ -92,10 +83,7 @@ class EndEcho(Fault):
 
 
 class NoBegin(Fault):
-    """F5."""
-
     id, word = "f5", "no_begin"
-    line = "IMMC is echoed but BEGIN never answered"
     lasts = True
     kinds = frozenset((AnswerKind.PRODUCT_ID,))
 
@@ -106,10 +94,7 @@ class NoBegin(Fault):
 
 
 class WrongId(Fault):
-    """F6."""
-
     id, word = "f6", "wrong_id"
-    line = "another product id after BEGIN (=IBOX, XXXX or EMPTY)"
     variants = ("IBOX", "XXXX", "EMPTY")
     lasts = True
     kinds = frozenset((AnswerKind.PRODUCT_ID,))
@@ -120,10 +105,7 @@ class WrongId(Fault):
 
 
 class LeftOpen(EventFault):
-    """F7."""
-
     id, word = "f7", "left_open"
-    line = "a dead host left its session in =RUN, MOTION, ARGS or PASSWORD"
     variants = ("RUN", "MOTION", "ARGS", "PASSWORD")
 
     def happen(self, arm: EmulatedArm, now_s: float) -> None:
@@ -135,10 +117,7 @@ _TOP_BIT = 0x80
 
 
 class DoubledByte(Fault):
-    """F9."""
-
     id, word = "f9", "doubled_byte"
-    line = "one byte of a packet comes twice (=POSITION, else any)"
     takes_number = True
     kinds = _PACKETS
 
@@ -148,10 +127,7 @@ class DoubledByte(Fault):
 
 
 class WrongTopBit(Fault):
-    """F11."""
-
     id, word = "f11", "wrong_top_bit"
-    line = "bit 7 set in the =PAYLOAD, or cleared in the =HEADER"
     variants = ("PAYLOAD", "HEADER")
     kinds = _PACKETS
 
@@ -172,11 +148,8 @@ _LONGEST_GAP_MS = 50.0
 
 
 class Chunks(Fault):
-    """F13."""
-
     id, word = "f13", "chunks"
     wire_order = 3
-    line = "answers come in pieces, with gaps of 0 to =MS milliseconds (else 50)"
     takes_number = True
     lasts = True
     kinds = EVERY_KIND
@@ -211,10 +184,7 @@ _RIGHT, _BOTH = 1, 3
 
 
 class EncoderWrap(Fault):
-    """F18."""
-
     id, word = "f18", "encoder_wrap"
-    line = "every encoder runs through its whole field, up and down, winding bits too"
     lasts = True
     _began_s: float | None = None
 
@@ -238,10 +208,7 @@ class EncoderWrap(Fault):
 
 
 class Pedals(EventFault):
-    """F25."""
-
     id, word = "f25", "pedals"
-    line = "a pedal that =BOUNCEs, BOTH at once, or one pressed as a stream STOPS"
     variants = ("BOUNCE", "BOTH", "STOPS")
     _edges: Sequence[float] = ()
     _armed = False
@@ -291,12 +258,7 @@ _MEMORY_COMMAND = 0xC7
 
 
 class TimerWrap(EventFault):
-    """F19."""
-
     id, word = "f19", "timer_wrap"
-    line = (
-        "the timer =WRAPs a second later, or the arm is deaf and dumb for 20 s: PAUSE"
-    )
     variants = ("WRAP", "PAUSE")
     _deaf_until_s = 0.0
 
@@ -317,20 +279,14 @@ class TimerWrap(EventFault):
 
 
 class Unhomed(EventFault):
-    """F24."""
-
     id, word = "f24", "unhomed"
-    line = "questions are answered but no packets come until the Home button is pressed"
 
     def happen(self, arm: EmulatedArm, now_s: float) -> None:
         arm.firmware.homed = False
 
 
 class StreamGoesOn(Fault):
-    """F26."""
-
     id, word = "f26", "stream_goes_on"
-    line = "a stream does not stop at the first command (=N commands ignored, else 1)"
     takes_number = True
     lasts = True
     _left = 0
@@ -348,10 +304,7 @@ class StreamGoesOn(Fault):
 
 
 class Loopback(Fault):
-    """F28."""
-
     id, word = "f28", "loopback"
-    line = "a bad cable: the host hears its own bytes and the arm none"
     lasts = True
 
     def hear(self, data: bytes, arm: EmulatedArm, now_s: float) -> bytes:
@@ -363,10 +316,7 @@ class Loopback(Fault):
 
 
 class MemoryWrite(EventFault):
-    """F29."""
-
     id, word = "f29", "memory_write"
-    line = "somebody else on the line tries to rewrite the calibration memory"
 
     def tick(self, arm: EmulatedArm, now_s: float) -> None:
         if arm.firmware.state in (FirmwareState.IDLE, FirmwareState.MOTION):
@@ -385,10 +335,7 @@ _ODD_ENCODERS = (15999, 15999, 7999, 3999, 3999)
 
 
 class BadString(Fault):
-    """F20."""
-
     id, word = "f20", "bad_string"
-    line = "a string with =NO_NUL, of 40 characters (LONG), NON_ASCII, or EMPTY"
     variants = ("NO_NUL", "LONG", "NON_ASCII", "EMPTY")
     kinds = frozenset((AnswerKind.STRING,))
 
@@ -404,10 +351,7 @@ class BadString(Fault):
 
 
 class BadParameters(Fault):
-    """F21."""
-
     id, word = "f21", "bad_parameters"
-    line = "a parameter block of =0, 35, 37 or 255 bytes, or an unknown FORMAT"
     variants = ("35", "0", "37", "255", "FORMAT")
     lasts = True
     kinds = frozenset((AnswerKind.PARAMETERS, AnswerKind.STRING))
@@ -425,10 +369,7 @@ class BadParameters(Fault):
 
 
 class BadMaxima(Fault):
-    """F22."""
-
     id, word = "f22", "bad_maxima"
-    line = "maxima all =ZERO, or encoders that are no power of two (ODD, from power-on)"
     variants = ("ZERO", "ODD")
     lasts = True
     kinds = frozenset((AnswerKind.MAXIMA,))
@@ -456,10 +397,7 @@ class BadMaxima(Fault):
 
 
 class SilentBeta(Fault):
-    """F23."""
-
     id, word = "f23", "silent_beta"
-    line = "D3 unanswered though the comment has =BETA, or says STANDARD"
     variants = ("BETA", "STANDARD")
     lasts = True
     kinds = frozenset((AnswerKind.EXTENDED, AnswerKind.STRING))

@@ -61,6 +61,15 @@ def at(listener: socket.socket, tool: str | None = None) -> OpenIGTLinkSource:
     return OpenIGTLinkSource("127.0.0.1", listener.getsockname()[1], tool)
 
 
+@contextlib.contextmanager
+def joined(
+    listener: socket.socket, tool: str | None = None
+) -> Iterator[tuple[OpenIGTLinkSource, socket.socket]]:
+    """Give a source and the peer's end of its connection."""
+    with at(listener, tool) as source, listener.accept()[0] as peer:
+        yield source, peer
+
+
 def xs(poses: list[Pose]) -> list[float]:
     return [float(pose.tip_mm[0]) for pose in poses]
 
@@ -139,17 +148,15 @@ def test_garbage_on_the_line_gives_no_pose_and_the_next_message_does(
     listener: socket.socket,
 ) -> None:
     noise = np.random.default_rng(7).integers(0, 256, 5000, np.uint8).tobytes()
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            peer.sendall(message(1, 1.0) + noise + message(2, 1.01)[:90])
-            peer.sendall(message(3, 1.02) + message(4, 1.03))
-            assert xs([source.read(30.0) for _ in range(3)]) == [1.0, 3.0, 4.0]
-            assert source.counters["garbage"] >= 5000
-            assert source.counters["damaged"] == 1
-            with pytest.raises(TimeoutError):
-                source.read(0.0)
-            assert source.drain() == []
+    with joined(listener) as (source, peer):
+        peer.sendall(message(1, 1.0) + noise + message(2, 1.01)[:90])
+        peer.sendall(message(3, 1.02) + message(4, 1.03))
+        assert xs([source.read(30.0) for _ in range(3)]) == [1.0, 3.0, 4.0]
+        assert source.counters["garbage"] >= 5000
+        assert source.counters["damaged"] == 1
+        with pytest.raises(TimeoutError):
+            source.read(0.0)
+        assert source.drain() == []
 
 
 @pytest.mark.parametrize(
@@ -164,35 +171,29 @@ def test_the_first_tool_is_followed_unless_one_is_named(
         for i in range(3)
         for k, name in enumerate(("A", "B"))
     )
-    with at(listener, wanted) as source:
-        peer, _ = listener.accept()
-        with peer:
-            peer.sendall(both)
-            assert xs([source.read(30.0) for _ in range(3)]) == expected
-            assert source.tool == (wanted or "A")
+    with joined(listener, wanted) as (source, peer):
+        peer.sendall(both)
+        assert xs([source.read(30.0) for _ in range(3)]) == expected
+        assert source.tool == (wanted or "A")
 
 
 def test_time_always_rises_whatever_the_peers_clock_does(
     listener: socket.socket,
 ) -> None:
     stamps = [100.0, 100.01, 100.01, 99.995, 100.02, 9000.0, 9000.01, 50.0, None, 50.1]
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            for number, stamp in enumerate(stamps):
-                peer.sendall(message(number, stamp))
-                if number not in (2, 3):
-                    assert xs([source.read(30.0)]) == [float(number)]
+    with joined(listener) as (source, peer):
+        for number, stamp in enumerate(stamps):
+            peer.sendall(message(number, stamp))
+            if number not in (2, 3):
+                assert xs([source.read(30.0)]) == [float(number)]
         assert source.counters["late"] == 2
 
 
 def test_times_follow_the_stamps_and_not_the_arrival(listener: socket.socket) -> None:
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            # A burst: held up on the way, measured at even times.
-            peer.sendall(b"".join(message(i, EPOCH_S + i / 64) for i in range(32)))
-            got = [source.read(30.0) for _ in range(32)]
+    with joined(listener) as (source, peer):
+        # A burst: held up on the way, measured at even times.
+        peer.sendall(b"".join(message(i, EPOCH_S + i / 64) for i in range(32)))
+        got = [source.read(30.0) for _ in range(32)]
         assert np.diff([p.time_s for p in got]) == pytest.approx(1 / 64, abs=1e-6)
         assert all(p.host_time_s >= got[0].host_time_s for p in got)
 
@@ -242,69 +243,57 @@ def read_all(
 
 
 def test_a_reference_is_no_tool(listener: socket.socket) -> None:
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            peer.sendall(moved(0, "ReferenceToTracker") + moved(1, "HeadToTracker"))
-            peer.sendall(moved(2, "StylusToReference"))
-            source.read(30.0)
-            assert source.tool == "StylusToReference"
+    with joined(listener) as (source, peer):
+        peer.sendall(moved(0, "ReferenceToTracker") + moved(1, "HeadToTracker"))
+        peer.sendall(moved(2, "StylusToReference"))
+        source.read(30.0)
+        assert source.tool == "StylusToReference"
 
 
 def test_a_silent_tool_is_lost_and_found(listener: socket.socket) -> None:
     """Its peer is there, and may send other things; once it is told what."""
-    with at(listener, "Stylus") as source:
-        peer, _ = listener.accept()
-        with peer:
-            peer.sendall(moved(0))
+    with joined(listener, "Stylus") as (source, peer):
+        peer.sendall(moved(0))
+        source.read(30.0)
+        peer.sendall(moved(1, "Other"))
+        with pytest.raises(DeviceError, match=r"Stylus.*poses of Other") as told:
             source.read(30.0)
-            peer.sendall(moved(1, "Other"))
-            with pytest.raises(DeviceError, match=r"Stylus.*poses of Other") as told:
-                source.read(30.0)
-            assert told.value.reason is DeviceReason.DISCONNECTED
-            with pytest.raises(TimeoutError):
-                source.read(0.1)
-            peer.sendall(moved(200))
-            assert source.read(30.0).tip_mm[2] == pytest.approx(32.0, abs=1e-4)
+        assert told.value.reason is DeviceReason.DISCONNECTED
+        with pytest.raises(TimeoutError):
+            source.read(0.1)
+        peer.sendall(moved(200))
+        assert source.read(30.0).tip_mm[2] == pytest.approx(32.0, abs=1e-4)
 
 
 def test_a_pose_that_never_trembles_is_lost(listener: socket.socket) -> None:
     """The last one of a tool that is not seen any more, again and again."""
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            frames = (message(100, EPOCH_S + 0.02 * n) for n in range(10_000))
-            with pytest.raises(DeviceError, match="does not change at all"):
-                read_all(source, peer, frames)
-            assert source.counters["unseen"] > 3
-            peer.sendall(moved(10_001))
-            source.read(30.0)
+    with joined(listener) as (source, peer):
+        frames = (message(100, EPOCH_S + 0.02 * n) for n in range(10_000))
+        with pytest.raises(DeviceError, match="does not change at all"):
+            read_all(source, peer, frames)
+        assert source.counters["unseen"] > 3
+        peer.sendall(moved(10_001))
+        source.read(30.0)
 
 
 def test_metres_are_refused(listener: socket.socket) -> None:
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            peer.sendall(b"".join(moved(n, scale=1e-3) for n in range(80)))
-            near = (moved(n, scale=1e-3) for n in range(80))
-            with pytest.raises(DeviceError, match="millimetres"):
-                read_all(source, peer, near)
+    with joined(listener) as (source, peer):
+        peer.sendall(b"".join(moved(n, scale=1e-3) for n in range(80)))
+        near = (moved(n, scale=1e-3) for n in range(80))
+        with pytest.raises(DeviceError, match="millimetres"):
+            read_all(source, peer, near)
 
 
 def test_who_waits_in_slices_is_told_of_the_whole_wait(listener: socket.socket) -> None:
-    with at(listener) as source:
-        peer, _ = listener.accept()
-        with peer:
-            until = time.monotonic() + 0.6
-            while time.monotonic() < until:
-                with pytest.raises(TimeoutError) as told:
-                    source.read(0.03)
-            assert re.search(r"for 0\.[56]\d* s; what came", str(told.value))
+    with joined(listener) as (source, _peer):
+        until = time.monotonic() + 0.6
+        while time.monotonic() < until:
+            with pytest.raises(TimeoutError) as told:
+                source.read(0.03)
+        assert re.search(r"for 0\.[56]\d* s; what came", str(told.value))
 
 
 def test_the_peer_is_spoken_to_in_the_second_version(listener: socket.socket) -> None:
     """PLUS says nothing of whether a tool is seen to who does not."""
-    with at(listener):
-        peer, _ = listener.accept()
-        with peer:
-            assert peer.recv(2, socket.MSG_WAITALL) == b"\0\2"
+    with joined(listener) as (_source, peer):
+        assert peer.recv(2, socket.MSG_WAITALL) == b"\0\2"

@@ -7,13 +7,11 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
-from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.profiles import (
     DX40937,
     G2_UNHOMED,
-    HOME_COUNTS,
     ArmProfile,
 )
 from tests.devices.microscribe.rare_faults import (
@@ -83,24 +81,6 @@ def test_a_line_without_rates_takes_what_it_was_given() -> None:
     assert arm.speak(1.0, None) == b"IMMC"
     with pytest.raises(ValueError, match="rate must be one of"):
         EmulatedArm(DX40937, StillMotion(DX40937), rate=4800)
-
-
-def test_a_power_cycle_loses_the_session_and_believes_to_be_at_rest() -> None:
-    motion = StillMotion(DX40937, ELSEWHERE)
-    arm = EmulatedArm(DX40937, motion)
-    line = MemoryLine(arm)
-    sign_on(line)
-    line.clock.sleep(7.0)
-    arm.power_off(line.clock.now())
-    assert sign_on(line) == b""
-    arm.power_on(line.clock.now())
-    assert (arm.firmware.state, motion.homed) == (FirmwareState.SYNC, 1)
-    assert sign_on(line) == b"IMMCMSCR\0"
-    port = line.open_serial(timeout=0.1)
-    port.write(b"\x23")
-    packet = port.read(16)
-    assert packet[2] << 7 | packet[3] < 900, "seven seconds had passed before"
-    assert packet[4:6] == bytes((HOME_COUNTS[0] >> 7, HOME_COUNTS[0] & 0x7F))
 
 
 def test_the_home_button_makes_an_arm_measure() -> None:

@@ -1,5 +1,4 @@
 import itertools
-from dataclasses import dataclass
 
 import pytest
 from hypothesis import given
@@ -10,24 +9,13 @@ from devices.microscribe.emulator.firmware import (
     FirmwareState,
     rate_of_code,
 )
-from devices.microscribe.kinematics.profiles import DX40937, G2_UNHOMED, HOME_COUNTS
+from devices.microscribe.emulator.motion import StillMotion
+from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS
 from devices.microscribe.wire.packets import decode_packet
 
 
-@dataclass
-class _Arm:
-    counts: tuple[int, ...] = HOME_COUNTS
-    buttons: int = 0
-
-    def latch(self, now_s: float) -> tuple[tuple[int, ...], int]:
-        return self.counts, self.buttons
-
-    def home(self) -> None:
-        self.counts = HOME_COUNTS
-
-
-def _running(arm: _Arm | None = None) -> ArmFirmware:
-    firmware = ArmFirmware(DX40937, arm or _Arm(), 0.0)
+def _running(arm: StillMotion | None = None) -> ArmFirmware:
+    firmware = ArmFirmware(DX40937, arm or StillMotion(DX40937), 0.0)
     assert firmware.receive(b"IMMC", 0.0) == b"IMMC"
     assert firmware.receive(b"BEGIN", 0.0) == b"MSCR\0"
     return firmware
@@ -81,7 +69,7 @@ def test_timer_runs_at_900_ticks_and_wraps() -> None:
 
 
 def test_begin_is_awaited_for_five_seconds() -> None:
-    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
+    firmware = ArmFirmware(DX40937, StillMotion(DX40937), 0.0)
     firmware.receive(b"IMMC", 0.0)
     assert firmware.receive(b"BEGIN", 5.5) == b""
     assert firmware.state is FirmwareState.SYNC
@@ -113,7 +101,7 @@ def test_fixed_rate_report_and_its_end() -> None:
 
 
 def test_threshold_report_waits_for_motion_and_pedals() -> None:
-    arm = _Arm()
+    arm = StillMotion(DX40937)
     firmware = _running(arm)
     command = b"\xcf\x00\x01\x03\x01" + bytes(8) + b"\x00\x05" + bytes(10)
     assert firmware.receive(command, 0.0) == b"\xcf"
@@ -139,7 +127,7 @@ def test_seven_encoders_want_two_more_arguments() -> None:
 def test_nothing_heard_raises_and_sign_on_always_works_again(
     heard: list[bytes],
 ) -> None:
-    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
+    firmware = ArmFirmware(DX40937, StillMotion(DX40937), 0.0)
     now = 0.0
     for data in heard:
         firmware.receive(data, now)
@@ -153,15 +141,15 @@ def test_nothing_heard_raises_and_sign_on_always_works_again(
 
 @pytest.mark.parametrize("repeats", [1, 4, 6])
 def test_the_first_echo_may_want_several_attentions(repeats: int) -> None:
-    firmware = ArmFirmware(DX40937, _Arm(), 0.0, sync_repeats=repeats)
+    firmware = ArmFirmware(DX40937, StillMotion(DX40937), 0.0, sync_repeats=repeats)
     heard = [firmware.receive(b"\xc5IMMC", 0.0) for _ in range(repeats + 2)]
     assert heard == [b""] * (repeats - 1) + [b"IMMC"] * 3
     with pytest.raises(ValueError, match="sync_repeats"):
-        ArmFirmware(DX40937, _Arm(), 0.0, sync_repeats=0)
+        ArmFirmware(DX40937, StillMotion(DX40937), 0.0, sync_repeats=0)
 
 
 def test_letters_split_by_noise_are_no_attention() -> None:
-    firmware = ArmFirmware(DX40937, _Arm(), 0.0)
+    firmware = ArmFirmware(DX40937, StillMotion(DX40937), 0.0)
     assert firmware.receive(b"IMM\xc5CIIMMC", 0.0) == b"IMMC"
     # Its last letter begins the next one only if it is an I.
     assert firmware.receive(b"MMC", 0.0) == b""
@@ -175,7 +163,7 @@ def test_the_end_in_a_session_leaves_the_rest_of_the_word_to_the_listener() -> N
 
 
 def test_begin_in_an_open_session_homes_the_arm_and_ends_the_session() -> None:
-    arm = _Arm(counts=(1, 2, 3, 4, 5, 6))
+    arm = StillMotion(DX40937, (1, 2, 3, 4, 5, 6))
     firmware = _running(arm)
     assert firmware.receive(b"BEGIN", 0.0) == b"\xc2\xc5"
     assert arm.counts == HOME_COUNTS
@@ -218,7 +206,9 @@ def test_there_are_twenty_six_rates() -> None:
 
 
 def test_a_granted_memory_write_is_kept_until_the_power_goes() -> None:
-    firmware = ArmFirmware(DX40937, _Arm(), 0.0, accepts_memory_writes=True)
+    firmware = ArmFirmware(
+        DX40937, StillMotion(DX40937), 0.0, accepts_memory_writes=True
+    )
     firmware.receive(b"IMMCBEGIN", 0.0)
     assert firmware.receive(b"\xc7wrong\0", 0.0) == b"\xc7\x00"
     block = bytes(range(100, 136))
@@ -229,17 +219,6 @@ def test_a_granted_memory_write_is_kept_until_the_power_goes() -> None:
     firmware.power_on(1.0)
     firmware.receive(b"IMMCBEGIN", 1.0)
     assert firmware.receive(b"\xc0", 1.0) != b"\xc0\x24" + block
-
-
-def test_an_arm_that_was_not_homed_answers_questions_only() -> None:
-    firmware = ArmFirmware(G2_UNHOMED, _Arm(), 0.0)
-    firmware.receive(b"IMMCBEGIN", 0.0)
-    assert firmware.receive(b"\xca", 0.0) == b"\xcaG2\0"
-    assert firmware.receive(b"\x03\x00\x23", 0.0) == b""
-    assert firmware.receive(b"\xcf\x00\x01\x03" + bytes(21), 0.0) == b"\xcf"
-    assert b"".join(firmware.advance(0.01 * i) for i in range(1, 9)) == b""
-    firmware.homed = True
-    assert firmware.receive(b"\x00", 1.0)[-2:] == b"\x80\x00"
 
 
 @given(st.integers(0, 60), st.sampled_from((0x01, 0x03, 0x23, 0x02, 0x2F)))

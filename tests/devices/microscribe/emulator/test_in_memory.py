@@ -1,4 +1,3 @@
-import itertools
 import threading
 import time
 
@@ -6,7 +5,6 @@ import pytest
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import (
-    DrivenClock,
     MemoryLine,
     MemorySerial,
 )
@@ -58,41 +56,6 @@ def test_four_hundred_polls_a_second_are_the_most() -> None:
         port.write(POLL)
         assert len(port.read(PACKET)) == PACKET
     assert 1000 / (now(line) - begun) == pytest.approx(404.0, abs=1.0)
-
-
-@pytest.mark.parametrize("baud", [9600, 19200, 115200])
-def test_a_back_to_back_stream_fills_the_line_and_no_more(baud: int) -> None:
-    line = memory_line()
-    port = line.open_serial(baud, timeout=10.0)
-    port.write(b"\xc5IMMC")
-    port.read(4)
-    port.write(b"BEGIN")
-    port.read(5)
-    port.write(b"\xcf\x00\x00\x03" + bytes(21))
-    assert port.read(1) == b"\xcf"
-    begun = now(line)
-    data = port.read(14 * 200)
-    assert data[::14] == b"\x83" * 200
-    assert 200 / (now(line) - begun) == pytest.approx(baud / 140.0, rel=0.01)
-
-
-def test_timer_wraps_and_five_second_waits_take_no_time() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    timers = []
-    for _ in range(40):
-        port.write(POLL)
-        packet = port.read(PACKET)
-        timers.append(packet[2] << 7 | packet[3])
-        line.clock.sleep(1.0)
-    steps = {(b - a) % 16384 for a, b in itertools.pairwise(timers)}
-    assert steps <= {902, 903}
-    assert sum(b < a for a, b in itertools.pairwise(timers)) == 2
-    port.write(b"\xc5IMMC")
-    port.read(5)
-    line.clock.sleep(5.1)
-    port.write(b"BEGIN")
-    assert port.read(5) == b""
 
 
 def test_a_read_without_timeout_that_cannot_end_says_so() -> None:
@@ -153,18 +116,6 @@ def test_a_closed_port_leaves_the_session_open() -> None:
     assert len(other.read(PACKET)) == PACKET
 
 
-def test_another_rate_hears_noise_in_both_directions() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    port.baudrate = 57600
-    port.write(POLL)
-    heard = port.read(64)
-    assert heard[:1] != b"\xa3"
-    port.baudrate = 115200
-    port.write(POLL)
-    assert port.read(PACKET)[:1] == b"\xa3"
-
-
 def test_the_byte_port_speaks_our_drivers_errors() -> None:
     line = memory_line()
     signed_on(line)
@@ -205,15 +156,3 @@ def test_the_same_line_runs_in_real_time_for_two_threads() -> None:
     reader.join()
     assert heard[0][:1] == b"\xa3"
     assert len(heard[0]) == PACKET
-
-
-def test_the_clock_may_start_anywhere() -> None:
-    clock = DrivenClock(100.0)
-    arm = EmulatedArm(DX40937, StillMotion(DX40937), now_s=100.0)
-    line = MemoryLine(arm, clock)
-    port = signed_on(line)
-    port.write(POLL)
-    timer = port.read(PACKET)[2:4]
-    assert timer[0] << 7 | timer[1] < 10
-    clock.sleep_until(50.0)
-    assert clock.now() > 100.0

@@ -69,10 +69,3 @@ def test_a_built_arm_is_believed_elsewhere_but_truly_on_the_path() -> None:
 def test_after_the_path_the_arm_stands_still() -> None:
     arm = _arm(np.zeros(PARAMETERS))
     assert arm.latch(BEGUN_S + 60.0) == arm.latch(BEGUN_S + 90.0)
-
-
-def test_homing_loads_the_rest_s_counts_where_it_stands() -> None:
-    arm = _arm(np.zeros(PARAMETERS))
-    arm.latch(BEGUN_S + 0.3)
-    arm.home()
-    assert arm.latch(BEGUN_S + 0.3)[0] == DX40937.home_counts

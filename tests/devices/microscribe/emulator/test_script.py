@@ -83,15 +83,6 @@ def test_path_time_is_zero_at_the_very_packet_that_shows_the_pedal(
     np.testing.assert_allclose(_tip(counts, place), exact, atol=0.35)
 
 
-def test_homing_elsewhere_loads_the_rest_counts(short_path: ProbePath) -> None:
-    script, _ = _make(short_path)
-    script.begin(0.0)
-    before, _ = script.latch(0.3)
-    assert before != HOME_COUNTS
-    script.home()
-    assert script.latch(0.3)[0] == HOME_COUNTS
-
-
 def test_equal_seeds_give_equal_counts(short_path: ProbePath) -> None:
     first, second = _make(short_path)[0], _make(short_path)[0]
     first.begin(0.0)

@@ -1,8 +1,8 @@
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
-from devices.microscribe.kinematics.profiles import DX40937, PROFILES, SECOND_3DX
+from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire import identity
 from devices.microscribe.wire.identity import (
     Maxima,
@@ -14,14 +14,6 @@ from devices.port import DeviceError, DeviceReason
 
 # As a real arm sent them.
 MAXIMA = "03 3F FF 00 00 00 00 00 00 00 00 00 3F FF 3F FF 1F FF 0F FF 0F FF 00 00"
-BLOCK = (
-    "00 00 3F F5 FF F9 3F E5 C0 02 C0 0C 00 00 03 C0 28 10 02 15 FE 6F 01 8F "
-    "20 6C FC 92 FF FD 24 1C 01 40 EB 66"
-)
-SECOND_BLOCK = (
-    "00 00 3F E1 00 1C 3F E2 BF ED C0 0D 00 00 03 BD 28 0C 02 23 FE 70 01 90 "
-    "20 6C FC 94 FF FF 24 1E 01 40 EB 64"
-)
 
 
 def test_maxima_of_a_real_arm() -> None:
@@ -50,13 +42,6 @@ def test_an_arm_without_encoders_is_refused() -> None:
         Maxima.decode(bytes(24))
 
 
-def test_parameter_blocks_of_real_arms() -> None:
-    assert decode_words(bytes.fromhex(BLOCK), 18, "x") == DX40937.dh_words
-    assert encode_words(DX40937.dh_words) == bytes.fromhex(BLOCK)
-    assert decode_words(bytes.fromhex(SECOND_BLOCK), 18, "x") == SECOND_3DX.dh_words
-    assert decode_words(b"\xff\xe3", 1, "x") == (SECOND_3DX.beta_word,)
-
-
 @pytest.mark.parametrize("length", [0, 35, 37, 255])
 def test_blocks_of_another_length_are_refused(length: int) -> None:
     with pytest.raises(DeviceError, match="instead of 36"):
@@ -64,20 +49,16 @@ def test_blocks_of_another_length_are_refused(length: int) -> None:
 
 
 @given(st.lists(st.integers(-32768, 32767), max_size=20))
+@example([-16382, -401])
 def test_words_survive(words: list[int]) -> None:
     assert decode_words(encode_words(tuple(words)), len(words), "x") == tuple(words)
+    assert encode_words((-16382, -401)) == bytes.fromhex("C0 02 FE 6F")
 
 
 def test_strings_are_plain_text() -> None:
     assert identity.decode_string(b"HCI 2.0") == "HCI 2.0"
     with pytest.raises(DeviceError, match="plain text"):
         identity.decode_string(b"HCI\xff")
-
-
-def test_profiles_fit_what_the_line_can_carry() -> None:
-    for profile in PROFILES.values():
-        assert len(encode_words(profile.dh_words)) == 36
-        assert len(profile.maxima.encode()) == identity.MAXIMA_BYTES
 
 
 @pytest.mark.parametrize(

@@ -57,19 +57,6 @@ def _packets(reader: PacketReader, data: bytes) -> list[Packet]:
 _pose_packets = st.lists(packets(0x23), min_size=5, max_size=8)
 
 
-@given(_pose_packets, st.data())
-def test_chunks_do_not_matter(sent: list[Packet], data: st.DataObject) -> None:
-    raw = b"".join(map(encode_packet, sent))
-    reader = PacketReader(Layout(0x23))
-    got: list[Packet] = []
-    while raw:
-        cut = data.draw(st.integers(1, len(raw)))
-        got += _packets(reader, raw[:cut])
-        raw = raw[cut:]
-    assert got == sent
-    assert (reader.counters.framing, reader.counters.noise) == (0, 0)
-
-
 def _damage(raw: bytes, kind: str, at: int, byte: int) -> bytes:
     if kind == "drop":
         return raw[:at] + raw[at + 1 :]
@@ -117,28 +104,6 @@ def test_immediate_delivery_is_back_in_step_within_one_packet(
     got = _packets(reader, b"".join(chunks))
     assert got[:2] == sent[:2]
     assert got[-(len(sent) - 3) :] == sent[3:]
-
-
-@given(st.lists(packets(0x23), min_size=2, max_size=4), st.data())
-def test_noise_between_packets_is_counted_not_decoded(
-    sent: list[Packet], data: st.DataObject
-) -> None:
-    noise = st.binary(max_size=20).map(lambda raw: raw.replace(b"\xa3", b"\xa4"))
-    reader = PacketReader(Layout(0x23))
-    got: list[Packet] = []
-    dropped = 0
-    for packet in sent:
-        piece = data.draw(noise)
-        dropped += len(piece)
-        got += _packets(reader, piece + encode_packet(packet))
-    assert got == sent
-    assert reader.counters.noise == dropped
-
-
-def test_a_packet_with_trailing_bytes_is_suspect() -> None:
-    reader = PacketReader(Layout(0x23))
-    _packets(reader, POSE + b"\x05")
-    assert reader.counters.suspect == 1
 
 
 # Bytes as they occur around packets: legal packets, pieces of them, anything.
@@ -193,31 +158,6 @@ def test_no_delivery_with_fewer_than_the_missing_bytes(
         assert reader.receive(raw[at : at + missing - 1]) == []
         reader.receive(raw[at + missing - 1 : at + missing])
         at += missing
-
-
-@pytest.mark.parametrize("at", range(1, 16))
-@pytest.mark.parametrize("noise", [0x00, 0x7F, 0x80, 0xA3, 0xC0, 0xFF])
-def test_one_byte_of_noise_at_every_place(at: int, noise: int) -> None:
-    """Lost is the packet that was hit; the counters say what happened."""
-    spoilt = POSE[:at] + bytes((noise,)) + POSE[at:]
-    reader = PacketReader(Layout(0x23), confirmed_only=True)
-    # A second header right behind the first only begins the packet anew.
-    expected = 3 if (at, noise) == (1, 0xA3) else 2
-    got = _packets(reader, POSE + spoilt + POSE + POSE)
-    assert got == [decode_packet(POSE)] * expected
-    seen = reader.counters
-    assert seen.framing + seen.noise > 0
-    assert (seen.suspect > 0) is (noise < 0x80)
-
-
-@pytest.mark.parametrize("at", range(16))
-def test_one_byte_less_at_every_place(at: int) -> None:
-    reader = PacketReader(Layout(0x23), confirmed_only=True)
-    got = _packets(reader, POSE + POSE[:at] + POSE[at + 1 :] + POSE + POSE)
-    # Without its own header a packet leaves the one before it without a successor.
-    assert got == [decode_packet(POSE)] * (2 if at else 1)
-    seen = reader.counters
-    assert (seen.framing, seen.noise) == ((1, 0) if at else (0, 15))
 
 
 @pytest.mark.parametrize("command", [c for c in range(0x40) if not c & 0x10])

@@ -14,7 +14,6 @@ from tests.devices.microscribe.rare_faults import (
 )
 
 Connect = Callable[..., Any]
-
 STREAM = b"\xcf\x00\x09\x23" + bytes(21)
 STOP = b"\x00"
 
@@ -86,36 +85,3 @@ def test_a_rate_is_refused_from_its_moment_on(connect: Connect) -> None:
     assert client.arm.fired == {"f2_one_rate": 0}
     assert client.sign_on() == b""
     assert client.arm.fired["f2_one_rate"] > 0
-
-
-def test_other_encoders_are_counted_as_often_as_they_are_told(
-    connect: Connect,
-) -> None:
-    client = connect("f22=ODD")
-    client.sign_on()
-    for times in range(3):
-        assert client.arm.fired == {"f22_bad_maxima": times}
-        assert client.ask(b"\xc6")[13:15] == b"\x3e\x7f"
-
-
-def test_a_pedal_that_waits_for_a_stream_is_not_counted_before(
-    connect: Connect,
-) -> None:
-    client = connect("f25=STOPS")
-    client.sign_on()
-    client.poll(3)
-    assert client.arm.fired == {"f25_pedals": 0}
-    client.ask(STREAM, 0.1)
-    assert client.ask(STOP, 0.01)[-2:] == b"\x80\x01"
-    assert client.arm.fired == {"f25_pedals": 1}
-
-
-def test_nobody_writes_the_memory_before_a_session(connect: Connect) -> None:
-    client = connect("f29")
-    client.passes(1.0)
-    client.ask(b"")
-    assert client.arm.fired == {"f29_memory_write": 0}
-    client.sign_on()
-    client.poll(2)
-    assert client.arm.fired == {"f29_memory_write": 1}
-    assert client.arm.firmware.memory_writes == 1
