@@ -152,51 +152,10 @@ class SerialPorts:
         return SerialPort(name)
 
 
-class MicroScribe(QueuedSource):
-    """A MicroScribe arm that yields poses in its own frame, mm.
+class SupervisedArm:
+    """What an arm shows of itself while a supervisor keeps its session."""
 
-    ``read`` and iteration give every pose once and in order; ``latest`` gives the
-    newest for a live picture. The two do not disturb one another. Poses come from
-    whole packets only; a packet has no checksum, so a bit flipped on the line that
-    moves the arm by less than a hand could is not noticed.
-
-    ``port`` is a port's name or an opened port. With ``baud`` only that rate is
-    tried. ``assume_home`` states that the arm stood in its rest when it was switched
-    on; without it poses are refused until ``home`` was called. ``reports`` lets the
-    arm send by itself instead of being polled ``poll_hz`` times a second.
-
-    With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
-    there again. ``read`` then raises the loss once and goes on waiting, ``latest``
-    keeps its last pose, whose age grows.
-    """
-
-    _silence_s = SILENCE_S
-
-    def __init__(
-        self,
-        port: str | BytePort,
-        *,
-        baud: int | None = None,
-        poll_hz: float = POLL_HZ,
-        reports: MotionReports | None = None,
-        assume_home: bool = True,
-        timing: LinkTiming | None = None,
-        replug: PortFinder | None = None,
-    ) -> None:
-        if not poll_hz > 0.0:
-            raise UserError(f"poll_hz must be positive, got {poll_hz}")
-        settings = ArmSettings(
-            rates=RATES if baud is None else (baud,),
-            poll_hz=poll_hz,
-            reports=reports,
-            assume_home=assume_home,
-            timing=timing,
-        )
-        opened = SerialPort(port) if isinstance(port, str) else port
-        self._supervisor = ConnectionSupervisor(opened, settings, replug)
-        self._thread = ArmThread(self._supervisor)
-        self._queue = self._thread.queue
-        atexit.register(self.close)
+    _supervisor: ConnectionSupervisor
 
     @property
     def description(self) -> ArmDescription:
@@ -250,6 +209,53 @@ class MicroScribe(QueuedSource):
     def counters(self) -> dict[str, int]:
         """Return what went wrong on the line so far, by name."""
         return self._supervisor.counters
+
+
+class MicroScribe(SupervisedArm, QueuedSource):
+    """A MicroScribe arm that yields poses in its own frame, mm.
+
+    ``read`` and iteration give every pose once and in order; ``latest`` gives the
+    newest for a live picture. The two do not disturb one another. Poses come from
+    whole packets only; a packet has no checksum, so a bit flipped on the line that
+    moves the arm by less than a hand could is not noticed.
+
+    ``port`` is a port's name or an opened port. With ``baud`` only that rate is
+    tried. ``assume_home`` states that the arm stood in its rest when it was switched
+    on; without it poses are refused until ``home`` was called. ``reports`` lets the
+    arm send by itself instead of being polled ``poll_hz`` times a second.
+
+    With ``replug``, usually ``SerialPorts()``, a lost arm is looked for until it is
+    there again. ``read`` then raises the loss once and goes on waiting, ``latest``
+    keeps its last pose, whose age grows.
+    """
+
+    _silence_s = SILENCE_S
+
+    def __init__(
+        self,
+        port: str | BytePort,
+        *,
+        baud: int | None = None,
+        poll_hz: float = POLL_HZ,
+        reports: MotionReports | None = None,
+        assume_home: bool = True,
+        timing: LinkTiming | None = None,
+        replug: PortFinder | None = None,
+    ) -> None:
+        if not poll_hz > 0.0:
+            raise UserError(f"poll_hz must be positive, got {poll_hz}")
+        settings = ArmSettings(
+            rates=RATES if baud is None else (baud,),
+            poll_hz=poll_hz,
+            reports=reports,
+            assume_home=assume_home,
+            timing=timing,
+        )
+        opened = SerialPort(port) if isinstance(port, str) else port
+        self._supervisor = ConnectionSupervisor(opened, settings, replug)
+        self._thread = ArmThread(self._supervisor)
+        self._queue = self._thread.queue
+        atexit.register(self.close)
 
     def home(self) -> None:
         """Load the rest counts; the arm must stand in its rest now."""

@@ -1,4 +1,5 @@
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -7,71 +8,54 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
-from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.profiles import (
     DX40937,
     G2_UNHOMED,
-    ArmProfile,
 )
 from tests.devices.microscribe.rare_faults import (
     EVERY_FAULT,
     parse_any_fault,
 )
 
-ELSEWHERE = (1, 2, 3, 4, 5, 8416)
-
-
-def arm_and_line(
-    profile: ArmProfile = DX40937, **options: Any
-) -> tuple[EmulatedArm, MemoryLine]:
-    arm = EmulatedArm(profile, StillMotion(profile), **options)
-    return arm, MemoryLine(arm)
-
-
-def sign_on(line: MemoryLine, baud: int = 115200) -> bytes:
-    port = line.open_serial(baud, timeout=0.1)
-    port.write(b"\xc5IMMC")
-    heard = port.read(5)
-    port.write(b"BEGIN")
-    return heard + port.read(9)
+Connect = Callable[..., Any]
 
 
 @pytest.mark.parametrize("baud", RATES)
-def test_it_signs_on_at_each_of_its_rates_and_keeps_it(baud: int) -> None:
-    arm, line = arm_and_line()
-    assert sign_on(line, baud) == b"IMMCMSCR\0"
-    assert arm.session_rate == baud
+def test_it_signs_on_at_each_of_its_rates_and_keeps_it(
+    connect: Connect, baud: int
+) -> None:
+    client = connect(baud=baud)
+    assert client.sign_on() == b"IMMCMSCR\0"
+    assert client.arm.session_rate == baud
     for other in RATES:
-        port = line.open_serial(other, timeout=0.05)
-        port.write(b"\x03")
-        assert (port.read(14)[:1] == b"\x83") == (other == baud)
-        port.read(99)
+        client.port.baudrate = other
+        assert (client.ask(b"\x03")[:1] == b"\x83") == (other == baud)
 
 
 @pytest.mark.parametrize("baud", [4800, 230400])
-def test_it_does_not_sign_on_at_a_rate_that_it_lacks(baud: int) -> None:
-    _, line = arm_and_line()
-    assert b"MSCR" not in sign_on(line, baud)
+def test_it_does_not_sign_on_at_a_rate_that_it_lacks(
+    connect: Connect, baud: int
+) -> None:
+    assert b"MSCR" not in connect(baud=baud).sign_on()
 
 
-def test_a_dead_hosts_session_is_ended_at_its_rate_only() -> None:
-    _, line = arm_and_line()
-    sign_on(line, 19200)
-    assert b"MSCR" not in sign_on(line, 115200)
-    assert sign_on(line, 19200) == b"\xc5IMMCMSCR\0"
+def test_a_dead_hosts_session_is_ended_at_its_rate_only(connect: Connect) -> None:
+    client = connect(baud=19200)
+    client.sign_on()
+    client.port.baudrate = 115200
+    assert b"MSCR" not in client.sign_on()
+    client.port.baudrate = 19200
+    assert client.sign_on() == b"\xc5IMMCMSCR\0"
 
 
-def test_set_baud_is_echoed_at_the_old_rate_and_then_switches() -> None:
-    arm, line = arm_and_line()
-    sign_on(line)
-    port = line.open_serial(timeout=0.05)
-    port.write(b"\xc4\x11")
-    assert port.read(2) == b"\xc4"
-    assert arm.session_rate == 19200
-    port.baudrate = 19200
-    port.write(b"\x03")
-    assert port.read(14)[:1] == b"\x83"
+def test_set_baud_is_echoed_at_the_old_rate_and_then_switches(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    assert client.ask(b"\xc4\x11") == b"\xc4"
+    assert client.arm.session_rate == client.port.baudrate / 6 == 19200
+    client.port.baudrate = 19200
+    assert client.ask(b"\x03")[:1] == b"\x83"
 
 
 def test_a_line_without_rates_takes_what_it_was_given() -> None:
@@ -79,55 +63,43 @@ def test_a_line_without_rates_takes_what_it_was_given() -> None:
     arm.hear(b"IMMC", 0.0, None)
     assert arm.speak(0.001, None) == b""
     assert arm.speak(1.0, None) == b"IMMC"
-    with pytest.raises(ValueError, match="rate must be one of"):
+    with pytest.raises(ValueError, match="4800"):
         EmulatedArm(DX40937, StillMotion(DX40937), rate=4800)
 
 
-def test_the_home_button_makes_an_arm_measure() -> None:
-    arm, line = arm_and_line(G2_UNHOMED)
-    assert sign_on(line) == b"IMMCMSCR\0"
-    port = line.open_serial(timeout=0.05)
-    port.write(b"\x03\xcb")
-    assert port.read(99) == b"\xcbEMU00024\0"
-    arm.press_home_button(line.clock.now())
-    port.write(b"\x03")
-    assert port.read(14)[:1] == b"\x83"
-    arm.power_cycle(line.clock.now())
-    sign_on(line)
-    port.write(b"\x03")
-    assert port.read(14) == b""
+def test_the_home_button_makes_an_arm_measure(connect: Connect) -> None:
+    client = connect(profile=G2_UNHOMED)
+    assert client.sign_on() == b"IMMCMSCR\0"
+    assert client.ask(b"\x03\xcb") == b"\xcbEMU00024\0"
+    client.arm.press_home_button(client.now_s)
+    assert client.ask(b"\x03")[:1] == b"\x83"
+    client.arm.power_cycle(client.now_s)
+    client.sign_on()
+    assert client.ask(b"\x03") == b""
 
 
-def test_pedals_are_held_and_let_go() -> None:
-    arm, line = arm_and_line()
-    sign_on(line)
-    port = line.open_serial(timeout=0.05)
-
-    def buttons() -> int:
-        port.write(b"\x00")
-        return port.read(2)[1]
-
-    arm.hold_pedal(0, line.clock.now() + 0.01)
-    arm.hold_pedal(1)
-    assert buttons() == 3
-    line.clock.sleep(0.02)
-    assert buttons() == 2
-    arm.hold_pedal(1, float("-inf"))
-    assert buttons() == 0
+def test_pedals_are_held_and_let_go(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    client.arm.hold_pedal(0, client.now_s + 0.01)
+    client.arm.hold_pedal(1)
+    # Each answer ends the wait of 0.08 s later than the pedal that is held for 0.01 s.
+    assert [client.ask(b"\x00")[1] for _ in range(2)] == [3, 2]
+    client.arm.hold_pedal(1, float("-inf"))
+    assert client.ask(b"\x00")[1] == 0
     with pytest.raises(ValueError, match="bit"):
-        arm.hold_pedal(7)
+        client.arm.hold_pedal(7)
 
 
-def test_a_report_sends_every_packet_at_its_time_however_late_one_looks() -> None:
-    turning = AnglesMotion(DX40937, lambda t: [0.5 * t] * 6)
-    arm = EmulatedArm(DX40937, turning)
-    line = MemoryLine(arm)
-    sign_on(line)
-    port = line.open_serial(timeout=0.01)
-    port.write(b"\xcf\x00\x09\x23" + bytes(21))
-    assert port.read(1) == b"\xcf"
-    line.clock.sleep(2.0)
-    data = port.read(16 * 200)
+def test_a_report_sends_every_packet_at_its_time_however_late_one_looks(
+    connect: Connect,
+) -> None:
+    client = connect(motion=AnglesMotion(DX40937, lambda t: [0.5 * t] * 6))
+    client.sign_on()
+    client.port.write(b"\xcf\x00\x09\x23" + bytes(21))
+    assert client.port.read(1) == b"\xcf"
+    client.passes(2.0)
+    data = client.port.read(16 * 200)
     timers = [data[i + 2] << 7 | data[i + 3] for i in range(0, len(data), 16)]
     assert [b - a for a, b in itertools.pairwise(timers)] == [9] * 199
     base = [data[i + 4] << 7 | data[i + 5] for i in range(0, len(data), 16)]

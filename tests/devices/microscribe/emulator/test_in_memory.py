@@ -1,135 +1,121 @@
 import threading
 import time
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import (
     MemoryLine,
-    MemorySerial,
 )
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.port import BytePort, DeviceError, DeviceReason, HostClock
-from tests.devices.microscribe.rare_faults import parse_any_fault
 
 BYTE_S = 10.0 / 115200
 POLL, PACKET = b"\x23", 16
 
 
-def memory_line(*faults: str) -> MemoryLine:
-    plans = [parse_any_fault(text) for text in faults]
-    return MemoryLine(EmulatedArm(DX40937, StillMotion(DX40937), faults=plans))
+Connect = Callable[..., Any]
 
 
-def signed_on(line: MemoryLine, timeout: float | None = 0.1) -> MemorySerial:
-    port = line.open_serial(timeout=timeout)
-    port.write(b"\xc5IMMC")
-    assert port.read(4) == b"IMMC"
-    port.write(b"BEGIN")
-    assert port.read(5) == b"MSCR\0"
-    return port
-
-
-def now(line: MemoryLine) -> float:
-    return line.clock.now()
-
-
-def test_reading_moves_the_clock_by_what_the_line_takes() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    begun = now(line)
-    port.write(POLL)
-    assert port.read(1) == b"\xa3"
+def test_reading_moves_the_clock_by_what_the_line_takes(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    client.port.timeout = 0.1
+    begun_s = client.now_s
+    client.port.write(POLL)
+    assert client.port.read(1) == b"\xa3"
     # The command's byte, the arm's thought, the header.
-    assert now(line) - begun == pytest.approx(BYTE_S + 0.001 + BYTE_S)
-    assert port.in_waiting == 0
-    assert len(port.read(PACKET)) == PACKET - 1
-    assert now(line) - begun == pytest.approx(0.1 + 2 * BYTE_S + 0.001)
+    assert client.now_s - begun_s == pytest.approx(BYTE_S + 0.001 + BYTE_S)
+    assert client.port.in_waiting == 0
+    assert len(client.port.read(PACKET)) == PACKET - 1
+    assert client.now_s - begun_s == pytest.approx(0.1 + 2 * BYTE_S + 0.001)
 
 
-def test_four_hundred_polls_a_second_are_the_most() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    begun = now(line)
+def test_four_hundred_polls_a_second_are_the_most(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    begun_s = client.now_s
     for _ in range(1000):
-        port.write(POLL)
-        assert len(port.read(PACKET)) == PACKET
-    assert 1000 / (now(line) - begun) == pytest.approx(404.0, abs=1.0)
+        client.port.write(POLL)
+        assert len(client.port.read(PACKET)) == PACKET
+    assert 1000 / (client.now_s - begun_s) == pytest.approx(404.0, abs=1.0)
 
 
-def test_a_read_without_timeout_that_cannot_end_says_so() -> None:
-    port = memory_line().open_serial()
+def test_a_read_without_timeout_that_cannot_end_says_so(connect: Connect) -> None:
+    port = connect().port
+    port.timeout = None
     with pytest.raises(TimeoutError, match="never end"):
         port.read(1)
 
 
-def test_a_zero_timeout_never_moves_the_clock() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    port.timeout = 0.0
-    begun = now(line)
-    port.write(POLL)
-    assert port.read(99) == b""
-    assert now(line) == begun
-    with pytest.raises(ValueError, match="does not go back"):
-        line.clock.sleep(-1.0)
+def test_a_zero_timeout_never_moves_the_clock(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    begun_s = client.now_s
+    assert client.ask(POLL, 0.0) == b""
+    assert client.now_s == begun_s
+    with pytest.raises(ValueError, match="-1"):
+        client.line.clock.sleep(-1.0)
 
 
-def test_what_is_unread_can_be_dropped() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    port.write(POLL)
-    line.clock.sleep(0.1)
-    assert port.in_waiting == PACKET
-    port.reset_input_buffer()
-    assert port.in_waiting == 0
+def test_what_is_unread_can_be_dropped(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    client.port.write(POLL)
+    client.passes(0.1)
+    assert client.port.in_waiting == PACKET
+    client.port.reset_input_buffer()
+    assert client.port.in_waiting == 0
 
 
-def test_a_pulled_plug_is_an_error_and_comes_back_elsewhere() -> None:
-    line = memory_line()
-    port = signed_on(line)
-    line.arm.unplug(now(line))
+def test_a_pulled_plug_is_an_error_and_comes_back_elsewhere(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    line, port = client.line, client.port
+    client.arm.unplug(client.now_s)
     for use in (port.read, lambda: port.write(b"x"), lambda: port.in_waiting):
         with pytest.raises(OSError, match="gone"):
             use()
     with pytest.raises(OSError, match="gone"):
         line.open_serial()
-    line.arm.replug(now(line))
+    client.arm.replug(client.now_s)
     with pytest.raises(OSError, match="gone"):
         port.read()
-    again = line.open_serial(timeout=0.1)
-    assert again.port != port.port
+    client.port = line.open_serial()
+    assert client.port.port != port.port
     # The data plug only: the arm kept its power and its session.
-    again.write(POLL)
-    assert len(again.read(PACKET)) == PACKET
+    assert len(client.ask(POLL)) == PACKET
 
 
-def test_a_closed_port_leaves_the_session_open() -> None:
-    line = memory_line()
-    with signed_on(line) as port:
+def test_a_closed_port_leaves_the_session_open(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    with client.port as port:
         pass
     with pytest.raises(OSError, match="closed"):
         port.read(1)
-    other = line.open_serial(timeout=0.1)
-    other.write(POLL)
-    assert len(other.read(PACKET)) == PACKET
+    client.port = client.line.open_serial()
+    assert len(client.ask(POLL)) == PACKET
 
 
-def test_the_byte_port_speaks_our_drivers_errors() -> None:
-    line = memory_line()
-    signed_on(line)
+def test_the_byte_port_speaks_our_drivers_errors(connect: Connect) -> None:
+    client = connect()
+    client.sign_on()
+    line = client.line
     port: BytePort = line.open_port()
     port.write(POLL)
     assert port.read(4, 0.1)[:1] == b"\xa3"
-    line.clock.sleep(0.1)
+    client.passes(0.1)
     assert port.waiting == PACKET - 4
     assert port.reset_input() == PACKET - 4
     port.set_rate(9600)
     port.set_rate(115200)
     port.write(POLL)
     assert len(port.read(64, 0.1, 0.01)) == PACKET
-    line.arm.unplug(now(line))
+    client.arm.unplug(client.now_s)
     for use in (
         lambda: port.read(1, 0.1),
         lambda: port.write(b"x"),
@@ -147,8 +133,11 @@ def test_the_byte_port_speaks_our_drivers_errors() -> None:
 
 def test_the_same_line_runs_in_real_time_for_two_threads() -> None:
     arm = EmulatedArm(DX40937, StillMotion(DX40937), now_s=time.monotonic())
-    line = MemoryLine(arm, HostClock())
-    port = signed_on(line, timeout=5.0)
+    port = MemoryLine(arm, HostClock()).open_serial(timeout=5.0)
+    port.write(b"\xc5IMMC")
+    assert port.read(4) == b"IMMC"
+    port.write(b"BEGIN")
+    assert port.read(5) == b"MSCR\0"
     heard: list[bytes] = []
     reader = threading.Thread(target=lambda: heard.append(port.read(PACKET)))
     reader.start()

@@ -8,7 +8,7 @@ import pytest
 from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
 from devices.microscribe.emulator.in_memory import MemoryLine, MemorySerial
 from devices.microscribe.emulator.motion import StillMotion
-from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS, ArmProfile
+from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
 from tests.devices.microscribe.rare_faults import parse_any_fault
 
 CLEAN = bytes.fromhex("83 00 6C 4F 30 5E 35 54 20 02 18 79 41 60")
@@ -58,8 +58,9 @@ def connect() -> Callable[..., Client]:
         baud: int = 115200,
     ) -> Client:
         plans = [parse_any_fault(text) for text in faults]
-        still = StillMotion(profile, HOME_COUNTS)
-        arm = EmulatedArm(profile, motion or still, faults=plans, seed=seed)
+        arm = EmulatedArm(
+            profile, motion or StillMotion(profile), faults=plans, seed=seed
+        )
         line = MemoryLine(arm)
         return Client(arm, line, line.open_serial(baud, timeout=0.1))
 
