@@ -91,15 +91,6 @@ def test_calibration_memory_is_never_written() -> None:
         assert firmware.state is FirmwareState.IDLE
 
 
-def test_fixed_rate_report_and_its_end() -> None:
-    firmware = _running()
-    assert firmware.receive(b"\xcf\x00\x09\x23" + bytes(21), 0.0) == b"\xcf"
-    got = b"".join(firmware.advance(0.001 * i) for i in range(100))
-    assert len(got) == 10 * 16
-    assert firmware.receive(b"\x00", 0.0995) == b"\x80\x00"
-    assert firmware.advance(1.0) == b""
-
-
 def test_threshold_report_waits_for_motion_and_pedals() -> None:
     arm = StillMotion(DX40937)
     firmware = _running(arm)
@@ -115,12 +106,6 @@ def test_threshold_report_waits_for_motion_and_pedals() -> None:
     assert firmware.advance(0.05)[:2] == b"\x83\x01"
     arm.buttons = 0
     assert firmware.advance(0.06)[:2] == b"\x83\x00"
-
-
-def test_seven_encoders_want_two_more_arguments() -> None:
-    firmware = _running()
-    assert firmware.receive(b"\xcf\x00\x09\x02" + bytes(21), 0.0) == b""
-    assert firmware.receive(bytes(2), 0.0) == b"\xcf"
 
 
 @given(st.lists(st.binary(max_size=40), max_size=6))
