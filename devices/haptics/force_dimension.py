@@ -93,13 +93,16 @@ class ForceDimension:
         self._number = ctypes.c_byte(number)
         self._is_open = True
         told = library.dhdGetSystemName(self._number)
-        self._name = (told or b"unnamed").decode(errors="replace")
+        self.name = f"Force Dimension {(told or b'unnamed').decode(errors='replace')}"
         largest = float(library.dhdGetMaxForce(self._number))
         force_n = largest if 0.0 < largest < np.inf else FORCE_N
-        self._limits = ForceLimits(force_n, STIFFNESS_N_M)
+        self.limits = ForceLimits(force_n, STIFFNESS_N_M)
         self._state: NDArray[Any] = np.zeros(1, DEVICE)
         self._state["id"] = number
         self._linked = linked()
+        self.read_address = self._linked.read_address
+        self.command_address = self._linked.command_address
+        self.state_address = int(self._state.ctypes.data)
 
     @classmethod
     def open(cls) -> "ForceDimension":
@@ -132,31 +135,6 @@ class ForceDimension:
                 DeviceReason.CANT_BEGIN, f"The device turns no forces on ({why})."
             )
         return cls(library, number)
-
-    @property
-    def name(self) -> str:
-        """Return the maker's name for it."""
-        return f"Force Dimension {self._name}"
-
-    @property
-    def limits(self) -> ForceLimits:
-        """Return what it bears."""
-        return self._limits
-
-    @property
-    def read_address(self) -> int:
-        """Return the address of its C function `read`."""
-        return self._linked.read_address
-
-    @property
-    def command_address(self) -> int:
-        """Return the address of its C function `command`."""
-        return self._linked.command_address
-
-    @property
-    def state_address(self) -> int:
-        """Return what both functions are given first."""
-        return int(self._state.ctypes.data)
 
     def close(self) -> None:
         """Take the force away and let go of the device; harmless when repeated."""

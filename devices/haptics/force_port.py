@@ -75,30 +75,16 @@ class ForceLimits:
 class ForceDevice(Protocol):
     """Measures where its tip is and pushes it."""
 
-    @property
-    def name(self) -> str:
-        """Return the name under which a person knows the device."""
-        ...
-
-    @property
-    def limits(self) -> ForceLimits:
-        """Return what it bears."""
-        ...
-
-    @property
-    def read_address(self) -> int:
-        """Return the address of its C function `read`."""
-        ...
-
-    @property
-    def command_address(self) -> int:
-        """Return the address of its C function `command`."""
-        ...
-
-    @property
-    def state_address(self) -> int:
-        """Return what both functions are given first."""
-        ...
+    name: str
+    """Under which a person knows the device."""
+    limits: ForceLimits
+    """What it bears."""
+    read_address: int
+    """Of its C function `read`."""
+    command_address: int
+    """Of its C function `command`."""
+    state_address: int
+    """What both functions are given first."""
 
     def close(self) -> None:
         """Let go of the device, its force zero; harmless when repeated."""

@@ -131,6 +131,11 @@ class MockHead:
     period_s: float = 1e-3
     state: NDArray[Any] = field(init=False)
     """``(1,)`` of `HEAD`."""
+    name: str = field(init=False, default="emulated force device")
+    limits: ForceLimits = field(init=False)
+    read_address: int = field(init=False, default=read_head.address or 0)
+    command_address: int = field(init=False, default=command_head.address or 0)
+    state_address: int = field(init=False)
 
     def __post_init__(self) -> None:
         """Put nothing into nobody's hand yet."""
@@ -148,33 +153,9 @@ class MockHead:
         state["fault"] = HEAD_FAULTS.index(self.fault.name)
         state["fault_from_ns"], state["fault_until_ns"] = self.fault.span_ns()
         state["rotation"] = state["to_rotation"] = np.eye(3)
-
-    @property
-    def name(self) -> str:
-        """Return what a person reads."""
-        return "emulated force device"
-
-    @property
-    def limits(self) -> ForceLimits:
-        """Return what it bears."""
-        model = self.model
         stiffest = model.stiffest_n_m(self.period_s)
-        return ForceLimits(model.limit_n, stiffest, model.viscous_ns_m)
-
-    @property
-    def read_address(self) -> int:
-        """Return the address of its C function `read`."""
-        return read_head.address or 0
-
-    @property
-    def command_address(self) -> int:
-        """Return the address of its C function `command`."""
-        return command_head.address or 0
-
-    @property
-    def state_address(self) -> int:
-        """Return what both functions are given first."""
-        return int(self.state.ctypes.data)
+        self.limits = ForceLimits(model.limit_n, stiffest, model.viscous_ns_m)
+        self.state_address = int(state.ctypes.data)
 
     def lead(
         self, device_from_tip: NDArray[np.float64], lasts_s: float, buttons: int = 0
