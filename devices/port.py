@@ -82,10 +82,8 @@ class BytePort(Protocol):
     Every method raises DeviceError(DISCONNECTED) once the far end is gone.
     """
 
-    @property
-    def name(self) -> str:
-        """Return the name under which a person knows the port."""
-        ...
+    name: str
+    """Under which a person knows the port."""
 
     @property
     def waiting(self) -> int:

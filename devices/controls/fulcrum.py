@@ -169,12 +169,14 @@ class FulcrumControl:
         self.fulcrum = fulcrum
         self._hold = hold
         self._lean = lean
-        self._pivot_mm = fulcrum.pivot_mm
+        self.entry_mm = fulcrum.pivot_mm
+        """Where the shaft's line passes the nostril, (3,)."""
         self._held: NDArray[np.float64] | None = None
         self.limits = FulcrumLimits() if limits is None else limits
         low, high = self.limits.depth_mm
-        self._depth_mm = low if depth_mm is None else depth_mm
-        if not low <= self._depth_mm <= high:
+        self.depth_mm = low if depth_mm is None else depth_mm
+        """How far the tip is beyond the fulcrum."""
+        if not low <= self.depth_mm <= high:
             raise UserError(
                 f"depth_mm must lie between {low:g} and {high:g}, got {depth_mm}"
             )
@@ -189,9 +191,12 @@ class FulcrumControl:
         self._up = np.cross(self._right, fulcrum.axis)
         # Degrees to the right and up, along great circles from the axis.
         self._tilt_deg = np.zeros(2)
-        self._roll_deg = 0.0
+        self.roll_deg = 0.0
+        """The turn about the shaft, right-handed about its direction."""
         self._owed = np.zeros(4)
-        self._is_settling = self._goes_out = False
+        self.is_settling = False
+        """Whether a shaft that was placed is still on its way to the pivot."""
+        self._goes_out = False
         self._laid: _Lay | None = None
         self._still_s = 0.0
 
@@ -201,24 +206,9 @@ class FulcrumControl:
         return self._still_s >= WEDGED_S
 
     @property
-    def is_settling(self) -> bool:
-        """Return whether a shaft that was placed is still on its way to the pivot."""
-        return self._is_settling
-
-    @property
-    def depth_mm(self) -> float:
-        """Return how far the tip is beyond the fulcrum."""
-        return self._depth_mm
-
-    @property
     def tilt_deg(self) -> float:
         """Return the angle between shaft and axis."""
         return math.hypot(*self._tilt_deg)
-
-    @property
-    def roll_deg(self) -> float:
-        """Return the turn about the shaft, right-handed about its direction."""
-        return self._roll_deg
 
     @property
     def pointing(self) -> NDArray[np.float64]:
@@ -239,20 +229,20 @@ class FulcrumControl:
         """Return the tip frame, (4, 4) float64: x right, y up, z back up the shaft."""
         if self._held is not None:
             return self._held
-        return self._frame(self._depth_mm, self._tilt_deg)
+        return self._frame(self.depth_mm, self._tilt_deg)
 
     def _frame(
         self, depth_mm: float, tilt_deg: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         pointing = self._pointing(tilt_deg)
         right, up = self._level(pointing).T
-        turn = math.radians(self._roll_deg)
+        turn = math.radians(self.roll_deg)
         cosine, sine = math.cos(turn), math.sin(turn)
         frame = np.eye(4)
         frame[:3, 0] = cosine * right - sine * up
         frame[:3, 1] = cosine * up + sine * right
         frame[:3, 2] = -pointing
-        frame[:3, 3] = self._pivot_mm + depth_mm * pointing
+        frame[:3, 3] = self.entry_mm + depth_mm * pointing
         return frame
 
     def _level(self, pointing: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -268,15 +258,15 @@ class FulcrumControl:
         to where the limits let it be, at `SETTLING` times the limits of rate.
         """
         self._aim_at(frame[:3, 3])
-        self._roll_deg = 0.0
-        level = self._frame(self._depth_mm, self._tilt_deg)
+        self.roll_deg = 0.0
+        level = self._frame(self.depth_mm, self._tilt_deg)
         right, up = (
             float(frame[:3, 0] @ level[:3, 0]),
             float(frame[:3, 0] @ level[:3, 1]),
         )
-        self._roll_deg = math.degrees(math.atan2(-up, right))
+        self.roll_deg = math.degrees(math.atan2(-up, right))
         self._held = np.array(frame, dtype=np.float64)
-        self._is_settling = True
+        self.is_settling = True
         self.let_go()
 
     def let_go(self) -> None:
@@ -294,11 +284,6 @@ class FulcrumControl:
     def is_laid(self) -> bool:
         """Return whether it is on its way to where it was told to lie."""
         return self._laid is not None
-
-    @property
-    def entry_mm(self) -> NDArray[np.float64]:
-        """Return where the shaft's line passes the nostril, (3,)."""
-        return self._pivot_mm
 
     def lay(
         self,
@@ -342,8 +327,8 @@ class FulcrumControl:
         )
         if self._goes_out:
             asks_in = demand.insert > 0.0 or demand.insert_nudge_mm > 0.0
-            aside_mm = float(np.linalg.norm(self._pivot_mm - self.fulcrum.pivot_mm))
-            is_out = self._depth_mm <= limits.depth_mm[0] and aside_mm < 1e-6
+            aside_mm = float(np.linalg.norm(self.entry_mm - self.fulcrum.pivot_mm))
+            is_out = self.depth_mm <= limits.depth_mm[0] and aside_mm < 1e-6
             self._goes_out = not (asks_in or is_out)
             if self._goes_out:
                 demand = Demand(insert=-1.0)
@@ -357,15 +342,15 @@ class FulcrumControl:
         wanted = held + self._owed + np.clip(demand[4:], -1e6, 1e6)
         step = _limited(wanted, fastest * step_s)
         self._owed = _limited(wanted - step, fastest * LAG_S)
-        start = np.array((self._depth_mm, *self._tilt_deg))
+        start = np.array((self.depth_mm, *self._tilt_deg))
         place = self._bounded(start + step[:3])
         before = self.frame()
-        self._roll_deg = math.remainder(self._roll_deg + float(step[3]), 360.0)
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        self.roll_deg = math.remainder(self.roll_deg + float(step[3]), 360.0)
+        self.depth_mm, self._tilt_deg = float(place[0]), place[1:]
         if self._lean is not None and step_s > 0.0 and np.any(step[:3]):
             share = min(float((np.abs(step[:3]) / fastest[:3]).max() / step_s), 1.0)
             self._move_pivot(self._lean, before[:3, 3], share * step_s)
-        if self._is_settling:
+        if self.is_settling:
             self._settle(before, SETTLING * step_s)
         elif self._hold is not None and np.any(step):
             # a hand at rest moves nothing
@@ -386,11 +371,11 @@ class FulcrumControl:
         """Go on to where it is to lie: back, about, and in."""
         limits, before = self.limits, self.frame()
         # it is leant aside once it is in
-        share = (self._depth_mm - LEANS_FROM_MM) / LEANT_MM
+        share = (self.depth_mm - LEANS_FROM_MM) / LEANT_MM
         entry = lay.entry_mm - self.fulcrum.pivot_mm
-        off = self.fulcrum.pivot_mm + min(max(share, 0.0), 1.0) * entry - self._pivot_mm
+        off = self.fulcrum.pivot_mm + min(max(share, 0.0), 1.0) * entry - self.entry_mm
         tilts = lay.tilt_deg - self._tilt_deg
-        rolls_deg = math.remainder(lay.roll_deg - self._roll_deg, 360.0)
+        rolls_deg = math.remainder(lay.roll_deg - self.roll_deg, 360.0)
         needed_s = max(
             float(np.linalg.norm(off)) / limits.insert_mm_s,
             math.hypot(*tilts) / limits.turn_deg_s,
@@ -398,17 +383,17 @@ class FulcrumControl:
         )
         if needed_s <= step_s and not lay.is_turned:
             lay.is_turned, lay.least_s = True, math.inf
-        depth_mm = lay.depth_mm if lay.is_turned else min(lay.drawn_mm, self._depth_mm)
-        most_mm, left_mm = limits.insert_mm_s * step_s, depth_mm - self._depth_mm
+        depth_mm = lay.depth_mm if lay.is_turned else min(lay.drawn_mm, self.depth_mm)
+        most_mm, left_mm = limits.insert_mm_s * step_s, depth_mm - self.depth_mm
         went_mm = min(max(left_mm, -most_mm), most_mm)
         if lay.is_turned or went_mm > -most_mm:
             share = min(step_s / max(needed_s, 1e-9), 1.0)
-            self._pivot_mm = self._pivot_mm + share * off
+            self.entry_mm = self.entry_mm + share * off
             self._tilt_deg = self._tilt_deg + share * tilts
-            self._roll_deg += share * rolls_deg
-        place = np.array((self._depth_mm + went_mm, *self._tilt_deg))
+            self.roll_deg += share * rolls_deg
+        place = np.array((self.depth_mm + went_mm, *self._tilt_deg))
         place = self._bounded(place)
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        self.depth_mm, self._tilt_deg = float(place[0]), place[1:]
         if self._hold is not None:
             self._go(self._hold, before, -went_mm)
         left_s = needed_s + abs(left_mm) / limits.insert_mm_s
@@ -417,35 +402,33 @@ class FulcrumControl:
         lay.still_s += step_s
         is_there = lay.is_turned and left_s <= 2.0 * step_s
         if is_there or lay.still_s >= WEDGED_S:
-            is_out = self._depth_mm <= limits.depth_mm[0]
+            is_out = self.depth_mm <= limits.depth_mm[0]
             self._laid = None if is_there or lay.is_turned or is_out else lay
             # farther out there is more room
-            lay.drawn_mm = max(self._depth_mm - DRAWN_MORE_MM, limits.depth_mm[0])
+            lay.drawn_mm = max(self.depth_mm - DRAWN_MORE_MM, limits.depth_mm[0])
             lay.least_s, lay.still_s = math.inf, 0.0
 
     def _move_pivot(
         self, lean: Lean, before_mm: NDArray[np.float64], time_s: float
     ) -> None:
         """Lay the shaft where its tip goes freely from a place, for some time."""
-        limits, depth_mm = self.limits, self._depth_mm
+        limits, depth_mm = self.limits, self.depth_mm
         if depth_mm <= LEANS_FROM_MM:
             # on its way out it comes back to the nostril's middle
-            way = self.fulcrum.pivot_mm - self._pivot_mm
-            self._pivot_mm = self._pivot_mm + _shortened(
-                way, limits.insert_mm_s * time_s
-            )
+            way = self.fulcrum.pivot_mm - self.entry_mm
+            self.entry_mm = self.entry_mm + _shortened(way, limits.insert_mm_s * time_s)
             return
-        tip_mm = self._pivot_mm + depth_mm * self.pointing
+        tip_mm = self.entry_mm + depth_mm * self.pointing
         ahead = tip_mm - before_mm
         ahead *= LEANS_AHEAD_MM / max(float(np.linalg.norm(ahead)), 1e-9)
-        way = lean(tip_mm + ahead) - self._pivot_mm
+        way = lean(tip_mm + ahead) - self.entry_mm
         most_mm = math.radians(limits.turn_deg_s) * depth_mm * time_s
-        self._pivot_mm = self._pivot_mm + _shortened(way, most_mm)
+        self.entry_mm = self.entry_mm + _shortened(way, most_mm)
         self._aim_at(tip_mm)
 
     def _settle(self, before: NDArray[np.float64], step_s: float) -> None:
         """Go from a frame towards the one that passes through the pivot."""
-        wanted = self._frame(self._depth_mm, self._tilt_deg)
+        wanted = self._frame(self.depth_mm, self._tilt_deg)
         way_mm = float(np.linalg.norm(wanted[:3, 3] - before[:3, 3]))
         # a turn about the shaft is no way to the pivot: the hand asks for it
         across = cross(wanted[:3, 2], before[:3, 2])
@@ -458,7 +441,7 @@ class FulcrumControl:
         ):
             if way > rate * step_s:
                 share = min(share, rate * step_s / way)
-        self._is_settling = share < 1.0
+        self.is_settling = share < 1.0
         aim = _part_way(before, wanted, share) if share < 1.0 else wanted
         held = aim if self._hold is None else self._hold(before, aim)
         self._held = None if held is wanted else held
@@ -467,8 +450,8 @@ class FulcrumControl:
 
     def _aim_at(self, tip_mm: NDArray[np.float64]) -> None:
         """Let depth and tilt be those of a tip, as far as the limits let them."""
-        place = self._bounded(self._along(tip_mm - self._pivot_mm))
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        place = self._bounded(self._along(tip_mm - self.entry_mm))
+        self.depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
     def _along(self, way: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return depth and tilts, (3,), of a shaft that goes a way, (3,)."""
@@ -483,7 +466,7 @@ class FulcrumControl:
 
         back_mm: so far it is drawn back, less than 0 for in.
         """
-        wanted = self._frame(self._depth_mm, self._tilt_deg)
+        wanted = self._frame(self.depth_mm, self._tilt_deg)
         held = hold(before, wanted)
         if held is wanted:
             self._held = None
@@ -495,12 +478,12 @@ class FulcrumControl:
             held[:3, 3] += back_mm * back
         self._held = held
         # the hand is where it wanted to be, the tip is not
-        lever_mm = max(self._depth_mm, LEVER_MM)
+        lever_mm = max(self.depth_mm, LEVER_MM)
         way = held[:3, 3] - (wanted[:3, 3] + lever_mm * wanted[:3, 2])
         place = self._along(way)
-        place[0] += self._depth_mm - lever_mm
+        place[0] += self.depth_mm - lever_mm
         place = self._bounded(place)
-        self._depth_mm, self._tilt_deg = float(place[0]), place[1:]
+        self.depth_mm, self._tilt_deg = float(place[0]), place[1:]
 
     def _bounded(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
         """Cut depth and tilts, (3,), down to the limits."""

@@ -125,17 +125,13 @@ class Gamepad:
                 f"{device.description.name} has neither the sticks of a gamepad nor "
                 "the axes of a 3D mouse.",
             )
+        self.name = device.description.name
         self.layout = layout
         self.rumble: Rumble | None = None
         """Its motors, where it has any that may be used; it closes them."""
         self._device = device
         self._clock: Clock = HostClock() if clock is None else clock
         self._moved_s: dict[int, float] = {}
-
-    @property
-    def name(self) -> str:
-        """Return what the device calls itself."""
-        return self._device.description.name
 
     def poll(self, steering: SteeringEvents) -> None:
         """Pass on what happened since the last time; DeviceError if it went away."""

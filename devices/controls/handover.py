@@ -22,22 +22,18 @@ class Handover:
         self.scope = Steering()
         self.tool = Steering()
         self.on_swap: Callable[[], object] = _ignore
-        self._is_tools = False
+        self.is_tools = False
+        """Whether the tool has the hand."""
         self._lock = threading.Lock()
-
-    @property
-    def is_tools(self) -> bool:
-        """Return whether the tool has the hand."""
-        return self._is_tools
 
     def give(self, to_tool: bool, at_s: float) -> None:
         """Give the hand to the tool, or back to the scope."""
         with self._lock:
-            if to_tool == self._is_tools:
+            if to_tool == self.is_tools:
                 return
             for freedom in Freedom:
                 self._active.hold(freedom, 0.0, at_s)
-            self._is_tools = to_tool
+            self.is_tools = to_tool
 
     def hold(self, freedom: Freedom, rate: float, at_s: float) -> None:
         """Ask whoever has the hand for a share of the rate limit, -1 to 1."""
@@ -59,4 +55,4 @@ class Handover:
 
     @property
     def _active(self) -> Steering:
-        return self.tool if self._is_tools else self.scope
+        return self.tool if self.is_tools else self.scope

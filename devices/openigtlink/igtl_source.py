@@ -75,7 +75,8 @@ class OpenIGTLinkSource(QueuedSource):
         is no reference.
         """
         self._address = (host, port)
-        self._tool = tool
+        self.tool = tool
+        """The tool that is followed, None while it is not known."""
         self._name = f"{host}:{port}"
         self._queue = PoseQueue(self._name, silence=self._silence_for)
         self._stop = threading.Event()
@@ -96,11 +97,6 @@ class OpenIGTLinkSource(QueuedSource):
             target=self._run, args=(connection,), name="openigtlink-in", daemon=True
         )
         self._thread.start()
-
-    @property
-    def tool(self) -> str | None:
-        """Return the name of the tool that is followed, None while it is not known."""
-        return self._tool
 
     @property
     def counters(self) -> dict[str, int]:
@@ -190,9 +186,9 @@ class OpenIGTLinkSource(QueuedSource):
         name = transform.name
         if name not in self._names and len(self._names) < MOST_TOLD:
             self._names.append(name)
-        if self._tool is None and not name.lower().startswith(REFERENCES):
-            self._tool = name
-        if name != self._tool:
+        if self.tool is None and not name.lower().startswith(REFERENCES):
+            self.tool = name
+        if name != self.tool:
             return
         unseen = transform.status or self._frozen(transform, arrived_s)
         if unseen:
@@ -225,7 +221,7 @@ class OpenIGTLinkSource(QueuedSource):
         if self._near >= METRES_POSES:
             raise DeviceError(
                 DeviceReason.BAD_REPLY,
-                f"{self._name} sends places of {self._tool} within {METRES_MM:g} mm of "
+                f"{self._name} sends places of {self.tool} within {METRES_MM:g} mm of "
                 "its origin, as metres are; let it send millimetres.",
             )
 
@@ -239,11 +235,11 @@ class OpenIGTLinkSource(QueuedSource):
 
     def _silence_for(self, time_s: float) -> str:
         """Say that nothing came for so long, and what came instead."""
-        tool = "any tool" if self._tool is None else self._tool
+        tool = "any tool" if self.tool is None else self.tool
         came = [f"{count} poses, but {why}" for why, count in self._unseen.items()]
         reasons = self._reader.reasons
         came += [f"{count} messages {why}" for why, count in reasons.items()]
-        others = [name for name in self._names if name != self._tool]
+        others = [name for name in self._names if name != self.tool]
         came += [f"poses of {', '.join(others)}"] * bool(others)
         told = f"no pose of {tool} came from {self._name} for {time_s:.1f} s"
         return f"{told}; what came so far: {'; '.join(came) or 'nothing'}"

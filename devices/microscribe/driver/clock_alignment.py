@@ -41,13 +41,9 @@ class ClockAlignment:
         """The same for the stretch that lasts."""
         self._stretch = 0
         self._offset = 0.0
-        self._drift = 0.0
+        self.drift = 0.0
+        """How much faster the host's clock runs, seconds per second."""
         self._newest_s = float("-inf")
-
-    @property
-    def drift(self) -> float:
-        """Return how much faster the host's clock runs, seconds per second."""
-        return self._drift
 
     @property
     def settled(self) -> bool:
@@ -59,7 +55,7 @@ class ClockAlignment:
         if self._origin is None:
             return 0.0
         elapsed, lateness = self._relative(ticks, arrival_s)
-        return self._offset + self._drift * elapsed - lateness
+        return self._offset + self.drift * elapsed - lateness
 
     def observe(self, ticks: int, arrival_s: float) -> float:
         """Take in an arrival; return the host's time of that tick.
@@ -78,8 +74,8 @@ class ClockAlignment:
             self._fit()
         if self._least is None or lateness < self._least[1]:
             self._least = (elapsed, lateness)
-        self._offset = min(self._offset, lateness - self._drift * elapsed)
-        at = arrival_s - lateness + self._offset + self._drift * elapsed
+        self._offset = min(self._offset, lateness - self.drift * elapsed)
+        at = arrival_s - lateness + self._offset + self.drift * elapsed
         # A tick is told rounded down.
         at = min(at + 0.5 / TICKS_PER_S, arrival_s)
         self._newest_s = max(self._newest_s, at)
@@ -92,11 +88,11 @@ class ClockAlignment:
 
     def _fit(self) -> None:
         points = self._points
-        self._drift = 0.0
+        self.drift = 0.0
         if points[-1][0] - points[0][0] >= SHORTEST_BASE_S:
             slope = _slope_below(list(points))
-            self._drift = max(-LARGEST_DRIFT, min(slope, LARGEST_DRIFT))
-        self._offset = min(late - self._drift * at for at, late in points)
+            self.drift = max(-LARGEST_DRIFT, min(slope, LARGEST_DRIFT))
+        self._offset = min(late - self.drift * at for at, late in points)
 
 
 def _slope_below(points: list[tuple[float, float]]) -> float:

@@ -60,18 +60,13 @@ class SerialPort:
                 f"The serial port {name} cannot be opened ({_cause(error)}); "
                 f"{_port_remedy(name, error)}.",
             ) from error
-        self._name = name
+        self.name = name
         self._file: TerminalFile | None = None
         if name.startswith("socket://"):
             self._file = SocketFile(self._serial.fileno())
         elif opened is None and TERMINALS_ARE_FILES:
             self._file = TerminalFile(self._serial.fileno())
         self.set_rate(RATES[0])
-
-    @property
-    def name(self) -> str:
-        """Return the name of the port in the operating system."""
-        return self._name
 
     @property
     def waiting(self) -> int:
@@ -136,7 +131,7 @@ class SerialPort:
     def _gone(self) -> DeviceError:
         return DeviceError(
             DeviceReason.DISCONNECTED,
-            f"The device on {self._name} went away; plug it in again.",
+            f"The device on {self.name} went away; plug it in again.",
         )
 
 

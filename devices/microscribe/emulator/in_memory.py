@@ -102,19 +102,10 @@ class MemorySerial(Closing):
         self.is_open = True
         self._line = line
         self._generation = line.arm.generation
-        self._name = line.name
+        self.name = self.port = line.name
+        """The name under which it was opened."""
         self._arrived = bytearray()
         self._check()
-
-    @property
-    def port(self) -> str:
-        """Return the name under which it was opened."""
-        return self._name
-
-    @property
-    def name(self) -> str:
-        """Return the name under which it was opened."""
-        return self._name
 
     @property
     def in_waiting(self) -> int:
@@ -183,4 +174,4 @@ class MemorySerial(Closing):
         arm = self._line.arm
         here = arm.plugged and self._generation == arm.generation
         if not (self.is_open and here):
-            raise OSError(errno.EIO, "the port is closed or has gone", self._name)
+            raise OSError(errno.EIO, "the port is closed or has gone", self.name)

@@ -55,11 +55,6 @@ class Line:
         self.baud = 0
 
     @property
-    def name(self) -> str:
-        """Return the port's name."""
-        return self.port.name
-
-    @property
     def byte_s(self) -> float:
         """Return the seconds that one byte takes."""
         return BITS_PER_BYTE / max(self.baud, 1)

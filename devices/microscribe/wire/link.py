@@ -65,6 +65,7 @@ class ArmLink:
         confirmed_only: bool = False,
     ) -> None:
         self.session = HostSession(confirmed_only)
+        self.port = port
         self.line = Line(port, self.session, clock)
         self.silence_s = 0.0
         """How long the last search for the arm heard nothing."""
@@ -75,11 +76,6 @@ class ArmLink:
         """Whether the stream has brought a packet."""
         self._chunks: deque[tuple[int, float]] = deque()
         """Where chunks of a stream end, and when they came."""
-
-    @property
-    def port(self) -> BytePort:
-        """Return the port."""
-        return self.line.port
 
     @property
     def baud(self) -> int:

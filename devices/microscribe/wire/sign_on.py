@@ -38,7 +38,7 @@ class SignOn:
             self._line.set_rate(baud)
             if self._begin_at_this_rate(allowed):
                 return
-        name = self._line.name
+        name = self._line.port.name
         if self.silence_s is not None:
             raise DeviceError(
                 DeviceReason.GARBAGE,
@@ -58,8 +58,8 @@ class SignOn:
             return True
         raise DeviceError(
             DeviceReason.CANT_BEGIN,
-            f"The device on {self._line.name} answers but does not begin a session; "
-            "switch it off and on again.",
+            f"The device on {self._line.port.name} answers but does not begin a "
+            "session; switch it off and on again.",
         )
 
     def _attention(self, allowed_s: float) -> bool:
@@ -118,7 +118,7 @@ class SignOn:
             elif now - quiet_since > self._timing.string and self._own_echo():
                 raise DeviceError(
                     DeviceReason.LOOPBACK,
-                    f"The port {line.name} returns our own bytes; its cable joins "
+                    f"The port {line.port.name} returns our own bytes; its cable joins "
                     "the two data lines.",
                 )
         return False
@@ -133,7 +133,7 @@ class SignOn:
         end_session(self._line, self._timing)
         raise DeviceError(
             DeviceReason.WRONG_DEVICE,
-            f"The device on {self._line.name} is no MicroScribe, it calls itself "
+            f"The device on {self._line.port.name} is no MicroScribe, it calls itself "
             f"{readable(raw)}.",
         )
 
