@@ -56,7 +56,6 @@ class FrameSeries:
         if rank.transport.rank == 0:
             gather = Gather(camera.width, camera.height)
         packets = self.packets(camera)
-        rank.watch.lap("render")
         rank.begin(self._frame, self._node, packets, gather)
         while rank.is_drawing:
             if gather is not None and rank.is_complete:

@@ -6,6 +6,7 @@ there.
 """
 
 import hashlib
+import os
 import resource
 import subprocess
 import sys
@@ -15,12 +16,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
-import numpy as np
 
 from benchmarks.machine import ROOT
 from benchmarks.ranks.frame_series import FrameSeries
-from benchmarks.simulated_ranks.rank_recording import Recording
-from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rank import Rank
 from renderers.art.ranks.ray_travel import make_frame_node
@@ -38,8 +36,7 @@ LIMIT_S = 300.0
 class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     """Set what ranks draw: a frame for each request, all of one scene.
 
-    rounds: how often the whole series is drawn, with new nodes each time. clock: of the
-    ledger, `cpu` or `wall`. recorded: write down every event.
+    rounds: how often the whole series is drawn, with new nodes each time.
     """
 
     requests: tuple[SnapshotRequest, ...] = ()
@@ -49,15 +46,12 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
     cell_side: int = 8
     region_px: int | None = None
     rounds: int = 1
-    clock: str = "wall"
-    recorded: bool = False
 
 
 class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
     """Say what a frame cost one rank. digest: of the picture, rank 0 only."""
 
     wall_s: float
-    ledger: dict[str, float]
     tally: dict[str, int]
     sends: int
     digest: str = ""
@@ -99,38 +93,11 @@ def run_ranks(
     (folder / "job.json").write_bytes(msgspec.json.encode(job))
     for old in folder.glob("rank-*"):
         old.unlink()
-    start_ranks(
-        ranks,
-        "benchmarks.ranks.mpi_frames",
-        folder,
-        *before,
-        options=options,
-        launcher=launcher,
-    )
-    return [
-        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
-        for n in range(ranks)
-    ]
-
-
-def start_ranks(
-    ranks: int,
-    module: str,
-    folder: Path,
-    *before: str,
-    options: Sequence[str] = (),
-    launcher: Launcher | None = None,
-) -> None:
-    """Run a module of ours in so many processes, joined by MPI, and wait for them.
-
-    RuntimeError says what they said if it fails. before, options, launcher: as
-    `run_ranks` takes them.
-    """
     launcher = launcher or find_launcher()
     if launcher is None:
         raise RuntimeError("there is no mpiexec; install the extra `mpi`")
     words = [*before, *launcher.command(ranks, *options), sys.executable]
-    words += ["-m", "mpi4py", "-m", module, str(folder)]
+    words += ["-m", "mpi4py", "-m", "benchmarks.ranks.mpi_frames", str(folder)]
     done = subprocess.run(
         words,
         stdin=subprocess.DEVNULL,
@@ -142,6 +109,20 @@ def start_ranks(
     )
     if done.returncode:
         raise RuntimeError(f"the ranks ended with {done.returncode}: {done.stderr}")
+    return [
+        msgspec.json.decode((folder / f"rank-{n}.json").read_bytes(), type=RankReport)
+        for n in range(ranks)
+    ]
+
+
+def real_time() -> tuple[str, ...]:
+    """Return the words that start a command at real-time priority, where allowed."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+    except (AttributeError, PermissionError):
+        return ()
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return ("chrt", "-r", "1")
 
 
 def main(words: Sequence[str]) -> int:
@@ -151,13 +132,12 @@ def main(words: Sequence[str]) -> int:
     folder = Path(words[0])
     job = msgspec.json.decode((folder / "job.json").read_bytes(), type=RankJob)
     transport = MpiTransport(folder=folder)
-    clock = time.thread_time if job.clock == "cpu" else time.perf_counter
     memory = _Memory()
     memory.start()
     rounds: list[tuple[FrameReport, ...]] = []
     own = occupied = slots = 0
     made_s = 0.0
-    rank = Rank(transport, clock)
+    rank = Rank(transport)
     frame = 0
     for number in range(job.rounds):
         began = time.perf_counter()
@@ -176,21 +156,18 @@ def main(words: Sequence[str]) -> int:
         if not number:
             made_s = time.perf_counter() - began
         occupied, slots = work.occupied, len(work.bricks.view.stamp) - 1
-        watched = Recording(node) if job.recorded else node
-        series = FrameSeries(rank, march, watched, job.region_px, first_frame=frame)
+        series = FrameSeries(rank, march, node, job.region_px, first_frame=frame)
         reports = []
         for request in job.requests:
-            before, sends = watched.tally(), transport.sends
+            before, sends = node.tally(), transport.sends
             transport.meet()
-            rank.watch.restart()
             began = time.perf_counter()
             gather = series.draw(traced_camera(request))
             wall_s = time.perf_counter() - began
-            after = watched.tally()
+            after = node.tally()
             reports.append(
                 FrameReport(
                     wall_s=wall_s,
-                    ledger=rank.watch.ledger.parts(),
                     tally={name: after[name] - before[name] for name in after},
                     sends=transport.sends - sends,
                     digest="" if gather is None else digest_of(gather),
@@ -199,13 +176,6 @@ def main(words: Sequence[str]) -> int:
             own = max(own, own_bytes())
         frame += len(job.requests)
         rounds.append(tuple(reports))
-        if isinstance(watched, Recording):
-            np.savez(
-                folder / f"rank-{transport.rank}-round-{number}.npz",
-                events=watched.events(),
-                latency_s=np.array(watched.latency_s),
-                move_s=np.array(watched.move_s),
-            )
     report = RankReport(
         rank=transport.rank,
         occupied=occupied,
@@ -241,13 +211,6 @@ class _Memory(threading.Thread):
         self._ended.set()
         self.join()
         return self._most
-
-
-def busy_s(reports: Sequence[RankReport], number: int) -> float:
-    """Return the time that all ranks spent on a round, waiting apart."""
-    return sum(
-        Ledger(**frame.ledger).busy for r in reports for frame in r.rounds[number]
-    )
 
 
 def digest_of(gather: Gather) -> str:

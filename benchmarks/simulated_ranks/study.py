@@ -1,24 +1,25 @@
 """An orbit drawn by simulated ranks, set up as the paper's measurements were."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
 from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
-from benchmarks.simulated_ranks.strands import (
-    FEATURES,
-    Strand,
-    StrandPacket,
-    StrandWork,
-)
 from benchmarks.simulated_ranks.torus import Torus
 from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
-from benchmarks.simulated_ranks.trips import Begun, StrandRayNode, StrandTravel
+from benchmarks.simulated_ranks.trips import (
+    Begun,
+    Strand,
+    StrandPacket,
+    StrandRayNode,
+    StrandTravel,
+)
 from renderers.art.cells.cache import CellCache
-from renderers.art.march import COUNTERS
 from renderers.art.ranks.directory import Directory, deal_owners, homes
 from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.messages import Message, MessageKind
@@ -27,14 +28,14 @@ from renderers.art.ranks.policy import Dataflow
 from renderers.art.ranks.prepare import MOST_WORKING
 from renderers.art.regions import skew_of
 
+T = TypeVar("T")
+
 PAPER_S = {
     128: {1: 2153, 2: 1062, 4: 557, 8: 281, 16: 142},
     256: {4: 3915, 8: 1968, 16: 996},
 }
 """Table 1 of the paper: seconds for 30 frames, by voxels a side and by ranks."""
 
-
-_SAMPLES = COUNTERS.index("samples")
 
 _STORY = 32
 """Messages a simulated rank remembers; thousands of ranks share this memory."""
@@ -135,55 +136,36 @@ class Traces:
         return touches * touch_s / (self.samples(frames) * sample_s)
 
     def deal_strands(self, setup: Setup) -> list[list[list[StrandPacket]]]:
-        """Deal each rank its packets as strands, by frame, dealt as by `deal`."""
-        orbit = self.orbit
-        wide, tile = orbit.image // orbit.packet, max(setup.tile // orbit.packet, 1)
-        skew = skew_of(setup.ranks)
+        """Deal each rank its packets as strands, by frame."""
         dealt: list[list[list[StrandPacket]]] = [[] for _ in range(setup.ranks)]
         for number in range(setup.frames):
-            by_tile: dict[tuple[int, int], list[StrandPacket]] = {}
-            for packet, rays in orbit.strands(number):
-                row, column = divmod(packet, wide)
-                strands = []
-                for cells, numbers in rays.items():
-                    work = np.zeros((len(cells), len(COUNTERS)))
-                    work[:, _SAMPLES] = numbers[:-1]
-                    strands.append(Strand(cells, work, int(numbers[-1])))
-                made = StrandPacket(
-                    strands, orbit.packet**2, np.zeros(len(COUNTERS)), 0
-                )
-                by_tile.setdefault((row // tile, column // tile), []).append(made)
-            for frames in dealt:
-                frames.append([])
-            for (ty, tx), packets in sorted(by_tile.items()):
-                dealt[(tx + skew * ty) % setup.ranks][number].extend(packets)
+            packets = (
+                (packet, [_strand(*each, setup.sample_s) for each in rays.items()])
+                for packet, rays in self.orbit.strands(number)
+            )
+            _deal_tiles(setup, packets, dealt)
         return dealt
 
     def deal(self, setup: Setup) -> list[list[list[Visits]]]:
         """Deal each rank its packets, by frame."""
-        wide = self.orbit.image // self.orbit.packet
-        tile = max(setup.tile // self.orbit.packet, 1)
-        skew = skew_of(setup.ranks)
         dealt: list[list[list[Visits]]] = [[] for _ in range(setup.ranks)]
         for number in range(setup.frames):
-            for frames in dealt:
-                frames.append([])
+            packets = (
+                (packet, Visits(cells, (samples * setup.sample_s).tolist()))
+                for packet, cells, samples in self.frame(number)
+            )
             if setup.by_curve:
                 self._deal_runs(setup, number, dealt)
-                continue
-            by_tile: dict[tuple[int, int], list[Visits]] = {}
-            for packet, cells, samples in self.frame(number):
-                row, column = divmod(packet, wide)
-                visits = Visits(cells, (samples * setup.sample_s).tolist())
-                by_tile.setdefault((row // tile, column // tile), []).append(visits)
-            for (ty, tx), packets in sorted(by_tile.items()):
-                dealt[(tx + skew * ty) % setup.ranks][number].extend(packets)
+            else:
+                _deal_tiles(setup, packets, dealt)
         return dealt
 
     def _deal_runs(
         self, setup: Setup, number: int, dealt: list[list[list[Visits]]]
     ) -> None:
         """Cut the curve where the work, which rays' lengths tell, is equal."""
+        for frames in dealt:
+            frames.append([])
         wide = self.orbit.image // self.orbit.packet
         frame = self.frame(number)
         whole, done = frame.samples, 0
@@ -204,6 +186,29 @@ class Traces:
         for rank, frames in enumerate(self.deal(replace(setup, sample_s=1.0))):
             loads[rank] = [sum(sum(p.seconds) for p in f) for f in frames]
         return float(loads.sum() / (loads.max(axis=0).sum() * setup.ranks))
+
+
+def _strand(
+    cells: tuple[int, ...], numbers: NDArray[np.float64], sample_s: float
+) -> Strand:
+    return Strand(cells, (numbers[:-1] * sample_s).tolist(), int(numbers[-1]))
+
+
+def _deal_tiles(
+    setup: Setup, packets: Iterable[tuple[int, T]], dealt: list[list[list[T]]]
+) -> None:
+    """Deal a frame's packets by tiles of the screen, in skewed cyclic order."""
+    wide = setup.orbit.image // setup.orbit.packet
+    tile = max(setup.tile // setup.orbit.packet, 1)
+    by_tile: dict[tuple[int, int], list[T]] = {}
+    for number, packet in packets:
+        row, column = divmod(number, wide)
+        by_tile.setdefault((row // tile, column // tile), []).append(packet)
+    for frames in dealt:
+        frames.append([])
+    skew = skew_of(setup.ranks)
+    for (ty, tx), lot in sorted(by_tile.items()):
+        dealt[(tx + skew * ty) % setup.ranks][-1].extend(lot)
 
 
 def payload_bytes(orbit: Orbit) -> int:
@@ -310,14 +315,11 @@ def _cell_lots(
 def _ray_lots(setup: Setup, traces: Traces) -> list[SimulatedRank]:
     """Make ranks between which rays travel, each with its share of the volume."""
     owner = deal_owners(np.ones(setup.orbit.cells, np.bool_), setup.ranks)
-    prices = np.zeros(len(FEATURES))
-    prices[FEATURES.index("samples")] = setup.sample_s
     begun: Begun = {}
     lots: list[SimulatedRank] = []
     for rank, frames in enumerate(traces.deal_strands(setup)):
-        work = StrandWork(CellCache(1), prices, slice_s=setup.costs.slice_s)
-        travel = StrandTravel(work, rank, owner, begun)
-        lots.append((StrandRayNode(travel, rank), work, frames))
+        travel = StrandTravel(rank, owner, begun, slice_s=setup.costs.slice_s)
+        lots.append((StrandRayNode(travel, rank), travel, frames))
     return lots
 
 

@@ -1,49 +1,51 @@
-"""Rays that travel between simulated ranks: strands, as `MarchTravel` moves real rays.
+"""Rays that travel between simulated ranks, as `MarchTravel` moves real rays.
 
-A message has the length that its rays have on their way between real ranks, and says
-which strands they are and how far each has come.
+Rays that need the same cells one after another make a strand. A message has the length
+that its rays have on their way between real ranks, and says which strands they are and
+how far each has come.
 """
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.simulated_ranks.strands import Strand, StrandPacket, StrandWork
-from renderers.art.march import COUNTERS
 from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.ray_node import RayNode
-from renderers.art.ranks.ray_travel import (
-    HEADER_BYTES,
-)
-
-_HEADER = np.dtype([("origin", "<u4"), ("number", "<u4"), ("strands", "<u4")])
-_STRAND = np.dtype([("index", "<u4"), ("at", "<u4")])
-
-_NO_WORK = np.zeros(len(COUNTERS))
+from renderers.art.ranks.ray_travel import HEADER_BYTES
 
 RAY_BYTES = 92
-"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth. Those
-that take their last sample along (`RayPacket.front`) have `FRONT_BYTES` more."""
-
-FRONT_BYTES = 16
-"""Of a ray's last sample, where it takes that along."""
+"""Of a ray on its way: number, geometry, samples, cursor, two sums and depth."""
 
 RETURN_BYTES = 40
 """Of a ray that comes home: number, two sums and depth."""
+
+
+@dataclass(slots=True)
+class Strand:
+    """Follow rays that need the same cells. seconds: what each cell costs them all."""
+
+    cells: tuple[int, ...]
+    seconds: Sequence[float]
+    rays: int
+    at: int = 0
+
+
+StrandPacket = list[Strand]
 
 
 @dataclass(slots=True, eq=False)
 class StrandTrip:
     """Hold strands of one packet together, as `ray_travel.Trip` does with rays.
 
-    places: of the packet's strands, their places in the packet as it began.
+    strands: by their places in the packet as it began. away: rays at other ranks.
     """
 
     origin: int
     number: int
-    places: list[int]
-    packet: StrandPacket
+    strands: dict[int, Strand]
     away: int = 0
 
 
@@ -53,31 +55,36 @@ strands' cells need not be sent."""
 
 
 class StrandTravel:
-    """Move trips through the cells a rank owns. strands: the work of moving them."""
+    """Move trips through the cells a rank owns; nothing is sampled.
+
+    `spent_s` is what moving has cost so far. A packet is interrupted when moving its
+    strands has cost `slice_s` since it was taken up.
+    """
 
     def __init__(
-        self, work: StrandWork, rank: int, owner: NDArray[np.int64], begun: Begun
+        self,
+        rank: int,
+        owner: NDArray[np.int64],
+        begun: Begun,
+        *,
+        slice_s: float = math.inf,
     ) -> None:
-        """Take a rank's work, each cell's owner, and what all ranks share."""
-        self.strands = work
+        """Take a rank's number, each cell's owner, and what all ranks share."""
+        self.spent_s = 0.0
         self._rank = rank
         self._owner = owner
         self._begun = begun
+        self._slice_s = slice_s
         self._trips: dict[int, StrandTrip] = {}
         self._number = 0
         self._rays_sent = 0
 
-    @property
-    def spent_s(self) -> float:
-        """Return the seconds that all work so far has cost."""
-        return self.strands.spent_s
-
     def start(self, packet: StrandPacket) -> StrandTrip:
         """Number a packet that begins here."""
         number = self._number
-        self._begun[self._rank, number] = packet.fresh()
-        places = list(range(len(packet.strands)))
-        trip = self._trips[number] = StrandTrip(self._rank, number, places, packet)
+        self._begun[self._rank, number] = packet
+        strands = {place: replace(strand) for place, strand in enumerate(packet)}
+        trip = self._trips[number] = StrandTrip(self._rank, number, strands)
         self._number += 1
         return trip
 
@@ -87,101 +94,94 @@ class StrandTravel:
 
     def move(self, trip: StrandTrip) -> bool:
         """Go on until every strand is finished or needs another rank's cell."""
-        stops = self.strands.run([trip.packet], 0)[0]
-        if stops is None:
-            return False
-        here = [cell for cell in stops if self._owner[cell] == self._rank]
-        for cell in here:
-            self.strands.show(cell, 0)
-        return not here
+        owner, spent = self._owner, 0.0
+        for strand in trip.strands.values():
+            cells = strand.cells
+            while strand.at < len(cells) and owner[cells[strand.at]] == self._rank:
+                if spent >= self._slice_s:
+                    self.spent_s += spent
+                    return False
+                spent += strand.seconds[strand.at]
+                strand.at += 1
+        self.spent_s += spent
+        return True
 
     def send_off(self, trip: StrandTrip) -> list[tuple[int, bytes]]:
         """Take out the strands that stopped, by the owner of what they need."""
-        packet = trip.packet
-        stopped: dict[int, list[int]] = {}
-        left = []
-        for k, strand in enumerate(packet.strands):
+        stopped: dict[int, dict[int, Strand]] = {}
+        for place, strand in trip.strands.items():
             if strand.at < len(strand.cells):
                 owner = int(self._owner[strand.cells[strand.at]])
-                stopped.setdefault(owner, []).append(k)
-            else:
-                left.append(k)
+                stopped.setdefault(owner, {})[place] = strand
         parts = []
-        for owner, which in sorted(stopped.items()):
-            rays = sum(packet.strands[k].rays for k in which)
-            each = RAY_BYTES + FRONT_BYTES * packet.has_front
-            parts.append((owner, _pack(trip, which, rays * each)))
+        for owner, strands in sorted(stopped.items()):
+            for place in strands:
+                del trip.strands[place]
+            rays = _rays(strands)
+            parts.append((owner, _pack(trip, strands, rays * RAY_BYTES)))
             self._rays_sent += rays
             if self.is_own(trip):
                 trip.away += rays
-        trip.places = [trip.places[k] for k in left]
-        packet.strands = [packet.strands[k] for k in left]
-        if not self.is_own(trip):
-            packet.rays = sum(strand.rays for strand in packet.strands)
         return parts
 
     def send_home(self, trip: StrandTrip) -> tuple[int, bytes] | None:
         """Write a guest's finished strands."""
-        packet = trip.packet
-        if not packet.strands:
+        if not trip.strands:
             return None
-        which = list(range(len(packet.strands)))
-        return trip.origin, _pack(trip, which, packet.rays * RETURN_BYTES)
+        size = _rays(trip.strands) * RETURN_BYTES
+        return trip.origin, _pack(trip, trip.strands, size)
 
     def welcome(self, payload: bytes) -> StrandTrip:
         """Make a guest."""
-        origin, number, rows = _unpack(payload)
+        origin, number, places = _unpack(payload)
         begun = self._begun[origin, number]
-        strands = []
-        for index, at in rows:
-            strand = begun.strands[index]
-            strands.append(Strand(strand.cells, strand.work, strand.rays, at))
-        rays = sum(strand.rays for strand in strands)
-        packet = StrandPacket(
-            strands, rays, _NO_WORK, 0, has_begun=True, has_front=begun.has_front
-        )
-        return StrandTrip(origin, number, [index for index, _ in rows], packet)
+        strands = {place: replace(begun[place], at=at) for place, at in places}
+        return StrandTrip(origin, number, strands)
 
     def take_home(self, payload: bytes) -> StrandTrip:
         """Count finished strands as at home."""
-        origin, number, rows = _unpack(payload)
+        origin, number, places = _unpack(payload)
         trip = self._trips.get(number)
         if origin != self._rank or trip is None:
             raise ProtocolError(f"rays of packet {number} of rank {origin} came here")
         begun = self._begun[origin, number]
-        rays = sum(begun.strands[index].rays for index, _ in rows)
+        rays = sum(begun[place].rays for place, _ in places)
         if rays > trip.away:
             raise ProtocolError(f"packet {number} never sent the rays that came back")
         trip.away -= rays
         return trip
 
     def settle(self, trip: StrandTrip) -> bytes | None:
-        """Write a packet whose rays are all at home."""
+        """Write nothing for a packet whose rays are all at home."""
         if trip.away:
             return None
         del self._trips[trip.number], self._begun[self._rank, trip.number]
-        return self.strands.result(trip.packet)
+        return b""
 
     def forget(self) -> None:
         """Drop the trips of a frame that was given up."""
         self._trips.clear()
 
     def tally(self) -> dict[str, int]:
-        """Return the number of visits, and of rays sent."""
-        return self.strands.tally() | {"rays_sent": self._rays_sent}
+        """Return the number of rays sent."""
+        return {"rays_sent": self._rays_sent}
 
 
 StrandRayNode = RayNode[StrandPacket, StrandTrip]
 
 
-def _pack(trip: StrandTrip, which: list[int], size: int) -> bytes:
-    head = np.array([(trip.origin, trip.number, len(which))], _HEADER)
-    rows = [(trip.places[k], trip.packet.strands[k].at) for k in which]
-    text = head.tobytes() + np.array(rows, _STRAND).tobytes()
-    return text.ljust(HEADER_BYTES + size, b"\0")
+def _rays(strands: dict[int, Strand]) -> int:
+    return sum(strand.rays for strand in strands.values())
+
+
+def _pack(trip: StrandTrip, strands: dict[int, Strand], size: int) -> bytes:
+    rows = [(place, strand.at) for place, strand in strands.items()]
+    numbers = np.array([(trip.origin, trip.number), (len(rows), 0), *rows], "<u4")
+    return numbers.tobytes().ljust(HEADER_BYTES + size, b"\0")
 
 
 def _unpack(payload: bytes) -> tuple[int, int, list[tuple[int, int]]]:
-    head = np.frombuffer(payload, _HEADER, 1)[0]
-    rows = np.frombuffer(payload, _STRAND, int(head["strands"]), _HEADER.itemsize)
-    return int(head["origin"]), int(head["number"]), rows.tolist()
+    numbers = np.frombuffer(payload, "<u4", len(payload) // 8 * 2).reshape(-1, 2)
+    (origin, number), (count, _) = numbers[:2].tolist()
+    rows = numbers[2 : 2 + count].tolist()
+    return origin, number, [(place, at) for place, at in rows]

@@ -13,12 +13,8 @@ import numpy as np
 
 from benchmarks.nasal_views import nasal_scene, path_views
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
-from benchmarks.ranks.calibration import real_time
-from benchmarks.ranks.message_costs import Pattern, PatternJob, run_patterns
-from benchmarks.ranks.mpi_frames import RankJob, RankReport, run_ranks
+from benchmarks.ranks.mpi_frames import RankJob, RankReport, real_time, run_ranks
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
-from benchmarks.ranks.order_of_use import order_of_use
-from benchmarks.ranks.prediction import Learned, Predictor
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.art.ranks.policy import Dataflow
@@ -47,7 +43,6 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         self._side = 64 if quick else 96
         self._size = 128 if quick else 256
         self._made: list[tempfile.TemporaryDirectory[str]] = []
-        self._learned: Learned | None = None
         self._digests: list[str] = []
         self._large_digests: list[str] = []
 
@@ -56,9 +51,6 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         tasks = []
         for ranks in (1, 2, 4):
             tasks += [self._way(ranks, way) for way in Dataflow]
-        tasks += [self._prediction(ranks) for ranks in (1, 2, 4)]
-        tasks.append(self._order_of_use())
-        tasks += [self._latency(ranks) for ranks in (2, 4, 8)]
         for animation in ("orbit 30",) if self._quick else ("orbit 30", "orbit 60"):
             tasks += [
                 self._coherence(animation, share, tile)
@@ -128,59 +120,6 @@ class DataflowPlan(Plan, suite="art-dataflow"):
             run,
             self._settings(ranks) | {"dataflow": way.value},
             baseline=None if way is Dataflow.REPLICATED else "replicated",
-            clock="wall",
-        )
-
-    def _prediction(self, ranks: int) -> Task:
-        def run() -> Measured:
-            job = RankJob(
-                requests=self._orbit[:3],
-                rounds=ROUNDS,
-                recorded=True,
-                from_file=ranks == 1,
-            )
-            predictor, words = Predictor(job, self._folder), real_time()
-            if self._learned is None:
-                self._learned = predictor.learn(*words)
-            counters, walls, reports = predictor.compare(ranks, self._learned, *words)
-            self._same_bits(reports)
-            return Measured(Timing.of(walls, walls), counters=counters)
-
-        return self.task(
-            "prediction/orbit/migrating",
-            f"{ranks} ranks",
-            run,
-            self._settings(ranks),
-            clock="wall",
-        )
-
-    def _order_of_use(self) -> Task:
-        def run() -> Measured:
-            scene = folded_scene(self._side)
-            camera = orbit(self._side, self._size, 60)[0]
-            counters = order_of_use(scene, self._orbit[0].to_quality(), camera)
-            seconds = counters.pop("frame_s")
-            timing = Timing(seconds, seconds, seconds, 1)
-            return Measured(timing, counters=counters)
-
-        return self.task("order of use/orbit", "1 rank", run, self._settings(1))
-
-    def _latency(self, ranks: int) -> Task:
-        def run() -> Measured:
-            job = PatternJob(patterns=(Pattern(visits=400),))
-            reports = run_patterns(ranks, job, self._folder, *real_time())
-            took = np.concatenate([r.patterns[0].latency_s for r in reports])
-            median, late = np.percentile(took, (50, 95)).tolist()
-            counters = {"median_us": 1e6 * median, "p95_us": 1e6 * late}
-            timing = Timing(median, median, median, len(took))
-            return Measured(timing, counters=counters)
-
-        return self.task(
-            "request to cell/no rays/mpi",
-            f"{ranks} ranks",
-            run,
-            {"ranks": ranks},
-            baseline=None if ranks == 2 else "2 ranks",
             clock="wall",
         )
 

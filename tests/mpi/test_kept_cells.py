@@ -1,4 +1,4 @@
-"""What real ranks said, said again by simulated nodes; and what ranks keep."""
+"""What real ranks keep from frame to frame."""
 
 from pathlib import Path
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.ranks.mpi_frames import RankJob, RankReport, digest_of, run_ranks
-from benchmarks.ranks.prediction import Predictor
 from renderers.art import ActiveRayTracer
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.regions import Gather
@@ -41,38 +40,6 @@ def job(folder: Path, scene: Scene, steps_deg: list[float]) -> RankJob:
 
 def fetched(reports: list[RankReport], frame: int) -> int:
     return sum(report.rounds[0][frame].tally["cells_fetched"] for report in reports)
-
-
-@pytest.mark.parametrize(
-    ("ranks", "cells", "dataflow"),
-    [
-        (2, 60, Dataflow.MIGRATING),
-        pytest.param(1, 20, Dataflow.STATIC, marks=pytest.mark.slow),
-        pytest.param(2, 20, Dataflow.STATIC, marks=pytest.mark.slow),
-        pytest.param(4, 30, Dataflow.MIGRATING, marks=pytest.mark.slow),
-        pytest.param(2, 60, Dataflow.RAYS, marks=pytest.mark.slow),
-        pytest.param(4, 60, Dataflow.RAYS, marks=pytest.mark.slow),
-    ],
-)
-def test_simulated_nodes_send_what_real_ranks_sent(
-    tmp_path: Path, scene: Scene, ranks: int, cells: int, dataflow: Dataflow
-) -> None:
-    drawn = job(tmp_path, scene, [0.0, 20.0])
-    drawn = RankJob(
-        requests=drawn.requests,
-        dataflow=dataflow.value,
-        cache_cells=cells,
-        region_px=16,
-        recorded=True,
-    )
-    reports = run_ranks(ranks, drawn, tmp_path)
-    # Raises at the first message that is not the recorded one.
-    sent = Predictor(drawn, tmp_path).retrace(ranks).sent
-    asked = sum(f.tally["requests"] for r in reports for f in r.rounds[0])
-    counted = {kind.name: number for kind, number in sent.items()}
-    said = ("RAYS", "RETURN") if dataflow is Dataflow.RAYS else ("REQUEST",)
-    assert sum(counted.get(kind, 0) for kind in said) == asked
-    assert (asked > 0) == (ranks > 1)
 
 
 @pytest.mark.parametrize(
