@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from markupsafe import Markup
-
 Cells = tuple[str, ...]
 
 
@@ -24,10 +22,10 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Hold a picture in a page. title: what stands above it."""
+    """Hold a picture in a page. title: what stands below it. address: ``data:``."""
 
     title: str
-    picture: Markup
+    address: str
 
 
 @dataclass(slots=True)

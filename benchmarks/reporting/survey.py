@@ -8,7 +8,7 @@ from benchmarks.reporting.fronts import Panel, panels
 from benchmarks.reporting.growth import CONFIDENCE, Sweep, sweeps
 from benchmarks.reporting.ledger import skipping_table
 from benchmarks.reporting.limits import limit_tables
-from benchmarks.reporting.log_chart import Curve, Point, log_chart
+from benchmarks.reporting.log_chart import Curve, log_chart
 from benchmarks.reporting.section import Cells, Chart, Section, Table, duration
 from benchmarks.schema import Results, Row
 
@@ -91,7 +91,6 @@ def _errors(compared: Sequence[Panel]) -> Section:
             names = ", ".join(sorted(panel.own_reference))
             note += f" Against its own finest picture instead: {names}."
         picture = log_chart(
-            f"{panel.title}: run time against error",
             "ms a picture",
             f"RMSE, {panel.unit}",
             [_curve(name, rows) for name, rows in panel.series.items()],
@@ -103,15 +102,8 @@ def _errors(compared: Sequence[Panel]) -> Section:
 
 
 def _curve(name: str, rows: Sequence[Row]) -> Curve:
-    told = [
-        Point(
-            1e3 * row.seconds,
-            row.rmse or 0.0,
-            f"{row.mode}: {duration(row.seconds)}, RMSE {row.rmse:.2e}",
-        )
-        for row in rows
-    ]
-    return Curve(name, told, is_line=all("step_voxels" in r.settings for r in rows))
+    points = [(1e3 * row.seconds, row.rmse or 0.0) for row in rows]
+    return Curve(name, points, is_line=all("step_voxels" in r.settings for r in rows))
 
 
 def _fronts(compared: Sequence[Panel]) -> Section:
@@ -162,15 +154,13 @@ def _growth(found: Sequence[Sweep]) -> Section:
             Curve(
                 f"{sweep.series}: {sweep.case.split('/')[1]}",
                 [
-                    Point(at, 1e3 * row.seconds, f"{at:g}: {duration(row.seconds)}")
+                    (at, 1e3 * row.seconds)
                     for at, row in zip(sweep.amounts, sweep.rows, strict=True)
                 ],
             )
             for sweep in alike
         ]
-        picture = log_chart(
-            f"Time against {name}", name, "ms", curves, slopes=((1.0, "power 1"),)
-        )
+        picture = log_chart(name, "ms", curves, slopes=((1.0, "power 1"),))
         section.charts.append(Chart(f"Time against {name}", picture))
     cells = [_power(sweep) for sweep in by_amount]
     head = ("who", "case", "grows with", "from", "to", "points", "exponent", "interval")

@@ -24,11 +24,10 @@ def test_the_page_is_well_formed_and_stands_alone(results: Results) -> None:
     page = Page(text)
     assert page.open == []
     assert page.all("script") == []
-    rest = text.replace("http://www.w3.org/2000/svg", "")
-    assert not re.search(r"https?:|url\(|@import", rest)
+    assert not re.search(r"https?:|url\(|@import", text)
     for tag, attributes in page.tags:
         for name in ("src", "href", "srcset", "action", "data"):
-            assert (attributes.get(name) or "#").startswith("#"), tag
+            assert (attributes.get(name) or "#").startswith(("#", "data:")), tag
     places = [a["id"] for _, a in page.tags if "id" in a]
     assert len(set(places)) == len(places)
     links = {(a["href"] or "").removeprefix("#") for a in page.all("a")}
@@ -43,9 +42,9 @@ def test_words_of_a_file_are_no_markup(results: Results) -> None:
 
 def test_charts_and_tables_have_words(results: Results) -> None:
     page = Page(html_page(results))
-    charts = page.all("svg")
+    charts = page.all("img")
     assert len(charts) == 3
-    assert all(a.get("aria-label") and a.get("role") for a in charts)
+    assert all(a.get("alt") for a in charts)
     wide = [a for a in page.all("div") if a.get("class") == "wide"]
     assert all(a.get("tabindex") == "0" and a.get("aria-label") for a in wide)
     said = " ".join(page.words)
