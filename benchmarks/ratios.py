@@ -19,8 +19,6 @@ Key = tuple[str, str, str, str]
 
 RELEASED = ROOT / "benchmarks" / "results" / "ratios.json"
 RMSE = "RMSE"
-COUNTED = (DIFFER, "failed")
-"""Counters of which any is an error."""
 
 
 class Ratio(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -67,7 +65,7 @@ def ratios_of(rows: Iterable[Measurement]) -> list[Ratio]:
     """Take from rows what can be compared; rows with neither are left out."""
     found = []
     for row in rows:
-        errors = {name: row.counters[name] for name in COUNTED if name in row.counters}
+        errors = {DIFFER: row.counters[DIFFER]} if DIFFER in row.counters else {}
         if row.rmse is not None:
             errors[RMSE] = row.rmse
         if row.ratio is not None or errors:

@@ -16,7 +16,7 @@ WITHIN = ("inside", "nasopharynx")
 
 
 def quotes(results: Results) -> str:
-    """Return the README's figures: a table, and lines on skipping and stress.
+    """Return the README's figures: a table, and a line on skipping.
 
     Of pictures with no more error than the peer's, that beside the peer's medium step
     is quoted; splats are quoted where the peer drew the same ones.

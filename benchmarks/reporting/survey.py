@@ -12,7 +12,6 @@ from benchmarks.reporting.log_chart import Curve, log_chart
 from benchmarks.reporting.section import Cells, Chart, Section, Table, duration
 from benchmarks.schema import Results, Row
 
-STRESS_SUITE = "stress"
 ORDERS = (-1.0, "order 1"), (-2.0, "order 2")
 """Error against time where halving a step doubles the time."""
 
@@ -31,7 +30,6 @@ def survey(results: Results) -> list[Section]:
         _limits(rows),
         _growth(sweeps(rows)),
         _skipping(rows),
-        _stress(rows),
         *_suites(rows),
         _missing(results),
     ]
@@ -196,31 +194,6 @@ def _skipping(rows: Sequence[Row]) -> Section:
             "every value has the bits that it has without skipping."
         )
         section.tables.append(table)
-    return _or_nothing(section)
-
-
-def _stress(rows: Sequence[Row]) -> Section:
-    section = Section("stress", "Stress")
-    found = [row for row in rows if row.suite == STRESS_SUITE]
-    if found:
-        names = ("passed", "failed", "left out")
-        counts = [tuple(row.counters[name] for name in names) for row in found]
-        totals = [sum(column) for column in zip(*counts, strict=True)]
-        section.words.append(
-            f"{totals[0]:.0f} cases passed, {totals[1]:.0f} failed, {totals[2]:.0f} "
-            "were left out."
-        )
-        section.tables.append(
-            Table(
-                "Cases of the stress catalogue, by file of tests/stress",
-                ("what", *names, "time"),
-                [
-                    (row.mode, *(f"{n:.0f}" for n in told), duration(row.seconds))
-                    for row, told in zip(found, counts, strict=True)
-                ],
-                bad=frozenset(n for n, told in enumerate(counts) if told[1]),
-            )
-        )
     return _or_nothing(section)
 
 

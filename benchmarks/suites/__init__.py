@@ -6,9 +6,7 @@ from benchmarks.suites.art_bent import BentPlan
 from benchmarks.suites.art_classification import ClassificationPlan
 from benchmarks.suites.art_dataflow import DataflowPlan
 from benchmarks.suites.art_growth import GrowthPlan
-from benchmarks.suites.art_kernels import KernelPlan
 from benchmarks.suites.art_scaling import ScalingPlan
-from benchmarks.suites.devices import DevicesPlan
 from benchmarks.suites.flight import FlightPlan
 from benchmarks.suites.fsr import FsrPlan
 from benchmarks.suites.fsr_growth import FsrGrowthPlan
@@ -21,7 +19,6 @@ from benchmarks.suites.scoring import ScoringPlan
 from benchmarks.suites.skipping import SkippingPlan
 from benchmarks.suites.splats import SplatsPlan
 from benchmarks.suites.startup import StartupPlan
-from benchmarks.suites.stress import StressPlan
 from benchmarks.suites.surgery import SurgeryPlan
 from benchmarks.suites.takeover import TakeoverPlan
 from benchmarks.suites.visibility import VisibilityPlan
@@ -33,14 +30,12 @@ __all__ = [
     "BentPlan",
     "ClassificationPlan",
     "DataflowPlan",
-    "DevicesPlan",
     "FlightPlan",
     "FsrGrowthPlan",
     "FsrPlan",
     "GrowthPlan",
     "HapticsPlan",
     "JobsPlan",
-    "KernelPlan",
     "LightPlan",
     "LookPlan",
     "RefinementPlan",
@@ -49,7 +44,6 @@ __all__ = [
     "SkippingPlan",
     "SplatsPlan",
     "StartupPlan",
-    "StressPlan",
     "SurgeryPlan",
     "TakeoverPlan",
     "VisibilityPlan",

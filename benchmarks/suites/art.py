@@ -18,7 +18,6 @@ from benchmarks.references import (
 )
 from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
 from benchmarks.schema import Clock, Setting
-from benchmarks.suites.float64_check import float64_check
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
 from renderers.scene import Projection, image_error
@@ -68,8 +67,6 @@ class ArtPlan(Plan, suite="art"):
                         found += self._classic(source, view, quantity, quality)
                 found += [self._surface(source, view, name) for name in QUALITIES]
                 found.append(self._surface(source, view, "preview", threads=2))
-        for source in self._subjects[: 1 if self._quick else None]:
-            found += float64_check("art", source)
         return found
 
     def close(self) -> None:

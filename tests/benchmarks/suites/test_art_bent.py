@@ -9,16 +9,13 @@ from benchmarks.suites.art_bent import BentPlan
 
 
 @pytest.mark.slow
-def test_bent_rays_are_the_reference_s_and_dearer_than_straight_ones(
+def test_bent_rays_are_dearer_than_straight_ones(
     ball: SubjectSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("benchmarks.suites.art_bent.subjects", lambda quick: (ball,))
     with closing(BentPlan(quick=True)) as plan:
         plan._size, plan._budget_s = 48, 0.0
         found = {(task.case, task.mode): task.measure() for task in plan.tasks()}
-    checked = found["ball/inside/bent rays, float64 check", "ART, same samples"]
-    assert checked.error is not None
-    assert checked.error.rmse < 1e-3
     case = "ball/inside/deflected"
     bent, straight = found[case, "bent rays"], found[case, "straight rays"]
     assert bent.counters is not None
