@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
+from renderers.scene import ImageError
 
 COMPARED = "values compared"
 DIFFER = "values that differ"
@@ -26,3 +27,8 @@ def differing(found: NDArray[Any], wanted: NDArray[Any]) -> int:
         bits
     )
     return int(np.count_nonzero(~same))
+
+
+def share_error(share: float) -> ImageError:
+    """Return the share of values that differ as an error."""
+    return ImageError(rmse=share, p999=0.0, max=float(share > 0), bias=share)

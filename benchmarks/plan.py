@@ -1,7 +1,8 @@
 """What is to be measured: tasks in suites, before anything runs."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -63,7 +64,8 @@ class Plan(ABC):
     """Be a suite that is about to run.
 
     A class names its suite, as in ``class ArtPlan(Plan, suite="art")``: `paravol bench`
-    then runs it. Nothing is computed before its tasks are measured.
+    then runs it. Nothing is computed before its tasks are measured. What a measurement
+    leaves open is put on `stack`, which is closed after the last.
     """
 
     suite: ClassVar[str]
@@ -75,16 +77,18 @@ class Plan(ABC):
             cls.suite = suite
             SUITES[suite] = cls
 
-    @abstractmethod
     def __init__(self, quick: bool) -> None:
         """Choose the quick sizes or the whole ones."""
+        self.quick = quick
+        self.stack = ExitStack()
 
     @abstractmethod
     def tasks(self) -> list[Task]:
         """List the tasks, baselines before those that name them."""
 
-    def close(self) -> None:  # noqa: B027 (most have nothing to end)
-        """End child processes and threads."""
+    def close(self) -> None:
+        """End child processes and threads, remove files."""
+        self.stack.close()
 
     def task(
         self,
@@ -98,3 +102,31 @@ class Plan(ABC):
     ) -> Task:
         """Make a task of this suite."""
         return Task(self.suite, case, mode, measure, settings, baseline, clock, cost_s)
+
+    def compared(
+        self,
+        case: str,
+        runs: Mapping[str, Callable[[], Measured]],
+        settings: dict[str, Setting],
+        *,
+        clock: Clock = "cpu",
+        cost_s: float = 6.0,
+        series: bool = False,
+    ) -> list[Task]:
+        """Make a task for each mode; the first is the baseline of the others.
+
+        series: whether each is a series of its own in the report.
+        """
+        first = next(iter(runs))
+        return [
+            self.task(
+                case,
+                mode,
+                run,
+                settings | {"series": mode} if series else settings,
+                None if mode == first else first,
+                clock,
+                cost_s,
+            )
+            for mode, run in runs.items()
+        ]

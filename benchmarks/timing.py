@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
 from disk import UserError
 
 _T = TypeVar("_T")
@@ -27,6 +29,16 @@ class Timing:
     def of(cls, walls: list[float], cpus: list[float]) -> "Timing":
         """Summarise the repeats; both lists hold one value for each."""
         return cls(min(walls), statistics.median(walls), min(cpus), len(walls))
+
+    @classmethod
+    def sum(cls, timings: list["Timing"]) -> "Timing":
+        """Add what was timed one after the other."""
+        return cls(
+            sum(t.min_s for t in timings),
+            sum(t.median_s for t in timings),
+            sum(t.cpu_s for t in timings),
+            min(t.repeats for t in timings),
+        )
 
 
 def measure(
@@ -59,3 +71,36 @@ def measure(
         room = spent + spent / len(walls) <= budget_s
         if len(walls) >= most or (len(walls) >= least and not room):
             return Timing.of(walls, cpus), result
+
+
+def once(call: Callable[[], _T]) -> tuple[Timing, _T]:
+    """Time one call, the first."""
+    return measure(call, least=1, most=1, warm_up=False)
+
+
+class CallClock:
+    """Time calls; the first, which compiles or finds nothing prepared, is left out."""
+
+    def __init__(self) -> None:
+        self.walls: list[float] = []
+        self.cpus: list[float] = []
+
+    def time(self, call: Callable[[], _T]) -> _T:
+        """Call and keep what it took."""
+        timing, result = once(call)
+        self.walls.append(timing.min_s)
+        self.cpus.append(timing.cpu_s)
+        return result
+
+    def timing(self) -> Timing:
+        """Return the times of the calls."""
+        return Timing.of(self.walls[1:], self.cpus[1:])
+
+    def counters(self, what: str) -> dict[str, float]:
+        """Return milliseconds of CPU time of a median call and of one in twenty."""
+        ms = np.array(self.cpus[1:]) * 1e3
+        return {
+            f"{what}_ms": float(np.median(ms)),
+            f"{what}_ms_95_percent": float(np.percentile(ms, 95)),
+            f"{what}_calls": len(ms),
+        }

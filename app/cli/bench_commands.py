@@ -48,7 +48,7 @@ def measure(
 
 @bench.command
 def report(results: Path, *, out: Path | None = None, write_docs: Flag = False) -> int:
-    """Write one HTML page from results: errors, fronts, limits, growth, skipping.
+    """Write one HTML page from results: errors, fronts, growth, skipping.
 
     Parameters
     ----------

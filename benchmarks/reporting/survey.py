@@ -7,7 +7,6 @@ from itertools import groupby
 from benchmarks.reporting.fronts import Panel, panels
 from benchmarks.reporting.growth import CONFIDENCE, Sweep, sweeps
 from benchmarks.reporting.ledger import skipping_table
-from benchmarks.reporting.limits import limit_tables
 from benchmarks.reporting.log_chart import Curve, log_chart
 from benchmarks.reporting.section import Cells, Chart, Section, Table, duration
 from benchmarks.schema import Results, Row
@@ -27,7 +26,6 @@ def survey(results: Results) -> list[Section]:
         _made(results),
         _errors(compared),
         _fronts(compared),
-        _limits(rows),
         _growth(sweeps(rows)),
         _skipping(rows),
         *_suites(rows),
@@ -128,12 +126,6 @@ def _fronts(compared: Sequence[Panel]) -> Section:
 
 def _against(panel: Panel) -> str:
     return f"{panel.title}, against {panel.reference}"
-
-
-def _limits(rows: Sequence[Row]) -> Section:
-    section = Section("limits", "Limits, and the share of them that is reached")
-    section.tables = limit_tables(rows)
-    return _or_nothing(section)
 
 
 def _growth(found: Sequence[Sweep]) -> Section:

@@ -54,10 +54,8 @@ class Setup:
     """Set one simulated run.
 
     cache: cells all ranks together can hold, in volumes. tile: pixels along a region of
-    the screen. random_holder: forward to any holder, not the nearest. by_curve: each
-    rank has one run of packets along a Morton curve, all runs with equal work; else
-    regions in skewed cyclic order. scattered: cells begin at ranks drawn at random, not
-    in runs.
+    the screen. by_curve: each rank has one run of packets along a Morton curve, all
+    runs with equal work; else regions in skewed cyclic order.
     """
 
     ranks: int
@@ -69,9 +67,7 @@ class Setup:
     tile: int = 32
     dataflow: Dataflow = Dataflow.MIGRATING
     most_pending: int = MOST_PENDING
-    random_holder: bool = False
     by_curve: bool = False
-    scattered: bool = False
     validate: bool = False
 
 
@@ -280,14 +276,7 @@ def _cell_lots(
     alone = setup.dataflow is Dataflow.REPLICATED
     home = homes(orbit.cells, ranks)
     owner = deal_owners(np.ones(orbit.cells, np.bool_), ranks)
-    if setup.scattered:
-        owner = owner[np.random.default_rng(1).permutation(orbit.cells)]
     slots, quota = simulated_slots(setup)
-    random = np.random.default_rng(0)
-
-    def no_distance(rank: int) -> list[int]:
-        return [int(n) for n in random.integers(0, 1 << 30, ranks)]
-
     for rank, frames in enumerate(traces.deal(setup)):
         cache = CellCache(slots, quota if migrates else 0)
         if migrates:
@@ -298,7 +287,7 @@ def _cell_lots(
             rank,
             np.full(orbit.cells, rank) if alone else home,
             owner,
-            no_distance if setup.random_holder else torus.distances,
+            torus.distances,
         )
         node = Node(
             work,

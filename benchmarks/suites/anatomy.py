@@ -29,6 +29,7 @@ class AnatomyPlan(Plan, suite="anatomy"):
     """List and make the measurements of suite `anatomy`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._spacings = (2.0, 1.0) if quick else (1.0, 0.5, 0.35, 0.3)
         self._budget_s = 0.5 if quick else 3.0
         self._air_mm = 2.0 if quick else 1.0

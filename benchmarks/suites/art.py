@@ -26,11 +26,6 @@ QUALITIES = ("preview", "snapshot", "final")
 THREADED_QUALITY = "snapshot"
 """Where other cuts, the integrated march and two threads are measured as well."""
 
-SAMPLE_LIMIT_NS = 5.8
-"""What value and gradient of one sample take from the nearest cache on one core of the
-development machine (Zen 4 class, 2.6 GHz), fetched one after the other. Packets share
-some of it, so that one is no bound for `share_of_limit`."""
-
 PEER_CUTOFF = 255 / 32767
 """The peer ends a ray where less than 255 of 32767 parts of the light are left."""
 
@@ -50,28 +45,25 @@ class ArtPlan(Plan, suite="art"):
     """List and make the measurements of suite `art`."""
 
     def __init__(self, quick: bool) -> None:
-        self._quick = quick
+        super().__init__(quick)
         self._size = 192 if quick else 512
         self._surface_size = SURFACE_SIZE
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
         self._peer = VolumePeer(self._size, self._budget_s)
+        self.stack.callback(self._peer.close)
 
     def tasks(self) -> list[Task]:
         """List the tasks, each view's peer before our own."""
         found = []
         for source in self._subjects:
             for view in VIEWS:
-                for quantity in CLASSIC_QUANTITIES[self._quick :]:
+                for quantity in CLASSIC_QUANTITIES[self.quick :]:
                     for quality in QUALITIES:
                         found += self._classic(source, view, quantity, quality)
                 found += [self._surface(source, view, name) for name in QUALITIES]
                 found.append(self._surface(source, view, "preview", threads=2))
         return found
-
-    def close(self) -> None:
-        """End the peer."""
-        self._peer.close()
 
     def _classic(
         self, source: SubjectSource, view: str, quantity: str, name: str
@@ -174,10 +166,6 @@ class ArtPlan(Plan, suite="art"):
         reference = source.references.picture(view, quantity, lambda: scene, camera)
         assert tracer.report is not None
         counters = {key: float(n) for key, n in tracer.report.counters.items()}
-        own_ns = 1e9 * timing.cpu_s / max(counters["contributing"], 1.0)
-        counters["ns_per_contributing"] = own_ns
-        counters["limit_ns_per_contributing"] = SAMPLE_LIMIT_NS
-        counters["share_of_limit"] = SAMPLE_LIMIT_NS / own_ns
         picture = rgb_over_black(image.rgba)
         error = image_error(picture, reference)
         further = self._from_peer(source, view, quantity, picture)

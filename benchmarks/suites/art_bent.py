@@ -4,7 +4,6 @@ import numpy as np
 
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, subjects
-from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
 from renderers.scene import Projection
@@ -17,6 +16,7 @@ class BentPlan(Plan, suite="art-bent"):
     """List and make the measurements of suite `art-bent`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = 192 if quick else 512
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)[: 1 if quick else None]
@@ -27,7 +27,6 @@ class BentPlan(Plan, suite="art-bent"):
 
     def _bent(self, source: SubjectSource) -> list[Task]:
         """Compare bent rays with straight ones: the same picture size and quality."""
-        straight, bent = "straight rays", "bent rays"
         quality = Quality.named(QUALITY)
 
         def draw(deflection: Deflection | None) -> Measured:
@@ -41,23 +40,19 @@ class BentPlan(Plan, suite="art-bent"):
             counters = {key: float(n) for key, n in tracer.report.counters.items()}
             return Measured(timing, counters=counters)
 
-        settings: dict[str, Setting] = {
-            "size": self._size,
-            "step_voxels": quality.step_voxels,
-            "threads": 1,
-            "lens": "perspective",
-        }
-        case = f"{source.name}/inside/deflected"
-        return [
-            self.task(case, straight, lambda: draw(None), settings),
-            self.task(
-                case,
-                bent,
-                lambda: draw(pulled_and_cut(source)),
-                settings,
-                baseline=straight,
-            ),
-        ]
+        return self.compared(
+            f"{source.name}/inside/deflected",
+            {
+                "straight rays": lambda: draw(None),
+                "bent rays": lambda: draw(pulled_and_cut(source)),
+            },
+            {
+                "size": self._size,
+                "step_voxels": quality.step_voxels,
+                "threads": 1,
+                "lens": "perspective",
+            },
+        )
 
 
 def pulled_and_cut(source: SubjectSource) -> Deflection:

@@ -50,6 +50,7 @@ class ClassificationPlan(Plan, suite="art-classification"):
     """List and make the measurements of suite `art-classification`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = 192 if quick else 512
         self._budget_s = 0.3 if quick else 2.0
         self._subjects = subjects(quick)

@@ -39,10 +39,9 @@ class DataflowPlan(Plan, suite="art-dataflow"):
     """List and make the measurements of suite `art-dataflow`."""
 
     def __init__(self, quick: bool) -> None:
-        self._quick = quick
+        super().__init__(quick)
         self._side = 64 if quick else 96
         self._size = 128 if quick else 256
-        self._made: list[tempfile.TemporaryDirectory[str]] = []
         self._digests: list[str] = []
         self._large_digests: list[str] = []
 
@@ -51,30 +50,24 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         tasks = []
         for ranks in (1, 2, 4):
             tasks += [self._way(ranks, way) for way in Dataflow]
-        for animation in ("orbit 30",) if self._quick else ("orbit 30", "orbit 60"):
+        for animation in ("orbit 30",) if self.quick else ("orbit 30", "orbit 60"):
             tasks += [
                 self._coherence(animation, share, tile)
                 for share, tile in ((0.5, 32), (1.0, 32), (1.0, 16), (1.0, 64))
             ]
-        if not self._quick:
+        if not self.quick:
             tasks += [
                 self._coherence("demo's flight", share, 32) for share in (0.3, 1.0)
             ]
             tasks += [self._large(dataflow) for dataflow in LARGE_FLOWS]
         return tasks
 
-    def close(self) -> None:
-        """Remove what was stored."""
-        for folder in self._made:
-            folder.cleanup()
-        self._made.clear()
-
     @cached_property
     def _folder(self) -> Path:
         if find_launcher() is None:
             raise UnavailableError("there is no mpiexec; install the extra `mpi`")
-        self._made.append(tempfile.TemporaryDirectory(prefix="paravol-ranks-"))
-        return Path(self._made[-1].name)
+        scratch = tempfile.TemporaryDirectory(prefix="paravol-ranks-")
+        return Path(self.stack.enter_context(scratch))
 
     @cached_property
     def _orbit(self) -> tuple[SnapshotRequest, ...]:

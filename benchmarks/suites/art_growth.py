@@ -1,13 +1,9 @@
 """How the ray tracer's cost grows: with voxels, pixels, steps and transparency.
 
 Each sweep changes one quantity; the report fits a power to its times: 1 for voxels
-would be the cost of looking at every voxel. Lit
-volumes are drawn from cells of each side, too: time, bytes a voxel, and the time of a
-first picture, for which cells are made.
+would be the cost of looking at every voxel.
 """
 
-import time
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,7 +11,6 @@ import numpy as np
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
-from renderers.art.cells.cell_size import SIDES
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -76,14 +71,14 @@ class GrowthPlan(Plan, suite="art-growth"):
     """List and make the measurements of suite `art-growth`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._last = 2 if quick else 4
         self._budget_s = 0.2 if quick else 1.0
 
     def tasks(self) -> list[Task]:
         """List the sweeps."""
         last = self._last
-        cells = [self._sides(kappa, side) for kappa in (1.0, 1e-3) for side in SIDES]
-        return cells + [
+        return [
             task
             for lit in (False, True)
             for task in (
@@ -99,38 +94,6 @@ class GrowthPlan(Plan, suite="art-growth"):
                 ),
             )
         ]
-
-    def _sides(self, kappa: float, side: int) -> Task:
-        """Draw shells, or a haze that fills all cells, from cells of one side."""
-        case = f"{'shells' if kappa == 1 else 'haze'}/four lights/cells"
-        return self.task(
-            case,
-            f"cells of {side}",
-            partial(self._measure_cells, kappa, side),
-            {"voxels": USUAL_SIZE, "size": USUAL_PICTURE, "threads": 1, "series": case},
-            baseline=None if side == SIDES[0] else f"cells of {SIDES[0]}",
-        )
-
-    def _measure_cells(self, kappa: float, side: int) -> Measured:
-        volume = shells(USUAL_SIZE)
-        scene = shell_scene(volume, kappa, lit=True)
-        if kappa < 1:
-            nodes, color = np.array([-1e4, 1e4]), np.full((2, 3), 0.5)
-            haze = TransferFunction(nodes, color, np.full(2, kappa))
-            scene = replace(scene, transfer_function=haze)
-        camera = shell_camera(USUAL_PICTURE)
-        first_s = []
-        for _ in range(2):
-            began = time.process_time()
-            tracer = ActiveRayTracer(scene, threads=1, cell_side=side)
-            tracer.render(camera)
-            first_s.append(time.process_time() - began)
-        timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
-        counters = {
-            "bytes_per_voxel": tracer.memory / volume.values.size,
-            "first_picture_s": min(first_s),
-        }
-        return Measured(timing, counters=counters)
 
     def _task(
         self,

@@ -5,7 +5,6 @@ took. The nodes are those that ship; the machine is simulated.
 """
 
 import statistics
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -22,7 +21,7 @@ from benchmarks.simulated_ranks.study import (
     simulate,
 )
 from benchmarks.simulated_ranks.trace import Orbit
-from benchmarks.timing import Timing
+from benchmarks.timing import once
 from renderers.art.ranks.policy import Dataflow
 
 CACHES = (1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 4.0)
@@ -56,7 +55,7 @@ class ScalingPlan(Plan, suite="art-scaling"):
     """List and make the simulated runs."""
 
     def __init__(self, quick: bool) -> None:
-        self._quick = quick
+        super().__init__(quick)
         self._traces: dict[Orbit, Traces] = {}
         self._frames = 3 if quick else 30
 
@@ -64,23 +63,19 @@ class ScalingPlan(Plan, suite="art-scaling"):
         """List the runs: Table 1, Figure 4, ways of the literature, many ranks."""
         small, large = Orbit(), Orbit(side=256, image=512)
         found = [self._table(small, ranks, self._frames) for ranks in PAPER_S[128]]
-        if not self._quick:
+        if not self.quick:
             found += [self._table(large, ranks, 8) for ranks in PAPER_S[256]]
             for spread in (1.25, 1.6):
                 framed = replace(small, spread=spread)
                 found += [self._table(framed, ranks, 10) for ranks in (4, 8, 16)]
         for scan_s, name in ((SCAN_S, "stack scanned"), (0.0, "packets by cell")):
-            for cache in CACHES[:: 3 if self._quick else 1]:
+            for cache in CACHES[:: 3 if self.quick else 1]:
                 found.append(self._cache(small, cache, scan_s, name))
         for machine, costs in (("t3d", T3D), ("today", TODAY)):
             found += self._ways(small, machine, costs)
-            if not self._quick:
-                found += self._many(machine, costs)
+        if not self.quick:
+            found += self._many()
         return found
-
-    def close(self) -> None:
-        """Forget the traces."""
-        self._traces.clear()
 
     def _of(self, orbit: Orbit) -> Traces:
         return self._traces.setdefault(orbit, Traces(orbit))
@@ -103,7 +98,7 @@ class ScalingPlan(Plan, suite="art-scaling"):
         return self._task(case, f"{ranks} ranks", setup, judge)
 
     def _cache(self, orbit: Orbit, cache: float, scan_s: float, name: str) -> Task:
-        frames = 3 if self._quick else 12
+        frames = 3 if self.quick else 12
         setup = self._setup(8, orbit, frames, replace(T3D, scan_s=scan_s), cache=cache)
 
         def judge(outcome: Outcome) -> dict[str, float]:
@@ -112,13 +107,12 @@ class ScalingPlan(Plan, suite="art-scaling"):
         return self._task(f"figure4/{name}/t3d", f"cache {cache:g}", setup, judge)
 
     def _ways(self, orbit: Orbit, machine: str, costs: Costs) -> list[Task]:
-        ranks, frames = 16, 2 if self._quick else 6
+        ranks, frames = 16, 2 if self.quick else 6
         base = self._setup(ranks, orbit, frames, costs)
         ways = {
             "replicated": replace(base, dataflow=Dataflow.REPLICATED),
             "static homes": replace(base, dataflow=Dataflow.STATIC),
             "migrating": base,
-            "migrating, any holder": replace(base, random_holder=True),
             "migrating, one request at a time": replace(base, most_pending=1),
             "rays": replace(base, dataflow=Dataflow.RAYS),
         }
@@ -130,27 +124,25 @@ class ScalingPlan(Plan, suite="art-scaling"):
             for name, setup in ways.items()
         ]
 
-    def _many(self, machine: str, costs: Costs) -> list[Task]:
+    def _many(self) -> list[Task]:
         strong = Orbit(side=512, cell=16, image=1024, packet=4, thin=4)
-        case = f"strong/512, 1024 x 1024 pixels/{machine}"
+        case = "strong/512, 1024 x 1024 pixels/t3d"
         found = [
-            self._large(case, f"{ranks} ranks", ranks, strong, costs)
+            self._large(case, f"{ranks} ranks", ranks, strong)
             for ranks in (64, 256, 1024, 4096)
         ]
-        case = f"weak/volume and picture grow/{machine}"
+        case = "weak/volume and picture grow/t3d"
         for ranks, side in ((16, 256), (128, 512), (1024, 1024), (4096, 1632)):
             orbit = Orbit(side=side, cell=32, image=2 * side, thin=4)
-            found.append(self._large(case, f"{ranks} ranks", ranks, orbit, costs))
+            found.append(self._large(case, f"{ranks} ranks", ranks, orbit))
         orbit = Orbit(side=1024, cell=32, image=2048, thin=4)
         changes: dict[str, dict[str, Any]] = {
             "caches of 8 volumes": {"cache": 8.0},
             "tiles of 16 pixels, skewed": {"by_curve": False, "tile": 16},
-            "cells scattered at the start": {"scattered": True},
-            "any holder": {"random_holder": True},
         }
         for name, change in changes.items():
             mode = f"1024 ranks, {name}"
-            found.append(self._large(case, mode, 1024, orbit, costs, **change))
+            found.append(self._large(case, mode, 1024, orbit, **change))
         return found
 
     def _large(
@@ -159,19 +151,17 @@ class ScalingPlan(Plan, suite="art-scaling"):
         mode: str,
         ranks: int,
         orbit: Orbit,
-        costs: Costs,
         **change: Any,
     ) -> Task:
         """Draw a few frames of several orbits; compare with one rank of no overhead."""
         frames, starts = LARGE_FRAMES, ORBIT_STARTS_DEG
         if ranks >= HUGE_RANKS:
             frames, starts = HUGE_FRAMES, starts[:1]
-        base = self._setup(ranks, orbit, frames, costs)
+        base = self._setup(ranks, orbit, frames, T3D)
         setup = replace(base, **({"by_curve": True} | change))
 
-        def run() -> Measured:
+        def draw() -> list[dict[str, float]]:
             found = []
-            wall, cpu = time.perf_counter(), time.process_time()
             for start in starts:
                 traces = Traces(replace(orbit, start_deg=start))
                 ready = replace(
@@ -179,8 +169,11 @@ class ScalingPlan(Plan, suite="art-scaling"):
                 )
                 outcome = simulate(ready, traces)
                 found.append(_counters(outcome) | _alone(outcome, traces))
-            wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-            return Measured(Timing(wall, wall, cpu, 1), counters=_spread(found))
+            return found
+
+        def run() -> Measured:
+            timing, found = once(draw)
+            return Measured(timing, counters=_spread(found))
 
         settings = self._settings(setup) | {"deal": "curve" if setup.by_curve else ""}
         return self.task(case, mode, run, settings, cost_s=ranks / 2)
@@ -210,11 +203,8 @@ class ScalingPlan(Plan, suite="art-scaling"):
             traces = self._of(setup.orbit)
             for number in range(setup.frames):
                 traces.frame(number)
-            wall, cpu = time.perf_counter(), time.process_time()
-            outcome = simulate(ready, traces)
-            wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-            counters = _counters(outcome) | judge(outcome)
-            return Measured(Timing(wall, wall, cpu, 1), counters=counters)
+            timing, outcome = once(lambda: simulate(ready, traces))
+            return Measured(timing, counters=_counters(outcome) | judge(outcome))
 
         settings = self._settings(setup)
         return self.task(case, mode, run, settings, cost_s=3.0)

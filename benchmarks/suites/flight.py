@@ -3,8 +3,7 @@
 import itertools
 import tempfile
 import time
-from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,12 @@ from numpy.typing import NDArray
 from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path_views
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
-from benchmarks.timing import Timing
+from benchmarks.timing import Timing, once
 from devices import Pose, ProbePath, Registration
 from paravol.flight_loop import Timing as LoopTiming
 from paravol.flight_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
-from paravol.patient import PatientScene, load_patient
-from paravol.picture_size import steps_up_to
+from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.session_setup import (
     LIVE_TIER,
     SEED,
@@ -48,75 +46,51 @@ class FlightPlan(Plan, suite="flight"):
     """List and make the measurements of suite `flight`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = QUICK_SIZE if quick else FULL_SIZE
         self._places = 6 if quick else 50
         self._repeats = 2 if quick else 5
         self._flown_s = 3.0 if quick else bundled_flight()[1].duration_s
         self._compared = 2 if quick else 20
-        self._sizes = steps_up_to(384 if quick else 1024)
         self._views: dict[int, EndoscopeView] = {}
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
-        settings: dict[str, Setting] = {"size": self._size, "tier": LIVE_TIER}
         one, two = "1 thread", "2 threads"
+        settings: dict[str, Setting] = {"size": self._size, "tier": LIVE_TIER}
         places = settings | {"places": self._places}
-        loop = settings | {"pose_hz": POSE_HZ, "flown_s": self._flown_s, "threads": 2}
-        likeness = settings | {
+        loop: dict[str, Setting] = {"pose_hz": POSE_HZ, "flown_s": self._flown_s}
+        likeness: dict[str, Setting] = {
             "series": "FSR live",
             "places": self._compared,
             "reference": "ART snapshot, same shading and gain",
         }
+        case, stages = "first_flight/path/frame", self._stages
+        on_one, on_two = partial(stages, 1), partial(stages, 2)
+        threads: dict[str, Setting] = {"threads": 2}
+        task = partial(self.task, clock="wall")
         return [
-            self.task(
-                "first_flight/path/frame",
-                one,
-                lambda: self._stages(1),
-                places | {"threads": 1},
-                clock="wall",
-                cost_s=30.0,
-            ),
-            self.task(
-                "first_flight/path/frame",
-                two,
-                lambda: self._stages(2),
-                places | {"threads": 2},
-                baseline=one,
-                clock="wall",
-                cost_s=30.0,
-            ),
-            self.task(
+            task(case, one, on_one, places | {"threads": 1}, cost_s=30.0),
+            task(case, two, on_two, places | threads, one, cost_s=30.0),
+            task(
                 "first_flight/loop/frame",
                 two,
                 self._loop,
-                loop,
-                clock="wall",
+                settings | loop | threads,
                 cost_s=self._flown_s + 10.0,
-            ),
-            self.task(
-                "first_flight/picture size/change",
-                two,
-                self._size_changes,
-                {"most": self._sizes[-1], "tier": LIVE_TIER, "threads": 2},
-                clock="wall",
-                cost_s=20.0,
             ),
             self.task(
                 "first_flight/likeness",
                 "FSR live",
                 self._likeness,
-                likeness,
+                settings | likeness,
                 cost_s=60.0,
             ),
         ]
 
-    def close(self) -> None:
-        """Let go of the views, whose idle threads end with the program."""
-        self._views.clear()
-
     @cached_property
     def _patient(self) -> PatientScene:
-        return load_patient(bundled_flight()[0], _quietly)
+        return load_patient(bundled_flight()[0], no_progress)
 
     def _seen(self, time_s: float) -> View:
         scenario, path = bundled_flight()
@@ -136,7 +110,7 @@ class FlightPlan(Plan, suite="flight"):
                 threads=threads,
             )
             size = (self._size, self._size)
-            view.warm_up(first_views(scenario, self._patient, path, size), _quietly)
+            view.warm_up(first_views(scenario, self._patient, path, size), no_progress)
             self._views[threads] = view
         return self._views[threads]
 
@@ -196,42 +170,6 @@ class FlightPlan(Plan, suite="flight"):
             )
         return _of_loop(timing, time.process_time() - cpu)
 
-    def _size_changes(self) -> Measured:
-        """Time what the first frame of another size takes longer than the next ones.
-
-        As in a flight its tables are there. Every size comes from the one below it and
-        the one above it.
-        """
-        view, seen = self._view(2), self._seen(bundled_flight()[1].duration_s / 2)
-        way = [*self._sizes, *self._sizes[-2::-1]]
-        extra: list[float] = []
-        cpu, number = time.process_time(), 0
-
-        def draw(edge: int) -> float:
-            nonlocal number
-            number += 1
-            # a place of its own: what was drawn just now would only be exposed
-            frame = seen.camera.frame.copy()
-            frame[0, 0] += 1e-4 * number
-            camera = replace(seen.camera, frame=frame, width=edge, height=edge)
-            begun = time.perf_counter()
-            view.draw(replace(seen, camera=camera), number=1, elapsed_s=0.0, gain=1.0)
-            return time.perf_counter() - begun
-
-        for edge in way * (1 + self._repeats):
-            view.prepare(replace(seen.camera, width=edge, height=edge))
-            first = draw(edge)
-            extra.append(first - min(draw(edge) for _ in range(3)))
-        # the first time each takes memory that is then there
-        kept = np.maximum(extra[len(way) :], 0.0)
-        counters = {
-            f"extra_ms_p{rank}": float(np.quantile(kept, rank / 100)) * 1e3
-            for rank in (50, 95)
-        }
-        spent = (time.process_time() - cpu) / len(extra)
-        timing = Timing(float(kept.min()), float(np.median(kept)), spent, len(kept))
-        return Measured(timing, counters=counters)
-
     def _likeness(self) -> Measured:
         """Compare with ray-traced pictures: the six named views and the path."""
         views = acceptance_views(self._size) + path_views(self._size, self._compared)
@@ -258,10 +196,7 @@ class FlightPlan(Plan, suite="flight"):
             "closed": float(sum(a.closed for a in found)),
         }
         middle = self._seen(bundled_flight()[1].duration_s / 2)
-        begun, cpu = time.perf_counter(), time.process_time()
-        stage_times(self._view(1), middle)
-        wall = time.perf_counter() - begun
-        timing = Timing(wall, wall, time.process_time() - cpu, 1)
+        timing, _ = once(partial(stage_times, self._view(1), middle))
         return Measured(timing, worst, "sRGB", counters)
 
 
@@ -326,7 +261,3 @@ def _of_loop(timing: LoopTiming, cpu_s: float) -> Measured:
 
 def _unit(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     return picture.astype(np.float32) / np.float32(255)
-
-
-def _quietly(stage: str, share: float) -> None:
-    """Report nothing."""

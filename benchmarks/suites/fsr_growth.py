@@ -28,6 +28,7 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
     """List and make the measurements of suite `fsr-growth`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._budget_s = 0.3 if quick else 2.0
         self._splats = QUICK_SPLATS if quick else SPLATS
         self._pictures = QUICK_PICTURES if quick else PICTURES
@@ -54,11 +55,6 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
         ]
         return found
 
-    def close(self) -> None:
-        """End all threads."""
-        for renderer in self._renderers.values():
-            renderer.close()
-
     def _draw(
         self, mode: SplatMode, sweep: str, amount: int, count: int, size: int
     ) -> Task:
@@ -78,9 +74,10 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
     def _renderer(self, count: int) -> FuzzySetRenderer:
         if count not in self._renderers:
             scene = self._source.subject.scene
-            self._renderers[count] = FuzzySetRenderer(
+            made = self._renderers[count] = FuzzySetRenderer(
                 scene, threshold=threshold_for(scene, count), threads=1
             )
+            self.stack.callback(made.close)
         return self._renderers[count]
 
     def _picture(self, mode: SplatMode, count: int, size: int) -> Measured:

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from paravol.haptics.force_loop import (
     scope_balls,
 )
 from paravol.haptics.tissue_copies import TissueCopies
-from paravol.patient import load_patient
+from paravol.patient import load_patient, no_progress
 from paravol.session_setup import (
     LIVE_TIER,
     SEED,
@@ -46,6 +47,7 @@ class HapticsPlan(Plan, suite="haptics"):
     """List and make the measurements of suite `haptics`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._seconds = SHORT_S if quick else LONG_S
         self._size = QUICK_SIZE if quick else FULL_SIZE
 
@@ -54,22 +56,22 @@ class HapticsPlan(Plan, suite="haptics"):
         settings: dict[str, Setting] = {"seconds": self._seconds, "size": self._size}
         cost_s = self._seconds + 60.0
         return [
-            self.task("force loop, 1 kHz", mode, work, settings, cost_s=cost_s)
-            for mode, work in ((ALONE, self._alone), (BESIDE, self._beside))
+            self.task(
+                "force loop, 1 kHz",
+                mode,
+                partial(self._run, mode == BESIDE),
+                settings,
+                cost_s=cost_s,
+            )
+            for mode in (ALONE, BESIDE)
         ]
-
-    def _alone(self) -> Measured:
-        return self._run(draws=False)
-
-    def _beside(self) -> Measured:
-        return self._run(draws=True)
 
     def _run(self, draws: bool) -> Measured:
         """Run the loop on the bundled flight, led as by a hand."""
         if sys.platform != "linux":
             raise UnavailableError("the force loop sleeps by a clock of Linux")
         scenario, path = bundled_flight()
-        head, operation = operate_on(load_patient(scenario, _quietly))
+        head, operation = operate_on(load_patient(scenario, no_progress))
         patient = operation.patient
         radius_mm = scenario.scope.endoscope().diameter_mm / 2
         device, copies = MockHead(), TissueCopies(patient)
@@ -78,7 +80,7 @@ class HapticsPlan(Plan, suite="haptics"):
             scenario, head, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
         )
         if draws:
-            view.warm_up(first_views(scenario, head, path, size), _quietly)
+            view.warm_up(first_views(scenario, head, path, size), no_progress)
         balls = scope_balls(radius_mm)
         feeling = new_feeling(patient.layers, balls, device.limits, PERIOD_S)
         with ForceLoop(device, copies.tissue, feeling) as loop:
@@ -124,7 +126,3 @@ def _measured(figures: LoopFigures, frames_s: float) -> Measured:
     }
     timing = Timing(p99 * 1e-6, p99 * 1e-6, cpu_s, figures.ticks)
     return Measured(timing, counters=counters)
-
-
-def _quietly(stage: str, share: float) -> None:
-    """Say nothing about progress."""

@@ -4,8 +4,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +16,7 @@ from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art.job_steps import Step, reached
 from renderers.scene import Camera, Image, Projection, image_error
-from renderers.snapshots.client import (
-    SnapshotCancelledError,
-    SnapshotClient,
-)
+from renderers.snapshots.client import SnapshotCancelledError, SnapshotClient
 from renderers.snapshots.growing import GrowingPicture
 from renderers.snapshots.request import QualityName, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
@@ -40,89 +36,56 @@ CANCEL_SIZE = 2048
 """Pixels a side of a picture to cancel: it takes many slices of 40 ms."""
 
 
-@dataclass
-class _Served:
-    """Serve a spool from a thread of this process, whose kernels are compiled."""
-
-    folder: Path
-    client: SnapshotClient = field(init=False)
-    _stop: threading.Event = field(default_factory=threading.Event)
-
-    def __post_init__(self) -> None:
-        self.client = SnapshotClient(self.folder, name="benchmark")
-        self._thread = threading.Thread(
-            target=run_worker,
-            args=(self.folder,),
-            # a view is asked for again and again, and always to be drawn
-            kwargs={"stopped": self._stop.is_set, "threads": 1, "cache_bytes": 0},
-        )
-        self._thread.start()
-
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(PATIENCE_S)
-
-
 class JobsPlan(Plan, suite="jobs"):
     """List and make the measurements of suite `jobs`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = 192 if quick else 512
         self._budget_s = 1.0 if quick else 6.0
         self._source = subjects(quick)[0]
-        self._scratch = tempfile.TemporaryDirectory(prefix="paravol-jobs-")
-        self._served: _Served | None = None
         self._team = SerialTeam(1)
 
     def tasks(self) -> list[Task]:
         """List the tasks; the plain picture is each case's baseline."""
-        found = [self._task("classic picture", ALONE, self._alone)]
-        for name, call in (
-            ("job", partial(self._job, False)),
-            ("job shown as it grows", partial(self._job, True)),
-            ("first sight of it", self._first_sight),
-        ):
-            found.append(self._task("classic picture", name, call, ALONE))
-        for quality in CANCELLED:
-            for is_told in (True, False):
-                name = "client is told" if is_told else "worker is free"
-                call = partial(self._cancel, quality, is_told)
-                case = f"cancel, {quality}"
-                found.append(self._task(case, name, call, size=CANCEL_SIZE))
-        return found
+        case, settings = "classic picture", self._settings(self._size)
+        runs: dict[str, Callable[[], Measured]] = {
+            "job": partial(self._job, False),
+            "job shown as it grows": partial(self._job, True),
+            "first sight of it": self._first_sight,
+        }
+        task = partial(self.task, clock="wall", cost_s=20.0)
+        compared = settings | {"reference": ALONE}
+        found = [task(case, ALONE, self._alone, settings)]
+        found += [task(case, mode, run, compared, ALONE) for mode, run in runs.items()]
+        return found + [
+            task(
+                f"cancel, {quality}",
+                "client is told" if is_told else "worker is free",
+                partial(self._cancel, quality, is_told),
+                self._settings(CANCEL_SIZE),
+            )
+            for quality in CANCELLED
+            for is_told in (True, False)
+        ]
 
-    def _task(
-        self,
-        case: str,
-        mode: str,
-        call: Callable[[], Measured],
-        baseline: str | None = None,
-        size: int | None = None,
-    ) -> Task:
-        settings: dict[str, Setting] = {"size": size or self._size, "threads": 1}
-        if baseline is not None:
-            settings["reference"] = baseline
-        return self.task(
-            case,
-            mode,
-            call,
-            settings,
-            baseline=baseline,
-            clock="wall",
-            cost_s=20.0,
-        )
+    @staticmethod
+    def _settings(size: int) -> dict[str, Setting]:
+        return {"size": size, "threads": 1}
 
-    def close(self) -> None:
-        """End the worker; remove its spool."""
-        if self._served is not None:
-            self._served.close()
-        self._scratch.cleanup()
-
-    @property
-    def _service(self) -> _Served:
-        if self._served is None:
-            self._served = _Served(Path(self._scratch.name) / "spool")
-        return self._served
+    @cached_property
+    def _client(self) -> SnapshotClient:
+        """Serve a spool from a thread of this process, whose kernels are compiled."""
+        scratch = tempfile.TemporaryDirectory(prefix="paravol-jobs-")
+        folder = Path(self.stack.enter_context(scratch)) / "spool"
+        client, stop = SnapshotClient(folder, name="benchmark"), threading.Event()
+        # a view is asked for again and again, and always to be drawn
+        told = {"stopped": stop.is_set, "threads": 1, "cache_bytes": 0}
+        worker = threading.Thread(target=run_worker, args=(folder,), kwargs=told)
+        self.stack.callback(worker.join, PATIENCE_S)
+        self.stack.callback(stop.set)
+        worker.start()
+        return client
 
     def _request(
         self,
@@ -135,7 +98,7 @@ class JobsPlan(Plan, suite="jobs"):
         camera: Camera = subject.views["inside"].camera(
             size or self._size, Projection.PERSPECTIVE
         )
-        return self._service.client.request_classic(
+        return self._client.request_classic(
             subject.scene, camera, quality=quality, progressive=progressive
         )
 
@@ -153,7 +116,7 @@ class JobsPlan(Plan, suite="jobs"):
         return Measured(timing)
 
     def _job(self, progressive: bool) -> Measured:
-        client = self._service.client
+        client = self._client
 
         def ask() -> NDArray[np.uint8]:
             job = client.submit(self._request(progressive=progressive))
@@ -164,7 +127,7 @@ class JobsPlan(Plan, suite="jobs"):
 
     def _first_sight(self) -> Measured:
         """Time from asking to the first coarse picture, and how far off that is."""
-        client = self._service.client
+        client = self._client
 
         def look() -> NDArray[np.uint8]:
             request = self._request(progressive=True)
@@ -199,7 +162,7 @@ class JobsPlan(Plan, suite="jobs"):
         return Measured(Timing.of(walls, walls))
 
     def _cancelled(self, quality: QualityName, is_told: bool) -> float:
-        client = self._service.client
+        client = self._client
         self._rest()
         drawing = threading.Event()
         left = CANCEL_AFTER
@@ -238,7 +201,7 @@ class JobsPlan(Plan, suite="jobs"):
 
     def _rest(self) -> None:
         """Wait until nothing is being drawn."""
-        spool = self._service.client.spool
+        spool = self._client.spool
         began = time.monotonic()
         while any(
             not spool.status(folder.name).state.is_final

@@ -1,20 +1,15 @@
 """What each ingredient of the look costs, and what a picture lacks without it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene, path_views
+from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
 from benchmarks.plan import Measured, Plan, Task
-from benchmarks.schema import Setting
 from benchmarks.timing import Timing, measure
 from renderers.art import ActiveRayTracer
-from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import GBuffer, Material, image_error
-from renderers.scene.thread_team import ThreadTeam
 from renderers.shading import (
     CameraPass,
     CameraSettings,
@@ -26,12 +21,13 @@ from renderers.shading import (
 from scenarios import tip_frame
 
 EVERYTHING = "everything"
-SHARP, RAGGED = "rims by rays", "rims by discs"
 
 TOOL_AT_MM = (-1.5, -2.2, 15.0)
 TOOL_ALONG = (0.05, 0.12, 1.0)
 """Tip of the suction tube and where it points, in the camera's axes right, up,
 forward: some millimetres before the wall of the nasopharynx."""
+
+SHOWN = "vestibule", "turbinate", "choana"
 
 NAMES = {
     "tool_shadow": "shadow of the tool",
@@ -55,59 +51,34 @@ class LookPlan(Plan, suite="look"):
     """List and make the measurements of suite `look`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = 128 if quick else 512
         self._budget_s = 0.2 if quick else 1.5
-        self._team = ThreadTeam(1)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
         found = []
         for tier in (Tier.LIVE, Tier.FULL):
-            settings: dict[str, Setting] = {
-                "size": self._size,
-                "tier": tier.name,
-                "threads": 1,
-                "views": len(self._shown_names),
-            }
-            case = f"nose/views/{tier.name.lower()} shading"
-            runs: dict[str, Callable[[], Measured]] = {
-                EVERYTHING: partial(self._shaded, tier, tier.effects)
-            }
+            runs = {EVERYTHING: partial(self._shaded, tier, tier.effects)}
             for field in fields(Effects):
                 if getattr(tier.effects, field.name):
                     less = replace(tier.effects, **{field.name: False})
                     name = f"without {NAMES[field.name]}"
                     runs[name] = partial(self._shaded, tier, less)
-            for name, run in runs.items():
-                found.append(
-                    self.task(
-                        case,
-                        name,
-                        run,
-                        settings | {"series": name, "reference": EVERYTHING},
-                        baseline=None if name == EVERYTHING else EVERYTHING,
-                        cost_s=30.0,
-                    )
-                )
-        settings = {"size": self._size, "threads": 1, "reference": "ray tracer"}
-        found += [
-            self.task(
-                "nose/views/rims",
-                name,
-                partial(self._rims, name),
-                settings | {"series": name},
-                baseline=None if name == RAGGED else RAGGED,
+            found += self.compared(
+                f"nose/views/{tier.name.lower()} shading",
+                runs,
+                {
+                    "size": self._size,
+                    "tier": tier.name,
+                    "threads": 1,
+                    "views": len(SHOWN),
+                    "reference": EVERYTHING,
+                },
                 cost_s=30.0,
+                series=True,
             )
-            for name in (RAGGED, SHARP)
-        ]
         return found
-
-    def close(self) -> None:
-        """End the threads."""
-        self._team.close()
-
-    _shown_names = ("vestibule", "turbinate", "choana")
 
     @cached_property
     def _shown(self) -> list[Shown]:
@@ -118,7 +89,7 @@ class LookPlan(Plan, suite="look"):
         tube = suction_tube()
         found = []
         for view in acceptance_views(self._size):
-            if view.name not in self._shown_names:
+            if view.name not in SHOWN:
                 continue
             buffer = tracer.gbuffer(view.camera)
             casters: tuple[Caster, ...] = ()
@@ -130,10 +101,6 @@ class LookPlan(Plan, suite="look"):
                 casters = (Caster.of(tube, pose),)
             found.append(Shown(view, buffer, casters))
         return found
-
-    @cached_property
-    def _pictures(self) -> dict[Tier, NDArray[np.float32]]:
-        return {}
 
     def _shaded(self, tier: Tier, effects: Effects) -> Measured:
         """Shade all views; say how the pictures differ from those of everything."""
@@ -165,37 +132,4 @@ class LookPlan(Plan, suite="look"):
         for made in (shader, whole, finish):
             made.close()
         error = image_error(np.stack(found), np.stack(wanted))
-        return Measured(_sum(timings), error, "sRGB", counters)
-
-    def _rims(self, mode: str) -> Measured:
-        """Draw views by splats; count pixels that show another wall than rays do."""
-        scene = nasal_scene("default")
-        assert scene.surface is not None
-        rasterizer = SurfelRasterizer(scene.surface.distance, sharp=mode != RAGGED)
-        tracer = ActiveRayTracer(scene)
-        timings = []
-        wrong = pixels = 0
-        for view in path_views(self._size, 4):
-            draw = partial(rasterizer.draw, view.camera, self._team)
-            timing, found = measure(draw, budget_s=self._budget_s)
-            timings.append(timing)
-            truth = tracer.gbuffer(view.camera)
-            both = (truth.coverage > 0) & (found.coverage > 0)
-            apart = np.abs(found.depth_mm[both] - truth.depth_mm[both])
-            wrong += int(np.count_nonzero(apart > 0.5))
-            pixels += int(both.sum())
-        counters = {
-            "pixels of another wall, share": wrong / pixels,
-            "ms a view": 1e3 * sum(t.min_s for t in timings) / len(timings),
-        }
-        return Measured(_sum(timings), counters=counters)
-
-
-def _sum(timings: list[Timing]) -> Timing:
-    """Add the times of several views."""
-    return Timing(
-        sum(t.min_s for t in timings),
-        sum(t.median_s for t in timings),
-        sum(t.cpu_s for t in timings),
-        min(t.repeats for t in timings),
-    )
+        return Measured(Timing.sum(timings), error, "sRGB", counters)

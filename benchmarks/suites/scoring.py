@@ -24,37 +24,30 @@ ARM_MM = 0.05
 FRAME_EVERY = 4
 """Samples between two pictures of a live flight."""
 
-TRUSTED, STEPPED = "recording trusted", "stepped again"
+STEPPED = "stepped again"
+MODES = STEPPED, "recording trusted"
 
 
 class ScoringPlan(Plan, suite="scoring"):
     """List and make the measurements of suite `scoring`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._seconds = 60.0 if quick else 600.0
-        self._scratch = tempfile.TemporaryDirectory(prefix="paravol-scoring-")
+        scratch = tempfile.TemporaryDirectory(prefix="paravol-scoring-")
+        self._folder = Path(self.stack.enter_context(scratch))
         self._rubric = load_rubric("endoscopy")
 
     def tasks(self) -> list[Task]:
         """List the tasks; what is trusted is compared with what is stepped."""
         case = f"session of {self._seconds:g} s"
         cost_s = self._seconds / 4.0
-        return [
-            Task(
-                self.suite,
-                case,
-                mode,
-                partial(self._score, exact=mode == STEPPED),
-                {"rate_hz": RATE_HZ, "rubric": self._rubric.name},
-                baseline,
-                cost_s=cost_s,
-            )
-            for mode, baseline in ((STEPPED, None), (TRUSTED, STEPPED))
-        ]
-
-    def close(self) -> None:
-        """Remove the session."""
-        self._scratch.cleanup()
+        return self.compared(
+            case,
+            {mode: partial(self._score, exact=mode == STEPPED) for mode in MODES},
+            {"rate_hz": RATE_HZ, "rubric": self._rubric.name},
+            cost_s=cost_s,
+        )
 
     @cached_property
     def _patient(self) -> PatientScene:
@@ -63,7 +56,7 @@ class ScoringPlan(Plan, suite="scoring"):
     @cached_property
     def _session(self) -> Path:
         """Record the bundled flight, to and fro, with the noise of an arm."""
-        folder = Path(self._scratch.name) / "long.paravol"
+        folder = self._folder / "long.paravol"
         scenario, path = bundled_flight()
         registration = Registration(np.eye(4), 0.2, np.zeros(0))
         info = describe_session(

@@ -13,7 +13,7 @@ from benchmarks.scenes import CLASSIC_QUANTITIES, VIEWS, SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer, Quality
-from renderers.scene import Camera, Projection
+from renderers.scene import Projection
 
 QUALITY = "snapshot"
 EVERYWHERE = "ART, every sample taken"
@@ -24,6 +24,7 @@ class SkippingPlan(Plan, suite="skipping"):
     """List and make the measurements of suite `skipping`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._size = 192 if quick else 512
         self._budget_s = 0.3 if quick else 3.0
         self._subjects = subjects(quick)
@@ -73,16 +74,11 @@ class SkippingPlan(Plan, suite="skipping"):
         self, source: SubjectSource, view: str, quantity: str, quality: Quality
     ) -> tuple[ActiveRayTracer, Callable[[], NDArray[np.float32]]]:
         """Return a tracer, and what draws a picture or the depths of a surface."""
-        subject = source.subject
+        subject, place = source.subject, source.subject.views[view]
         if quantity == "surface":
             tracer = ActiveRayTracer(subject.scene, quality, threads=1)
-            camera = self._camera(source, view, Projection.EQUIDISTANT)
-            return tracer, lambda: tracer.gbuffer(camera).depth_mm
+            lens = place.camera(self._size, Projection.EQUIDISTANT)
+            return tracer, lambda: tracer.gbuffer(lens).depth_mm
         tracer = ActiveRayTracer(subject.in_mode(quantity), quality, threads=1)
-        camera = self._camera(source, view, Projection.PERSPECTIVE)
-        return tracer, lambda: tracer.render(camera).rgba
-
-    def _camera(
-        self, source: SubjectSource, view: str, projection: Projection
-    ) -> Camera:
-        return source.subject.views[view].camera(self._size, projection)
+        pinhole = place.camera(self._size, Projection.PERSPECTIVE)
+        return tracer, lambda: tracer.render(pinhole).rgba

@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from benchmarks.peers.peer_process import PeerProcess
-from benchmarks.plan import Measured, Plan, Task
+from benchmarks.plan import Measured, Task
 from benchmarks.scenes import SubjectSource, phantom_subject
-from benchmarks.schema import Setting
-from benchmarks.suites.splat_tasks import SplatTasks
+from benchmarks.suites.splat_plan import SplatPlan
 from benchmarks.timing import measure
 from disk import UserError
 from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
@@ -30,49 +28,32 @@ CUBES = (128, 256)
 NUMPY = "numpy and scipy"
 
 
-class SplatsPlan(Plan, suite="splats"):
+class SplatsPlan(SplatPlan, suite="splats"):
     """List and make the measurements of suite `splats`."""
 
     def __init__(self, quick: bool) -> None:
-        self._quick = quick
-        budget_s = 0.3 if quick else 3.0
-        self._budget_s = budget_s
-        self._peer = PeerProcess("benchmarks.peers.vtk_splats")
-        self._renderers: dict[tuple[str, int], FuzzySetRenderer] = {}
+        super().__init__(quick)
         self._wanted: dict[str, int] = {}
-        self._draw = SplatTasks("splats", self._renderer, self._peer, budget_s)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first; a quick run has one set and one cube."""
         found: list[Task] = []
-        for count, spacing_mm in SETS[:1] if self._quick else SETS:
+        for count, spacing_mm in SETS[:1] if self.quick else SETS:
             name = f"phantom_{count // 1000}k"
             source = SubjectSource(name, partial(phantom_subject, spacing_mm))
             self._wanted[name] = count
-            for view in SPLAT_VIEWS[:1] if self._quick else SPLAT_VIEWS:
-                found += self._draw.beside_vtk(source, view, SIZE)
-                found += self._draw.on_two_threads(source, view, SIZE)
-                found += self._draw.in_two_stages(source, view, SIZE)
-        for size in CUBES[:1] if self._quick else CUBES:
+            for view in SPLAT_VIEWS[:1] if self.quick else SPLAT_VIEWS:
+                found += self.beside_vtk(source, view, SIZE)
+                found += self.on_two_threads(source, view, SIZE)
+        for size in CUBES[:1] if self.quick else CUBES:
             found += self._extraction(size)
         return found
 
-    def close(self) -> None:
-        """End the peer and all threads."""
-        self._peer.close()
-        for renderer in self._renderers.values():
-            renderer.close()
-
-    def _renderer(self, source: SubjectSource, threads: int) -> FuzzySetRenderer:
-        key = source.name, threads
-        if key not in self._renderers:
-            scene = source.subject.scene
-            self._renderers[key] = FuzzySetRenderer(
-                scene,
-                threshold=threshold_for(scene, self._wanted[source.name]),
-                threads=threads,
-            )
-        return self._renderers[key]
+    def make_renderer(self, source: SubjectSource, threads: int) -> FuzzySetRenderer:
+        """Draw as many splats as are wanted."""
+        scene = source.subject.scene
+        threshold = threshold_for(scene, self._wanted[source.name])
+        return FuzzySetRenderer(scene, threshold=threshold, threads=threads)
 
     def _extraction(self, size: int) -> list[Task]:
         def scene() -> Scene:
@@ -83,7 +64,7 @@ class SplatsPlan(Plan, suite="splats"):
             inclusion = default_inclusion(head)
             timing, found = measure(
                 lambda: extract_fuzzy_set(head.volume, inclusion, BOUNDARY_THRESHOLD),
-                budget_s=self._budget_s,
+                budget_s=self.budget_s,
             )
             truth = plain_extraction(head.volume, inclusion, BOUNDARY_THRESHOLD)
             i, j, k = found.rows.voxels().T
@@ -106,18 +87,12 @@ class SplatsPlan(Plan, suite="splats"):
             )
             return Measured(timing, counters={"splats": float(truth.sum())})
 
-        case = f"phantom_{size}/extraction"
-        settings: dict[str, Setting] = {"voxels": size**3, "threads": 1}
-        return [
-            self.task(case, NUMPY, plain, settings | {"series": NUMPY}),
-            self.task(
-                case,
-                "FSR extraction",
-                own,
-                settings | {"series": "FSR extraction"},
-                baseline=NUMPY,
-            ),
-        ]
+        return self.compared(
+            f"phantom_{size}/extraction",
+            {NUMPY: plain, "FSR extraction": own},
+            {"voxels": size**3, "threads": 1},
+            series=True,
+        )
 
 
 def threshold_for(scene: Scene, count: int) -> float:

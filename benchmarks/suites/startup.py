@@ -70,6 +70,7 @@ class StartupPlan(Plan, suite="startup"):
     """List and make the measurements of suite `startup`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._repeats = 2 if quick else 10
 
     def tasks(self) -> list[Task]:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from benchmarks.nasal_views import acceptance_views, nasal_scene
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.scenes import subjects
-from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.scene import Projection, image_error
 from renderers.snapshots.client import SnapshotClient
@@ -23,6 +22,7 @@ from renderers.snapshots.worker import run_worker
 UNDISTURBED = "nobody dies"
 ANEW = "begun anew"
 GONE_ON = "gone on with"
+MODES = UNDISTURBED, ANEW, GONE_ON
 RAYS, PATHS = "rays", "light by paths"
 
 DIES_AT = 0.8
@@ -36,47 +36,41 @@ class TakeoverPlan(Plan, suite="takeover"):
     """List and make the measurements of suite `takeover`."""
 
     def __init__(self, quick: bool) -> None:
-        self._quick = quick
+        super().__init__(quick)
         # small pictures are finished before they are saved at the usual pace
         self._every_s = 0.05 if quick else SAVE_EVERY_S
         self._repeats = 1 if quick else 3
-        self._scratch = tempfile.TemporaryDirectory(prefix="paravol-takeover-")
+        scratch = tempfile.TemporaryDirectory(prefix="paravol-takeover-")
+        self._folder = Path(self.stack.enter_context(scratch))
         self._whole: dict[str, NDArray[np.float32]] = {}
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
-        settings: dict[str, Setting] = {"dies_at": DIES_AT, "threads": 1}
         return [
-            self.task(
+            task
+            for case in (RAYS, PATHS)
+            for task in self.compared(
                 case,
-                mode,
-                partial(self._measure, case, mode),
-                settings,
-                baseline=None if mode == UNDISTURBED else UNDISTURBED,
+                {mode: partial(self._measure, case, mode) for mode in MODES},
+                {"dies_at": DIES_AT, "threads": 1},
                 clock="wall",
                 cost_s=90.0,
             )
-            for case in (RAYS, PATHS)
-            for mode in (UNDISTURBED, ANEW, GONE_ON)
         ]
-
-    def close(self) -> None:
-        """Remove the spool."""
-        self._scratch.cleanup()
 
     @cached_property
     def _client(self) -> SnapshotClient:
-        return SnapshotClient(Path(self._scratch.name) / "spool", name="benchmark")
+        return SnapshotClient(self._folder / "spool", name="benchmark")
 
     def _request(self, case: str) -> SnapshotRequest:
         if case == RAYS:
-            subject = subjects(self._quick)[0].subject
-            size = 384 if self._quick else 512
+            subject = subjects(self.quick)[0].subject
+            size = 384 if self.quick else 512
             camera = subject.views["inside"].camera(size, Projection.PERSPECTIVE)
             return self._client.request_classic(
                 subject.scene, camera, quality="reference"
             )
-        view = acceptance_views(64 if self._quick else 128)[1]
+        view = acceptance_views(64 if self.quick else 128)[1]
         surface = nasal_scene(view.head).surface
         if surface is None:
             raise UnavailableError("the view has no air surface")

@@ -4,17 +4,17 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from benchmarks.losslessness import COMPARED, DIFFER, differing
+from benchmarks.losslessness import COMPARED, DIFFER, differing, share_error
+from benchmarks.nasal_views import bundled_flight
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import measure
-from devices import load_probe_path
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets, build_visible_sets
-from renderers.scene import Camera, ImageError, Volume
+from renderers.scene import Camera, Volume
 from renderers.scene.thread_team import ThreadTeam
-from scenarios import load_scenario, tip_frame
+from scenarios import tip_frame
 
 NOTHING = "all blocks in view"
 CONES = "cones every frame"
@@ -32,21 +32,23 @@ class VisibilityPlan(Plan, suite="visibility"):
     """List and make the measurements of suite `visibility`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._source: SubjectSource = subjects(quick)[0]
         self._views = QUICK_VIEWS if quick else VIEWS
         self._budget_s = 0.3 if quick else 3.0
         self._team = ThreadTeam(1)
+        self.stack.callback(self._team.close)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
-        case = f"{self._source.name}/path/surface"
         settings: dict[str, Setting] = {
             "size": SIZE,
             "threads": 1,
             "views": self._views,
             "reference": NOTHING,
         }
-        drawn = [
+        case, runs = f"{self._source.name}/path/surface", (NOTHING, CONES, SETS)
+        return [
             self.task(
                 case,
                 mode,
@@ -55,20 +57,16 @@ class VisibilityPlan(Plan, suite="visibility"):
                 baseline=None if mode == NOTHING else NOTHING,
                 cost_s=20.0,
             )
-            for mode in (NOTHING, CONES, SETS)
+            for mode in runs
+        ] + [
+            self.task(
+                f"{self._source.name}/airway/sets",
+                BUILD,
+                self._build,
+                {"threads": 1, "series": BUILD},
+                cost_s=60.0,
+            )
         ]
-        built = self.task(
-            f"{self._source.name}/airway/sets",
-            BUILD,
-            self._build,
-            {"threads": 1, "series": BUILD},
-            cost_s=60.0,
-        )
-        return [*drawn, built]
-
-    def close(self) -> None:
-        """End the threads."""
-        self._team.close()
 
     @cached_property
     def _distance(self) -> Volume:
@@ -78,8 +76,7 @@ class VisibilityPlan(Plan, suite="visibility"):
 
     @cached_property
     def _cameras(self) -> list[Camera]:
-        scenario, folder = load_scenario("first_flight")
-        path = load_probe_path(folder / scenario.path)
+        scenario, path = bundled_flight()
         scope = scenario.scope.endoscope()
         cameras = []
         for time_s in np.linspace(FIRST_S, LAST_S, self._views):
@@ -117,10 +114,9 @@ class VisibilityPlan(Plan, suite="visibility"):
             lambda: [rasterizer.draw(c, self._team) for c in self._cameras],
             budget_s=self._budget_s,
         )
-        share = other / compared
         return Measured(
             timing,
-            ImageError(rmse=share, p999=0.0, max=float(share > 0), bias=share),
+            share_error(other / compared),
             "share of pixels",
             {
                 "ms_per_view": timing.cpu_s / self._views * 1e3,

@@ -29,9 +29,9 @@ class WindowPlan(Plan, suite="window"):
     """List and make the measurements of suite `window`."""
 
     def __init__(self, quick: bool) -> None:
+        super().__init__(quick)
         self._flown_s = 3.0 if quick else asked_duration_s()
         self._sizes = (512,) if quick else (512, 1024)
-        self._scenario = SCENARIO
 
     def tasks(self) -> list[Task]:
         """List the tasks, the small picture first."""
@@ -50,7 +50,7 @@ class WindowPlan(Plan, suite="window"):
     def _flown(self, size: int) -> Measured:
         """Fly to and fro along the bundled path in the window, all panels on."""
         path = to_and_fro(bundled_flight()[1], self._flown_s)
-        flown = fly_window(self._scenario, path, SCREENS[size], size)
+        flown = fly_window(SCENARIO, path, SCREENS[size], size)
         counters = flown.counters()
         middle = counters["frame_ms_p50"] / 1e3
         spent = counters["cpu_ms_a_frame"] / 1e3

@@ -168,6 +168,7 @@ def paces(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
 
         def __init__(self, quick: bool) -> None:
             assert quick
+            super().__init__(quick)
 
         def tasks(self) -> list[Task]:
             return [self._one("peer", None), self._one("own", "peer")]

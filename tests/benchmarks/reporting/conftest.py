@@ -6,7 +6,6 @@ import msgspec
 import pytest
 
 from benchmarks.losslessness import COMPARED, DIFFER
-from benchmarks.reporting.limits import FRAGMENT
 from benchmarks.schema import Results, Row, Setting, Skipped
 
 HOSTILE = "<script>alert('x')</script>"
@@ -99,15 +98,7 @@ def results(row: Row) -> Results:
         )
         for mode, differ in (("leaping", 0.0), ("leaping badly", 7.0))
     ]
-    limit = {
-        "ns_per_contributing": 23.2,
-        "limit_ns_per_contributing": 5.8,
-        "share_of_limit": 0.25,
-    }
-    splats = {"fragments": 123456.0, FRAGMENT: 2.5}
     rows += [
-        changed(row, told={}, suite="limits", mode="rays", counters=limit, **bare),
-        changed(row, told={}, suite="limits", mode="splats", counters=splats, **bare),
         changed(row, told={}, suite="startup", mode=HOSTILE, **bare),
     ]
     skips = [Skipped(suite="fsr", case="c", mode=m, reason="no OpenGL") for m in "ab"]

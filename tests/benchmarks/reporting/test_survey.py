@@ -8,7 +8,7 @@ from benchmarks.reporting.section import duration
 from benchmarks.reporting.survey import row_cells, survey
 from benchmarks.schema import Results
 
-PARTS = ("machine", "errors", "fronts", "limits", "growth", "skipping")
+PARTS = ("machine", "errors", "fronts", "growth", "skipping")
 
 
 def test_all_parts_are_there_with_and_without_rows(results: Results) -> None:

@@ -3,10 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.plan import SUITES
 from benchmarks.ranks.mpi_frames import RankJob, digest_of, run_ranks
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
-from benchmarks.suites.art_dataflow import LARGE_FLOWS, DataflowPlan, large_requests
+from benchmarks.suites.art_dataflow import LARGE_FLOWS, large_requests
 from renderers.art import ActiveRayTracer
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.regions import Gather
@@ -14,15 +13,6 @@ from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.launcher import find_launcher
 
 SIDE = 64
-
-
-def test_tasks_have_names_of_their_own() -> None:
-    for quick in (True, False):
-        plan = DataflowPlan(quick)
-        tasks = plan.tasks()
-        assert len({task.key for task in tasks}) == len(tasks)
-        plan.close()
-    assert SUITES["art-dataflow"] is DataflowPlan
 
 
 def test_a_volume_written_layer_by_layer_is_the_whole(tmp_path: Path) -> None:

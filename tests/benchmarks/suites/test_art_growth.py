@@ -25,15 +25,3 @@ def test_a_sweep_names_what_it_grows_with() -> None:
     assert second.counters["samples"] > 1.5 * first.counters["samples"]
     # Int16 values and a byte of distance; no gradients without lights.
     assert second.counters["bytes_per_voxel"] == pytest.approx(3, abs=0.05)
-
-
-@pytest.mark.slow
-def test_cells_of_each_side_are_measured() -> None:
-    """Where all cells are met, larger ones share fewer voxels."""
-    plan = GrowthPlan(quick=True)
-    plan._budget_s = 0.0
-    tasks = [t for t in plan.tasks() if t.case == "haze/four lights/cells"]
-    found = [task.measure().counters for task in tasks]
-    memory = [counters["bytes_per_voxel"] for counters in found]
-    assert memory == pytest.approx([12.4, 10.6, 9.8], abs=0.1)
-    assert all(counters["first_picture_s"] > 0 for counters in found)

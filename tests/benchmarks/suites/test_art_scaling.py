@@ -1,17 +1,4 @@
-from benchmarks.plan import SUITES
 from benchmarks.suites.art_scaling import ScalingPlan
-
-
-def test_tasks_have_names_of_their_own() -> None:
-    for quick in (True, False):
-        tasks = ScalingPlan(quick).tasks()
-        assert len({task.key for task in tasks}) == len(tasks)
-        assert {task.case.split("/")[0] for task in tasks} >= {
-            "table1",
-            "figure4",
-            "ways",
-        }
-    assert SUITES["art-scaling"] is ScalingPlan
 
 
 def test_a_task_is_compared_with_the_paper() -> None:

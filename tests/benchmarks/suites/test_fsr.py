@@ -7,7 +7,7 @@ import pytest
 from benchmarks.plan import Measured, UnavailableError
 from benchmarks.scenes import SubjectSource
 from benchmarks.suites.fsr import FsrPlan
-from benchmarks.suites.splat_tasks import PEER
+from benchmarks.suites.splat_plan import PEER
 
 
 def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> FsrPlan:
@@ -15,7 +15,7 @@ def plan_for(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> FsrPlan:
     monkeypatch.setattr("benchmarks.suites.fsr.SCOPE_SIZE", 64)
     plan = FsrPlan(quick=True)
     plan._size = 64
-    plan._budget_s = 0.0
+    plan.budget_s = 0.0
     return plan
 
 

@@ -17,7 +17,6 @@ def test_every_sweep_has_three_points_at_least(quick: bool) -> None:
     told = [(t.case, t.settings["grows_with"], t.settings["series"]) for t in tasks]
     assert min(Counter(told).values()) >= 3
     assert {name for _, name, _ in told} == {"voxels", "pixels", "splats"}
-    assert len({task.key for task in tasks}) == len(tasks)
 
 
 @pytest.mark.slow

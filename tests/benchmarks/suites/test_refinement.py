@@ -5,13 +5,7 @@ from contextlib import closing
 
 import pytest
 
-from benchmarks.suites.refinement import (
-    RASTER,
-    SHARES,
-    TOLERANCES,
-    URGENT,
-    RefinementPlan,
-)
+from benchmarks.suites.refinement import SHARES, TOLERANCES, RefinementPlan
 from renderers.scene import Scene
 
 
@@ -35,7 +29,3 @@ def test_the_more_samples_the_less_error_and_none_in_the_end(
     assert share == sorted(share)
     assert error == sorted(error, reverse=True)
     assert error[-1] == 0
-    urgent, raster = made[URGENT].error, made[RASTER].error
-    assert urgent is not None
-    assert raster is not None
-    assert urgent.rmse < raster.rmse

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.plan import Measured, UnavailableError
 from benchmarks.scenes import SubjectSource, phantom_subject
-from benchmarks.suites.splat_tasks import PEER
+from benchmarks.suites.splat_plan import PEER
 from benchmarks.suites.splats import (
     SETS,
     SPLAT_VIEWS,
@@ -30,7 +30,7 @@ def small_plan(ball: SubjectSource, monkeypatch: pytest.MonkeyPatch) -> SplatsPl
     monkeypatch.setattr("benchmarks.suites.splats.SIZE", 64)
     monkeypatch.setattr("benchmarks.suites.splats.SPLAT_VIEWS", ("inside",))
     plan = SplatsPlan(quick=True)
-    plan._budget_s = plan._draw._budget_s = 0.0
+    plan.budget_s = 0.0
     return plan
 
 
@@ -89,12 +89,8 @@ def test_every_row_has_its_figures(
     one = found[case, "FSR gaussian"]
     assert one.error is not None
     assert one.error.rmse < 0.15
-    assert one.counters["ns per fragment, frame"] > 0
+    assert one.counters["fragments"] > 0
     for name in ("2 threads", "2 threads, film"):
         assert found[case, f"FSR gaussian, {name}"].error == one.error
-    for name in ("drawing alone", "culled meanwhile"):
-        stage = found[case, f"FSR gaussian, {name}"]
-        assert stage.error == one.error
-        assert stage.counters["culling, ms"] > 0
     extraction = found["phantom_128/extraction", "FSR extraction"].counters
     assert extraction["voxels that differ"] <= 1e-4 * extraction["splats"]
