@@ -68,7 +68,7 @@ class WitnessStudio:
                 panels.append(Absent(who, str(error)))
                 continue
             theirs = Estimate.of_passes(passes)
-            found = Agreement.of(own, theirs, room.edges)
+            found = Agreement.of(own, theirs)
             pixels = encoded(theirs.mean / exposure)
             scaled: float | None = cpu_s * (theirs.noise / own.noise) ** 2
             why = ""

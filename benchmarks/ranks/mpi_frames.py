@@ -18,11 +18,12 @@ from pathlib import Path
 import msgspec
 
 from benchmarks.machine import ROOT
-from benchmarks.ranks.frame_series import FrameSeries
+from renderers.art.march import FrameRays, March
 from renderers.art.ranks.policy import CellPolicy, Dataflow
-from renderers.art.ranks.rank import Rank
+from renderers.art.ranks.rank import FrameNode, Rank
 from renderers.art.ranks.ray_travel import make_frame_node
-from renderers.art.regions import Gather
+from renderers.art.regions import Gather, deal_regions
+from renderers.scene import Camera
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.launcher import Launcher, find_launcher
 from renderers.snapshots.request import SnapshotRequest
@@ -156,13 +157,14 @@ def main(words: Sequence[str]) -> int:
         if not number:
             made_s = time.perf_counter() - began
         occupied, slots = work.occupied, len(work.bricks.view.stamp) - 1
-        series = FrameSeries(rank, march, node, job.region_px, first_frame=frame)
         reports = []
         for request in job.requests:
             before, sends = node.tally(), transport.sends
             transport.meet()
             began = time.perf_counter()
-            gather = series.draw(traced_camera(request))
+            frame += 1
+            camera = traced_camera(request)
+            gather = draw_frame(rank, march, node, camera, frame, job.region_px)
             wall_s = time.perf_counter() - began
             after = node.tally()
             reports.append(
@@ -174,7 +176,6 @@ def main(words: Sequence[str]) -> int:
                 )
             )
             own = max(own, own_bytes())
-        frame += len(job.requests)
         rounds.append(tuple(reports))
     report = RankReport(
         rank=transport.rank,
@@ -191,6 +192,32 @@ def main(words: Sequence[str]) -> int:
     path.write_bytes(msgspec.json.encode(report))
     transport.close()
     return 0
+
+
+def draw_frame(
+    rank: Rank,
+    march: March,
+    node: FrameNode,
+    camera: Camera,
+    frame: int,
+    region_px: int | None,
+) -> Gather | None:
+    """Draw a frame with a node that is kept; rank 0 gets the picture, others None.
+
+    All ranks call it in the same order. region_px: see `deal_regions`.
+    """
+    here, size = rank.transport, (camera.width, camera.height)
+    rays = FrameRays.of(camera)
+    regions = deal_regions(*size, here.rank, here.ranks, region_px)
+    packets = [march.start(region, rays) for region in regions]
+    gather = Gather(*size) if here.rank == 0 else None
+    rank.begin(frame, node, packets, gather)
+    while rank.is_drawing:
+        if gather is not None and rank.is_complete:
+            rank.end()
+        elif not rank.step():
+            rank.rest()
+    return gather
 
 
 class _Memory(threading.Thread):

@@ -183,7 +183,7 @@ def test_the_nose_is_lit_as_by_us(
     )
     mesh = abs(fine.mean.mean() / coarse.mean.mean() - 1)
     own, _ = room.bounced(batches=64)
-    found = Agreement.of(own, fine, room.edges)
+    found = Agreement.of(own, fine)
     assert abs(found.mean) < 3 * found.mean_error + mesh + parted
 
 
