@@ -15,7 +15,7 @@ from benchmarks.peers.peer_jobs import VolumeJobs, splat_job
 from benchmarks.peers.peer_process import Answer, PeerProcess
 from benchmarks.plan import UnavailableError
 from benchmarks.references import REFERENCE_NAME, REFERENCE_QUALITY, rgb_over_black
-from benchmarks.timing import Timing, measure
+from benchmarks.timing import Timing, measure, once
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer, SplatMode
 from renderers.scene import (
@@ -105,9 +105,7 @@ class ClassicStudio:
         """Draw all columns, each on one thread."""
         camera = pinhole(view.camera)
         scene = self._scene(view.head)
-        timing, truth = measure(
-            lambda: self._rays(scene, camera), least=1, most=1, warm_up=False
-        )
+        timing, truth = once(lambda: self._rays(scene, camera))
         found: dict[str, Panel | Absent] = {}
         for name in FINE:
             tracer = ActiveRayTracer(scene, name, threads=1)
@@ -128,8 +126,12 @@ class ClassicStudio:
         """End all peers and threads."""
         for peer in self._peers.values():
             peer.close()
+        self._close_splats()
+
+    def _close_splats(self) -> None:
         if self._splats is not None:
             self._splats.close()
+        self._splats = None
 
     @property
     def _volume(self) -> list[str]:
@@ -142,9 +144,7 @@ class ClassicStudio:
             scene = see_through(gallery_scene(head))
         if head != self._head:
             self._head, self._jobs = head, {}
-            if self._splats is not None:
-                self._splats.close()
-            self._splats = None
+            self._close_splats()
         return scene
 
     def _rays(self, scene: Scene, camera: Camera) -> Linear:

@@ -6,7 +6,7 @@ from statistics import median
 from benchmarks.gallery.contact_sheet import Rows, spent
 from benchmarks.gallery.panel import Absent, Family, Panel
 from benchmarks.machine import Machine
-from benchmarks.reporting.markdown_page import markdown_table
+from benchmarks.reporting.pages import markdown_table
 from benchmarks.reporting.section import Table
 
 HEAD = """\

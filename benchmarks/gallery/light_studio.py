@@ -10,7 +10,7 @@ from benchmarks.gallery.gallery_views import gallery_scene
 from benchmarks.gallery.panel import Absent, Family, Panel, likeness
 from benchmarks.gallery.scope_studio import BUDGET_S, surface_of
 from benchmarks.nasal_views import NasalView
-from benchmarks.timing import measure
+from benchmarks.timing import measure, once
 from renderers.art import ActiveRayTracer
 from renderers.scene import AirSurface, GBuffer, image_error
 from renderers.shading import (
@@ -116,11 +116,8 @@ class LightStudio:
     ) -> tuple[PathLight, float]:
         """Follow paths; give the light and the CPU seconds."""
         tracer = PathTracer(surface, seed=seed, threads=2)
-        timing, found = measure(
-            lambda: tracer.light(walls, view.camera, view.light, batches=batches),
-            least=1,
-            most=1,
-            warm_up=False,
+        timing, found = once(
+            lambda: tracer.light(walls, view.camera, view.light, batches=batches)
         )
         tracer.close()
         return found, timing.cpu_s

@@ -1,6 +1,6 @@
 """The endoscope's finished picture, by splats and by rays, in every tier of light."""
 
-from dataclasses import dataclass
+from contextlib import ExitStack
 
 from benchmarks.gallery.gallery_views import gallery_scene
 from benchmarks.gallery.panel import Absent, Family, Panel, Picture, likeness
@@ -39,28 +39,6 @@ FAMILY = Family(
 )
 
 
-@dataclass(slots=True)
-class _Head:
-    """Hold what draws one head; the next head's takes its place."""
-
-    name: str
-    scene: Scene
-    splats: FuzzySetRenderer
-    shaders: dict[Tier, ScopeShader]
-
-    @classmethod
-    def of(cls, name: str) -> "_Head":
-        scene = gallery_scene(name)
-        surface = surface_of(scene)
-        shaders = {tier: ScopeShader(surface, tier, threads=1) for tier in Tier}
-        return cls(name, scene, FuzzySetRenderer(scene, threads=1), shaders)
-
-    def close(self) -> None:
-        self.splats.close()
-        for shader in self.shaders.values():
-            shader.close()
-
-
 class ScopeStudio:
     """Draw the family `FAMILY`."""
 
@@ -68,21 +46,21 @@ class ScopeStudio:
 
     def __init__(self) -> None:
         self._camera_pass = CameraPass(CameraSettings(noise=0), threads=1)
-        self._head: _Head | None = None
+        self._head = ""
+        self._open = ExitStack()
 
     def draw(self, view: NasalView) -> list[Panel | Absent]:
         """Draw all columns, each on one thread, with the reference's gain."""
-        if self._head is None or self._head.name != view.head:
-            if self._head is not None:
-                self._head.close()
-            self._head = _Head.of(view.head)
-        scene = self._head.scene
+        scene = gallery_scene(view.head)
+        if view.head != self._head:
+            self._prepare(view.head, scene)
         judge = ActiveRayTracer(scene, SURFACE_QUALITY, threads=1)
         _, (truth, gain) = self._finish(view, judge, Tier.SNAPSHOT, None)
+        snapshot = ActiveRayTracer(scene, "snapshot", threads=1)
         makers: list[tuple[Renderer, Tier]] = [
-            *((self._head.splats, tier) for tier in Tier),
-            (ActiveRayTracer(scene, "snapshot", threads=1), Tier.LIVE),
-            (ActiveRayTracer(scene, "snapshot", threads=1), Tier.FULL),
+            *((self._splats, tier) for tier in Tier),
+            (snapshot, Tier.LIVE),
+            (snapshot, Tier.FULL),
             *(
                 (ActiveRayTracer(scene, Quality.named(name), threads=1), Tier.SNAPSHOT)
                 for name in FINE
@@ -99,15 +77,24 @@ class ScopeStudio:
 
     def close(self) -> None:
         """End the threads."""
+        self._open.close()
         self._camera_pass.close()
-        if self._head is not None:
-            self._head.close()
+
+    def _prepare(self, head: str, scene: Scene) -> None:
+        """Make what draws one head; the last head's goes."""
+        self._open.close()
+        surface = surface_of(scene)
+        self._head = head
+        self._splats = FuzzySetRenderer(scene, threads=1)
+        self._shaders = {tier: ScopeShader(surface, tier, threads=1) for tier in Tier}
+        self._open.callback(self._splats.close)
+        for shader in self._shaders.values():
+            self._open.callback(shader.close)
 
     def _finish(
         self, view: NasalView, renderer: Renderer, tier: Tier, gain: float | None
     ) -> tuple[Timing, tuple[Picture, float]]:
-        assert self._head is not None
-        shader = self._head.shaders[tier]
+        shader = self._shaders[tier]
         side = view.camera.width * tier.supersampling
         fine = view.camera.with_size(side, side)
 

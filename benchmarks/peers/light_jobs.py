@@ -91,4 +91,4 @@ class LightJobs:
         Raises UnavailableError where there is no Mitsuba.
         """
         answer = self._peer.ask(job)
-        return self._peer.picture(answer), answer.cpu_s
+        return self._peer.picture(answer), answer.timing.cpu_s

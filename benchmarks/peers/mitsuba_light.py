@@ -106,8 +106,7 @@ class LightPeer:
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
         path = folder / "passes.npy"
         np.save(path, passes, allow_pickle=False)
-        timing = Timing.of([wall], [cpu])
-        return Answer.of(timing, path, f"Mitsuba {mi.__version__}, {mi.variant()}")
+        return Answer(timing=Timing.of([wall], [cpu]), picture=str(path))
 
     def _pass(self, scene: Any, job: Job, seed: int) -> NDArray[np.float32]:
         """Walk so many paths a pixel, all through the pixels' centres."""

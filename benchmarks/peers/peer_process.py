@@ -31,35 +31,14 @@ OPENGL_HINT = (
 
 
 class Answer(msgspec.Struct, kw_only=True):
-    """Hold a peer's answer: times of one frame, and where its picture lies.
+    """Hold a peer's answer: times of one frame, and the file its picture lies in.
 
     error: one sentence, when it could not.
     """
 
     error: str | None = None
-    min_s: float = 0.0
-    median_s: float = 0.0
-    cpu_s: float = 0.0
-    repeats: int = 0
+    timing: Timing = Timing(0.0, 0.0, 0.0, 0)
     picture: str | None = None
-    device: str = ""
-
-    @classmethod
-    def of(cls, timing: Timing, picture: Path, device: str) -> "Answer":
-        """Tell the times of a picture that lies in a file."""
-        return cls(
-            min_s=timing.min_s,
-            median_s=timing.median_s,
-            cpu_s=timing.cpu_s,
-            repeats=timing.repeats,
-            picture=str(picture),
-            device=device,
-        )
-
-    @property
-    def timing(self) -> Timing:
-        """Return the times as `Timing`."""
-        return Timing(self.min_s, self.median_s, self.cpu_s, self.repeats)
 
 
 class PeerProcess:

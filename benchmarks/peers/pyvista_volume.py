@@ -42,7 +42,7 @@ class PyvistaPeer:
         path = folder / "picture.npy"
         picture = np.ascontiguousarray(pixels[..., :3], np.float32) / np.float32(255)
         np.save(path, picture, allow_pickle=False)
-        return Answer.of(timing, path, f"pyvista {pyvista.__version__}")
+        return Answer(timing=timing, picture=str(path))
 
     def _draw(self) -> None:
         self._plotter.camera.Modified()

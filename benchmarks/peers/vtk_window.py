@@ -72,4 +72,4 @@ class PeerWindow:
         timing, _ = measure(self.draw, budget_s=float(job["budget_s"]), least=least)
         path = folder / "picture.npy"
         np.save(path, self.picture(), allow_pickle=False)
-        return Answer.of(timing, path, self.window.GetClassName())
+        return Answer(timing=timing, picture=str(path))

@@ -19,7 +19,6 @@ if folder := os.environ.get("PARAVOL_YT"):
     sys.path.append(folder)
 
 try:
-    import yt
     from yt.utilities.lib.image_samplers import VolumeRenderSampler
     from yt.utilities.lib.partitioned_grid import PartitionedGrid
     from yt.visualization.volume_rendering.transfer_functions import (
@@ -89,7 +88,7 @@ class YtPeer:
         )
         path = folder / "picture.npy"
         np.save(path, image[..., :3].astype(np.float32), allow_pickle=False)
-        return Answer.of(timing, path, f"yt {yt.__version__}")
+        return Answer(timing=timing, picture=str(path))
 
     def _load(self, job: Job) -> None:
         """Give voxel centres as corners of its cells: no value is averaged."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.reporting.markdown_page import markdown_table
+from benchmarks.reporting.pages import markdown_table
 from benchmarks.reporting.section import Table
 from benchmarks.schema import Row
 from disk import whole_file

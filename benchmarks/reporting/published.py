@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from benchmarks.machine import ROOT
-from benchmarks.reporting.markdown_page import measurements_page
+from benchmarks.reporting.pages import measurements_page
 from benchmarks.reporting.quotes import filled
 from benchmarks.schema import Results, load_results, save_results
 from disk import UserError, whole_file

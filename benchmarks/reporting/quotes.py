@@ -1,8 +1,8 @@
 """The figures that the README quotes: ourselves beside the best peer there is."""
 
-from benchmarks.reporting.ledger import skipping_table
-from benchmarks.reporting.markdown_page import markdown_table
+from benchmarks.reporting.pages import markdown_table
 from benchmarks.reporting.section import Table, duration
+from benchmarks.reporting.survey import skipping_table
 from benchmarks.schema import Results, Row
 from disk import UserError
 

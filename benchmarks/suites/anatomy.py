@@ -1,25 +1,18 @@
-"""The phantom: time against voxel size and against error, memory, what is skipped."""
+"""The phantom: time against voxel size and against error, memory."""
 
 import tracemalloc
 
 import numpy as np
 
 from anatomy import PhantomParameters, build_phantom, distance_at, hazard_distances
-from anatomy.phantom.air import default_threads, evaluate_lattice
-from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Lattice
-from anatomy.phantom.model import build_model
+from anatomy.phantom.air import default_threads
 from anatomy.phantom.phantom import Phantom
-from benchmarks.losslessness import COMPARED, DIFFER, differing
 from benchmarks.phantom_figures.sinus_volumes import surface_errors_mm
 from benchmarks.plan import Measured, Plan, Task
-from benchmarks.schema import Setting
 from benchmarks.timing import measure
 from renderers.scene import Volume
 
 WHOLE = "whole head"
-AIR = "air function"
-PLAIN = "every part everywhere"
-SKIPPING = "bricks out of reach skipped"
 QUERIES = "queries at points"
 POINTS = 20_000
 HEAD = PhantomParameters()
@@ -32,13 +25,11 @@ class AnatomyPlan(Plan, suite="anatomy"):
         super().__init__(quick)
         self._spacings = (2.0, 1.0) if quick else (1.0, 0.5, 0.35, 0.3)
         self._budget_s = 0.5 if quick else 3.0
-        self._air_mm = 2.0 if quick else 1.0
         self._rng = np.random.default_rng(0)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
         found = [self._head(spacing) for spacing in self._spacings]
-        found += [self._air(PLAIN, None), self._air(SKIPPING, PLAIN)]
         found += [self._points("air distance"), self._points("hazards")]
         return found
 
@@ -70,41 +61,6 @@ class AnatomyPlan(Plan, suite="anatomy"):
             {"spacing_mm": spacing, "threads": default_threads()},
             clock="wall",
             cost_s=6.0 + 4.0 / spacing**3,
-        )
-
-    def _air(self, mode: str, baseline: str | None) -> Task:
-        skipping = mode == SKIPPING
-        model = build_model(HEAD)
-        lattice = Lattice.covering(self._air_mm, DEFAULT_FIELD_MM)
-
-        def run() -> Measured:
-            air, effort = evaluate_lattice(model, lattice, skipping=skipping)
-            timing, _ = measure(
-                lambda: evaluate_lattice(model, lattice, skipping=skipping),
-                budget_s=self._budget_s,
-            )
-            share = effort.part_evaluations / effort.parts_seen
-            counters = {"share of parts evaluated": share}
-            if skipping:
-                plain, _ = evaluate_lattice(model, lattice, skipping=False)
-                names = air._fields
-                counters[COMPARED] = sum(getattr(air, name).size for name in names)
-                counters[DIFFER] = sum(
-                    differing(getattr(air, name), getattr(plain, name))
-                    for name in names
-                )
-            return Measured(timing, counters=counters)
-
-        settings: dict[str, Setting] = {"spacing_mm": self._air_mm, "threads": 1}
-        if skipping:
-            settings["skips"] = "parts of the model out of reach"
-        return self.task(
-            AIR,
-            mode,
-            run,
-            settings,
-            baseline=baseline,
-            cost_s=30.0 / self._air_mm**3,
         )
 
     def _points(self, mode: str) -> Task:

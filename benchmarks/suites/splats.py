@@ -3,15 +3,13 @@
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from benchmarks.plan import Measured, Task
+from benchmarks.plan import Task
 from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.suites.splat_plan import SplatPlan
-from benchmarks.timing import measure
 from disk import UserError
-from renderers.fsr import FuzzySetRenderer, Inclusion, extract_fuzzy_set
+from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 from renderers.scene import Scene, Volume
 
@@ -24,8 +22,6 @@ SETS = ((50_000, 1.45), (500_000, 0.64))
 """Splats, and the spacing (mm) of a phantom that has somewhat more of them."""
 
 SIZE = 512
-CUBES = (128, 256)
-NUMPY = "numpy and scipy"
 
 
 class SplatsPlan(SplatPlan, suite="splats"):
@@ -36,7 +32,7 @@ class SplatsPlan(SplatPlan, suite="splats"):
         self._wanted: dict[str, int] = {}
 
     def tasks(self) -> list[Task]:
-        """List the tasks, baselines first; a quick run has one set and one cube."""
+        """List the tasks, baselines first; a quick run has one set."""
         found: list[Task] = []
         for count, spacing_mm in SETS[:1] if self.quick else SETS:
             name = f"phantom_{count // 1000}k"
@@ -45,8 +41,6 @@ class SplatsPlan(SplatPlan, suite="splats"):
             for view in SPLAT_VIEWS[:1] if self.quick else SPLAT_VIEWS:
                 found += self.beside_vtk(source, view, SIZE)
                 found += self.on_two_threads(source, view, SIZE)
-        for size in CUBES[:1] if self.quick else CUBES:
-            found += self._extraction(size)
         return found
 
     def make_renderer(self, source: SubjectSource, threads: int) -> FuzzySetRenderer:
@@ -54,45 +48,6 @@ class SplatsPlan(SplatPlan, suite="splats"):
         scene = source.subject.scene
         threshold = threshold_for(scene, self._wanted[source.name])
         return FuzzySetRenderer(scene, threshold=threshold, threads=threads)
-
-    def _extraction(self, size: int) -> list[Task]:
-        def scene() -> Scene:
-            return cube_of_head(size)
-
-        def own() -> Measured:
-            head = scene()
-            inclusion = default_inclusion(head)
-            timing, found = measure(
-                lambda: extract_fuzzy_set(head.volume, inclusion, BOUNDARY_THRESHOLD),
-                budget_s=self.budget_s,
-            )
-            truth = plain_extraction(head.volume, inclusion, BOUNDARY_THRESHOLD)
-            i, j, k = found.rows.voxels().T
-            mask = np.zeros(head.volume.shape, bool)
-            mask[k, j, i] = True
-            counters = {
-                "splats": float(len(found)),
-                "voxels that differ": float(np.count_nonzero(mask != truth)),
-            }
-            return Measured(timing, counters=counters)
-
-        def plain() -> Measured:
-            head = scene()
-            inclusion = default_inclusion(head)
-            timing, truth = measure(
-                lambda: plain_extraction(head.volume, inclusion, BOUNDARY_THRESHOLD),
-                budget_s=0.0,
-                least=1,
-                warm_up=False,
-            )
-            return Measured(timing, counters={"splats": float(truth.sum())})
-
-        return self.compared(
-            f"phantom_{size}/extraction",
-            {NUMPY: plain, "FSR extraction": own},
-            {"voxels": size**3, "threads": 1},
-            series=True,
-        )
 
 
 def threshold_for(scene: Scene, count: int) -> float:
@@ -118,26 +73,3 @@ def cube_of_head(size: int) -> Scene:
     spacing = scene.volume.spacing_mm / factors[::-1]
     cube = Volume(grown, spacing, scene.volume.origin_mm)
     return Scene(cube, scene.transfer_function)
-
-
-def plain_extraction(
-    volume: Volume, inclusion: Inclusion, threshold: float
-) -> NDArray[np.bool_]:
-    """Say which voxels a fuzzy set has, with whole arrays of numpy and scipy."""
-    values = volume.values.astype(np.float32)
-    square = np.zeros_like(values)
-    for axis in range(3):
-        slope = ndimage.sobel(values, axis=axis, mode="nearest")
-        square += (slope / (32 * volume.spacing_mm[2 - axis])) ** 2
-    rows, columns = inclusion.table.shape
-    span = inclusion.density_high - inclusion.density_low
-    density = (values - inclusion.density_low) * ((columns - 1) / span)
-    gradient = np.sqrt(square) * ((rows - 1) / inclusion.gradient_top)
-    t = ndimage.map_coordinates(
-        inclusion.table,
-        [np.minimum(gradient, rows - 1), np.clip(density, 0, columns - 1)],
-        order=1,
-        mode="nearest",
-    )
-    included: NDArray[np.bool_] = t >= threshold
-    return included

@@ -5,17 +5,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 
 from benchmarks.machine import ROOT
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
+from benchmarks.schema import Setting
 from benchmarks.timing import Timing
 from renderers.snapshots.launcher import find_launcher
 
 ALONE = "python alone"
-CACHED = "kernels cached"
+CACHED, COMPILED = "kernels cached", "kernels compiled"
 COMMANDS = ("--help", "demo --help")
 MODULES = (
     "numpy",
@@ -30,16 +30,10 @@ MODULES = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """Hold one life of a child, seconds."""
-
-    wall_s: float
-    cpu_s: float
-
-
-def run_child(arguments: list[str], environment: dict[str, str] | None = None) -> Run:
-    """Run a program to its end; CPU time includes its own children.
+def run_child(
+    arguments: list[str], environment: dict[str, str] | None = None
+) -> tuple[float, float]:
+    """Run a program to its end; get wall and CPU seconds, its children's included.
 
     Raises UnavailableError with its last words when it fails.
     """
@@ -63,7 +57,7 @@ def run_child(arguments: list[str], environment: dict[str, str] | None = None) -
             raise UnavailableError(
                 f"{' '.join(arguments[1:])} ended with {child.returncode}: {last}"
             )
-    return Run(wall, used.ru_utime + used.ru_stime)
+    return wall, used.ru_utime + used.ru_stime
 
 
 class StartupPlan(Plan, suite="startup"):
@@ -76,72 +70,44 @@ class StartupPlan(Plan, suite="startup"):
     def tasks(self) -> list[Task]:
         """List the tasks, the long ones last."""
         python = sys.executable
-        found = [self._task("command", ALONE, [python, "-c", "pass"])]
-        found += [
-            self._task(
-                "command", f"paravol {words}", [python, "-m", "app", *words.split()],
-                baseline=ALONE,
-            )
-            for words in COMMANDS
-        ]  # fmt: skip
-        found.append(self._task("import", ALONE, [python, "-c", "pass"]))
-        found += [
-            self._task("import", name, [python, "-c", f"import {name}"], baseline=ALONE)
+        alone = {ALONE: [python, "-c", "pass"]}
+        commands = {f"paravol {w}": [python, "-m", "app", *w.split()] for w in COMMANDS}
+        modules = {
+            name: [python, "-c", f"import {name}"]
             for name in MODULES
             if find_spec(name.partition(".")[0]) is not None
-        ]
-        found += [self._worker(ranks) for ranks in (1, 2)]
+        }
         frame = [python, "-m", "benchmarks.suites.first_frame"]
-        found.append(self._task("first frame", CACHED, frame, cost_s=20.0))
-        found.append(
-            self.task(
-                "first frame",
-                "kernels compiled",
-                lambda: self._compiled(frame),
-                {"repeats": 1},
-                baseline=CACHED,
-                clock="wall",
-                cost_s=70.0,
-            )
-        )
-        return found
+        repeats: dict[str, Setting] = {"repeats": self._repeats}
+        found = []
+        for case, programs in ("command", commands), ("import", modules):
+            runs = {
+                mode: partial(self._lives, words)
+                for mode, words in (alone | programs).items()
+            }
+            found += self.compared(case, runs, repeats, clock="wall", cost_s=5.0)
+        found += [self._worker(ranks) for ranks in (1, 2)]
+        task, case = partial(self.task, clock="wall"), "first frame"
+        cached, compiled = partial(self._lives, frame), partial(self._compiled, frame)
+        return [
+            *found,
+            task(case, CACHED, cached, repeats, cost_s=20.0),
+            task(case, COMPILED, compiled, {"repeats": 1}, CACHED, cost_s=70.0),
+        ]
 
-    def _measured(
-        self, run: Callable[[], Run], repeats: int, *, warm_up: bool
-    ) -> Measured:
-        if warm_up:
-            run()
-        runs = [run() for _ in range(repeats)]
-        return Measured(
-            Timing.of([run.wall_s for run in runs], [run.cpu_s for run in runs])
+    def _lives(self, words: list[str]) -> Measured:
+        """Time a program from its birth to its death; the first fills caches."""
+        run_child(words)
+        walls, cpus = zip(
+            *(run_child(words) for _ in range(self._repeats)), strict=True
         )
+        return Measured(Timing.of(list(walls), list(cpus)))
 
-    def _task(
-        self,
-        case: str,
-        mode: str,
-        arguments: list[str],
-        *,
-        baseline: str | None = None,
-        cost_s: float = 5.0,
-    ) -> Task:
-        return self.task(
-            case,
-            mode,
-            lambda: self._measured(
-                lambda: run_child(arguments), self._repeats, warm_up=True
-            ),
-            {"repeats": self._repeats},
-            baseline=baseline,
-            clock="wall",
-            cost_s=cost_s,
-        )
-
-    def _compiled(self, frame: list[str]) -> Measured:
+    @staticmethod
+    def _compiled(frame: list[str]) -> Measured:
         with tempfile.TemporaryDirectory(prefix="paravol-cold-") as folder:
-            return self._measured(
-                lambda: run_child(frame, {"NUMBA_CACHE_DIR": folder}), 1, warm_up=False
-            )
+            wall, cpu = run_child(frame, {"NUMBA_CACHE_DIR": folder})
+        return Measured(Timing(wall, wall, cpu, 1))
 
     def _worker(self, ranks: int) -> Task:
         """Start a snapshot worker on an empty spool, which it leaves at once."""
@@ -152,10 +118,7 @@ class StartupPlan(Plan, suite="startup"):
             with tempfile.TemporaryDirectory(prefix="paravol-spool-") as spool:
                 words = ["worker", "--spool", spool, "--ranks", str(ranks), "--once"]
                 words += ["--oversubscribe"]
-                arguments = [sys.executable, "-m", "app", *words]
-                return self._measured(
-                    lambda: run_child(arguments), self._repeats, warm_up=True
-                )
+                return self._lives([sys.executable, "-m", "app", *words])
 
         return self.task(
             "worker",

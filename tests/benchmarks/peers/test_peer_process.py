@@ -42,7 +42,8 @@ def test_answers_and_refusals_come_through(child: Path) -> None:
             for line in sys.stdin:
                 job = json.loads(line)
                 if job["good"]:
-                    answer = {"min_s": 1.0, "median_s": 2.0, "cpu_s": 0.5, "repeats": 3}
+                    times = {"min_s": 1.0, "median_s": 2.0, "cpu_s": 0.5}
+                    answer = {"timing": times | {"repeats": 3}}
                 else:
                     answer = {"error": "cannot"}
                 print(json.dumps(answer), flush=True)
@@ -54,7 +55,7 @@ def test_answers_and_refusals_come_through(child: Path) -> None:
     assert (timing.min_s, timing.median_s, timing.cpu_s) == (1.0, 2.0, 0.5)
     with pytest.raises(UnavailableError, match="cannot"):
         peer.ask({"good": False})
-    assert peer.ask({"good": True}).repeats == 3
+    assert peer.ask({"good": True}).timing.repeats == 3
     assert peer._child is not None
     pid = peer._child.pid
     peer.close()

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.reporting.quotes import BEGIN, END, filled, quotes
 from benchmarks.schema import Results
-from tests.benchmarks.reporting.test_markdown_page import tables
+from tests.benchmarks.reporting.test_pages import tables
 
 
 def test_what_is_quoted_stands_in_the_rows(results: Results) -> None:

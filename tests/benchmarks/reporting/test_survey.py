@@ -2,11 +2,18 @@
 
 import re
 
+import msgspec
 import pytest
 
+from benchmarks.losslessness import COMPARED, DIFFER
 from benchmarks.reporting.section import duration
-from benchmarks.reporting.survey import row_cells, survey
-from benchmarks.schema import Results
+from benchmarks.reporting.survey import (
+    is_lossless,
+    row_cells,
+    skipping_table,
+    survey,
+)
+from benchmarks.schema import Results, Row
 
 PARTS = ("machine", "errors", "fronts", "growth", "skipping")
 
@@ -57,3 +64,29 @@ def test_a_growth_is_told_with_its_interval(results: Results) -> None:
 def test_a_duration_has_the_unit_that_suits_it(seconds: float, told: str) -> None:
     assert duration(seconds) == told
     assert re.fullmatch(r"[\d.]+ (s|ms|us|ns)", told)
+
+
+@pytest.mark.parametrize(
+    ("counters", "proven"),
+    [
+        ({COMPARED: 10.0, DIFFER: 0.0}, True),
+        ({COMPARED: 10.0, DIFFER: 1.0}, False),
+        ({COMPARED: 0.0, DIFFER: 0.0}, False),
+        ({COMPARED: 10.0}, False),
+        ({}, False),
+    ],
+)
+def test_only_equal_bits_are_a_proof(
+    row: Row, counters: dict[str, float], proven: bool
+) -> None:
+    assert is_lossless(msgspec.structs.replace(row, counters=counters)) == proven
+
+
+def test_the_ledger_tells_what_was_saved_and_what_failed(results: Results) -> None:
+    table = skipping_table(results.rows)
+    good, bad = (dict(zip(table.head, row, strict=True)) for row in table.rows)
+    assert good["skipped"] == "clear space"
+    assert (good["time saved"], good["times faster"]) == ("75%", "4")
+    assert good["proof"] == "0 of 5,000 values differ"
+    assert bad["proof"] == "7 of 5,000 values differ"
+    assert table.bad == {1}

@@ -1,10 +1,19 @@
-"""The results as a page of Markdown: `docs/measurements.md`."""
+"""The results as pages: HTML that needs nothing else, and the documents' Markdown."""
 
 from collections.abc import Iterable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 from benchmarks.reporting.section import Section, Table
 from benchmarks.reporting.survey import survey
 from benchmarks.schema import Results
+from disk import whole_file
+from paravol.debrief.page import TEMPLATES as DEBRIEF
+from paravol.debrief.page import colours
+
+TEMPLATES = Path(__file__).parent / "templates"
 
 HEAD = """\
 # Measurements
@@ -16,6 +25,34 @@ the row's reference, in the unit named; lines with an arrow tell further errors 
 name. `~` marks a row that something else disturbed. The charts are in the HTML page;
 pictures by every mode, light and peer are in [gallery.md](gallery.md).
 """
+
+
+def html_page(results: Results) -> str:
+    """Return the whole HTML file; the same results give the same text."""
+    environment = Environment(
+        # the debrief's style sheet, and what only this page has
+        loader=FileSystemLoader([TEMPLATES, DEBRIEF]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    sheets = [
+        environment.get_template(name).render(colour=colours())
+        for name in ("page.css", "report.css")
+    ]
+    # ours, with nothing from any file in them
+    style = Markup("\n".join(sheets))
+    page = environment.get_template("report.html")
+    return page.render(style=style, sections=survey(results))
+
+
+def write_report(results: Results, path: Path) -> Path:
+    """Write the page as a whole and return its path."""
+    text = html_page(results)
+    with whole_file(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+    return path
 
 
 def measurements_page(results: Results) -> str:
