@@ -1,4 +1,4 @@
-"""How the ray tracer's cost grows: with voxels, pixels, steps and transparency.
+"""How the ray tracer's cost grows with voxels and with pixels.
 
 Each sweep changes one quantity; the report fits a power to its times: 1 for voxels
 would be the cost of looking at every voxel.
@@ -24,11 +24,10 @@ from renderers.scene import (
 EDGE_MM = 200.0
 SIZES = (64, 128, 256, 512)
 PICTURES = (128, 256, 512, 1024)
-STEPS = (2.0, 1.0, 0.5, 0.25)
-KAPPAS = (4.0, 1.0, 0.25, 0.0625)
-"""Extinction of the shells, per mm: from walls to veils, which rays cross."""
-
-USUAL_SIZE, USUAL_PICTURE, USUAL_STEP, USUAL_KAPPA = 128, 256, 0.5, 1.0
+USUAL_SIZE, USUAL_PICTURE = 128, 256
+STEP = 0.5
+KAPPA = 1.0
+"""Extinction of the shells, per mm."""
 SHELLS = 4
 
 
@@ -44,12 +43,12 @@ def shells(size: int) -> Volume:
     return Volume(values, np.full(3, h), np.full(3, -EDGE_MM / 2))
 
 
-def shell_scene(volume: Volume, kappa: float, *, lit: bool) -> Scene:
+def shell_scene(volume: Volume, *, lit: bool) -> Scene:
     """Classify the upper part of the waves as tissue."""
     transfer = TransferFunction(
         np.array([300.0, 700.0]),
         np.array([[0.7, 0.3, 0.2], [0.9, 0.8, 0.7]]),
-        np.array([0.0, kappa]),
+        np.array([0.0, KAPPA]),
     )
     if lit:
         return Scene(volume, transfer, four_lights())
@@ -77,45 +76,25 @@ class GrowthPlan(Plan, suite="art-growth"):
 
     def tasks(self) -> list[Task]:
         """List the sweeps."""
-        last = self._last
+        sweeps = [("voxels", n**3, n, USUAL_PICTURE) for n in SIZES[: self._last]]
+        sweeps += [("pixels", n**2, USUAL_SIZE, n) for n in PICTURES[: self._last]]
         return [
-            task
+            self._task(name, at, lit, size, pixels)
             for lit in (False, True)
-            for task in (
-                *(self._task("voxels", n**3, lit, size=n) for n in SIZES[:last]),
-                *(self._task("pixels", n**2, lit, pixels=n) for n in PICTURES[:last]),
-                *(
-                    self._task("steps a voxel", 1 / h, lit, step=h)
-                    for h in STEPS[:last]
-                ),
-                *(
-                    self._task("transparency", 1 / kappa, lit, kappa=kappa)
-                    for kappa in KAPPAS[:last]
-                ),
-            )
+            for name, at, size, pixels in sweeps
         ]
 
-    def _task(
-        self,
-        sweep: str,
-        at: float,
-        lit: bool,
-        *,
-        size: int = USUAL_SIZE,
-        pixels: int = USUAL_PICTURE,
-        step: float = USUAL_STEP,
-        kappa: float = USUAL_KAPPA,
-    ) -> Task:
+    def _task(self, sweep: str, at: float, lit: bool, size: int, pixels: int) -> Task:
         case = f"shells/{'four lights' if lit else 'no lights'}/{sweep}"
         return self.task(
             case,
             f"{at:g}",
-            partial(self._measure, lit, size, pixels, step, kappa),
+            partial(self._measure, lit, size, pixels),
             {
                 "voxels": size**3,
                 "size": pixels,
-                "step_voxels": step,
-                "kappa_per_mm": kappa,
+                "step_voxels": STEP,
+                "kappa_per_mm": KAPPA,
                 "threads": 1,
                 "series": "ART",
                 "grows_with": sweep,
@@ -123,20 +102,10 @@ class GrowthPlan(Plan, suite="art-growth"):
             },
         )
 
-    def _measure(
-        self,
-        lit: bool,
-        size: int,
-        pixels: int,
-        step: float,
-        kappa: float,
-    ) -> Measured:
+    def _measure(self, lit: bool, size: int, pixels: int) -> Measured:
         volume = shells(size)
-        tracer = ActiveRayTracer(
-            shell_scene(volume, kappa, lit=lit),
-            Quality(step, 1 / 1024, compact=True),
-            threads=1,
-        )
+        quality = Quality(STEP, 1 / 1024, compact=True)
+        tracer = ActiveRayTracer(shell_scene(volume, lit=lit), quality, threads=1)
         camera = shell_camera(pixels)
         timing, _ = measure(lambda: tracer.render(camera), budget_s=self._budget_s)
         assert tracer.report is not None

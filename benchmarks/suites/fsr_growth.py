@@ -1,18 +1,16 @@
-"""How the splatter's cost grows: with voxels, splats and pixels.
+"""How the splatter's cost grows: with splats and pixels.
 
 Each sweep changes one quantity; the report fits a power to its times. The head is seen
 from outside, where every splat is in the picture.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.scenes import SubjectSource, phantom_subject
-from benchmarks.suites.splats import cube_of_head, threshold_for
+from benchmarks.suites.splats import threshold_for
 from benchmarks.timing import measure
-from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
-from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
+from renderers.fsr import FuzzySetRenderer
 from renderers.fsr.splats import SplatMode
 from renderers.scene import Projection
 
@@ -20,7 +18,6 @@ VIEW = "outside"
 SPACING_MM, QUICK_SPACING_MM = 0.64, 1.45
 SPLATS, QUICK_SPLATS = (62_500, 125_000, 250_000, 500_000), (12_500, 25_000, 50_000)
 PICTURES, QUICK_PICTURES = (128, 256, 512, 1024), (128, 256, 512)
-EDGES, QUICK_EDGES = (64, 96, 128, 192, 256), (64, 96, 128)
 USUAL_PICTURE = 512
 
 
@@ -32,7 +29,6 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
         self._budget_s = 0.3 if quick else 2.0
         self._splats = QUICK_SPLATS if quick else SPLATS
         self._pictures = QUICK_PICTURES if quick else PICTURES
-        self._edges = QUICK_EDGES if quick else EDGES
         spacing_mm = QUICK_SPACING_MM if quick else SPACING_MM
         self._source = SubjectSource("phantom", lambda: phantom_subject(spacing_mm))
         self._renderers: dict[int, FuzzySetRenderer] = {}
@@ -42,32 +38,19 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
         usual = self._splats[-1]
         found = []
         for mode in (SplatMode.GAUSSIAN, SplatMode.POINTS):
-            draw = partial(self._draw, mode)
-            found += [draw("splats", n, n, USUAL_PICTURE) for n in self._splats]
-            found += [draw("pixels", n**2, usual, n) for n in self._pictures]
-        found += [
-            self._task("FSR surfels", "pixels", n**2, partial(self._surface, usual, n))
-            for n in self._pictures
-        ]
-        found += [
-            self._task("FSR extraction", "voxels", n**3, partial(self._extract, n))
-            for n in self._edges
-        ]
+            task = partial(self._task, mode)
+            found += [task("splats", n, n, USUAL_PICTURE) for n in self._splats]
+            found += [task("pixels", n**2, usual, n) for n in self._pictures]
         return found
 
-    def _draw(
+    def _task(
         self, mode: SplatMode, sweep: str, amount: int, count: int, size: int
     ) -> Task:
-        picture = partial(self._picture, mode, count, size)
-        return self._task(f"FSR {mode.value}", sweep, amount, picture)
-
-    def _task(
-        self, series: str, sweep: str, amount: int, run: Callable[[], Measured]
-    ) -> Task:
+        series = f"FSR {mode.value}"
         return self.task(
             f"{self._source.name}/{VIEW}/{series}, {sweep}",
             f"{amount}",
-            run,
+            partial(self._picture, mode, count, size),
             {"threads": 1, "series": series, "grows_with": sweep, "amount": amount},
         )
 
@@ -88,19 +71,3 @@ class FsrGrowthPlan(Plan, suite="fsr-growth"):
         timing, _ = measure(lambda: renderer.render(camera), budget_s=self._budget_s)
         counters = {key: float(n) for key, n in renderer.counters.items()}
         return Measured(timing, counters=counters)
-
-    def _surface(self, count: int, size: int) -> Measured:
-        renderer = self._renderer(count)
-        view = self._source.subject.views[VIEW]
-        camera = view.camera(size, Projection.EQUIDISTANT)
-        timing, _ = measure(lambda: renderer.gbuffer(camera), budget_s=self._budget_s)
-        return Measured(timing)
-
-    def _extract(self, edge: int) -> Measured:
-        head = cube_of_head(edge)
-        inclusion = default_inclusion(head)
-        timing, found = measure(
-            lambda: extract_fuzzy_set(head.volume, inclusion, BOUNDARY_THRESHOLD),
-            budget_s=self._budget_s,
-        )
-        return Measured(timing, counters={"splats": float(len(found))})

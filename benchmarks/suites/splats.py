@@ -3,7 +3,6 @@
 from functools import partial
 
 import numpy as np
-from scipy import ndimage
 
 from benchmarks.plan import Task
 from benchmarks.scenes import SubjectSource, phantom_subject
@@ -11,7 +10,7 @@ from benchmarks.suites.splat_plan import SplatPlan
 from disk import UserError
 from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
-from renderers.scene import Scene, Volume
+from renderers.scene import Scene
 
 SPLAT_VIEWS = ("nasopharynx", "outside")
 """No splat is nearer to either eye than several times its own width. At the nasal valve
@@ -62,14 +61,3 @@ def threshold_for(scene: Scene, count: int) -> float:
     if len(whole) < count:
         raise UserError(f"wanted {count} splats, but there are only {len(whole)}")
     return float(np.partition(whole.inclusion, len(whole) - count)[-count])
-
-
-def cube_of_head(size: int) -> Scene:
-    """Resample the phantom's CT to a cube of `size` voxels a side."""
-    scene = phantom_subject(1.0).scene
-    values = scene.volume.values
-    factors = [size / n for n in values.shape]
-    grown = ndimage.zoom(values, factors, order=1)
-    spacing = scene.volume.spacing_mm / factors[::-1]
-    cube = Volume(grown, spacing, scene.volume.origin_mm)
-    return Scene(cube, scene.transfer_function)

@@ -12,16 +12,16 @@ def test_shells_are_the_same_at_any_size() -> None:
     assert np.array_equal(coarse.values, fine.values[::2, ::2, ::2])
     share = float(np.mean(fine.values > 300))
     assert 0.3 < share < 0.5
-    assert shell_scene(coarse, 1.0, lit=False).transfer_function.is_clear(-1000, 300)
+    assert shell_scene(coarse, lit=False).transfer_function.is_clear(-1000, 300)
 
 
 def test_a_sweep_names_what_it_grows_with() -> None:
     plan = GrowthPlan(quick=True)
     plan._budget_s = 0.0
-    tasks = [t for t in plan.tasks() if t.case == "shells/no lights/steps a voxel"]
+    tasks = [t for t in plan.tasks() if t.case == "shells/no lights/pixels"]
     first, second = (task.measure() for task in tasks)
-    assert [task.settings["amount"] for task in tasks] == [0.5, 1.0]
-    assert {task.settings["grows_with"] for task in tasks} == {"steps a voxel"}
-    assert second.counters["samples"] > 1.5 * first.counters["samples"]
+    assert [task.settings["amount"] for task in tasks] == [128**2, 256**2]
+    assert {task.settings["grows_with"] for task in tasks} == {"pixels"}
+    assert second.counters["samples"] > 3.5 * first.counters["samples"]
     # Int16 values and a byte of distance; no gradients without lights.
     assert second.counters["bytes_per_voxel"] == pytest.approx(3, abs=0.05)
