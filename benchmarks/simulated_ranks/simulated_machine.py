@@ -146,7 +146,6 @@ class Machine:
         self.data_by_hops: Counter[int] = Counter()
         self.bytes = 0
         """Sent between ranks, headers included."""
-        self.events = 0
         self.seconds = 0.0
         self._costs = costs
         self._payload_bytes = payload_bytes
@@ -176,7 +175,6 @@ class Machine:
         while self._queue:
             now, turn, number = heapq.heappop(self._queue)
             if self._ranks[number].due == turn:
-                self.events += 1
                 self._turn(number, now)
         for rank in self._ranks:
             if rank.frames or not rank.node.is_finished or rank.inbox:

@@ -88,10 +88,8 @@ class Outcome:
     data_by_hops: dict[int, int]
     cells_fetched: int
     rays_sent: int
-    deferrals: int
     owners_moved: int
     slots: int
-    events: int
 
     def shares(self) -> dict[str, float]:
         """Return each part of the ledger as a share of all ranks' time."""
@@ -260,10 +258,8 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
         dict(sorted(machine.data_by_hops.items())),
         sum(node.cache.fetches for node in nodes),
         sum(lot[0].tally().get("rays_sent", 0) for lot in lots),
-        sum(node.cache.deferrals for node in nodes),
         sum(node.directory.moves for node in nodes),
         slots,
-        machine.events,
     )
 
 

@@ -269,7 +269,6 @@ def _counters(outcome: Outcome) -> dict[str, float]:
         "messages_a_frame": sum(outcome.sent.values()) / frames,
         "hops_a_cell": hops / max(data, 1),
         "owners_moved": float(outcome.owners_moved),
-        "forwards_deferred": float(outcome.deferrals),
         "slots": float(outcome.slots),
         "cold_frame_s": outcome.frame_s[0],
         "unexplained": abs(1 - sum(outcome.shares().values())),
