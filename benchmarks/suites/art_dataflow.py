@@ -5,6 +5,7 @@ process's, bit for bit; a row whose picture differs is an error.
 """
 
 import tempfile
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -13,7 +14,13 @@ import numpy as np
 
 from benchmarks.nasal_views import nasal_scene, path_views
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
-from benchmarks.ranks.mpi_frames import RankJob, RankReport, real_time, run_ranks
+from benchmarks.ranks.mpi_frames import (
+    FrameReport,
+    RankJob,
+    RankReport,
+    real_time,
+    run_ranks,
+)
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
@@ -42,8 +49,7 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         super().__init__(quick)
         self._side = 64 if quick else 96
         self._size = 128 if quick else 256
-        self._digests: list[str] = []
-        self._large_digests: list[str] = []
+        self._digests: dict[str, list[str]] = {}
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
@@ -92,7 +98,8 @@ class DataflowPlan(Plan, suite="art-dataflow"):
                 requests=self._orbit[:3], dataflow=way.value, rounds=ROUNDS + 1
             )
             reports = run_ranks(ranks, job, self._folder, *real_time())
-            self._same_bits(reports)
+            for drawn in reports[0].rounds:
+                self._same_bits("orbit", drawn)
             # The first round compiles.
             frames = [[f.wall_s for f in r] for r in reports[0].rounds[1:]]
             cold, warm = [f[0] for f in frames], [sum(f[1:]) for f in frames]
@@ -159,78 +166,65 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         )
 
     def _large(self, dataflow: Dataflow) -> Task:
-        def run() -> Measured:
-            measured, digests = draw_large(LARGE_SIDE, self._folder, dataflow)
-            self._large_digests = self._large_digests or digests
-            if digests != self._large_digests:
-                raise RuntimeError(f"{dataflow.value} cells drew other pictures")
-            return measured
+        """Draw a volume of which all caches together hold a quarter, in bytes.
 
+        Nobody has to keep a cell: they are read from the mapped file. Empty cells are
+        one brick.
+        """
+        migrates = dataflow is Dataflow.MIGRATING
+        cell_bytes = BRICK_BYTES + (RAW_BYTES if migrates else 0)
+        slots = 2 * LARGE_SIDE**3 // 4 // LARGE_RANKS // cell_bytes
+
+        def run() -> Measured:
+            job = RankJob(
+                requests=large_requests(LARGE_SIDE, self._folder),
+                dataflow=dataflow.value,
+                cache_cells=slots,
+                from_file=True,
+                cell_side=LARGE_CELL,
+            )
+            reports = run_ranks(LARGE_RANKS, job, self._folder)
+            frames = reports[0].rounds[0]
+            self._same_bits("large", frames)
+            walls = [frame.wall_s for frame in frames]
+            counters = {
+                "cache_mb_a_rank": slots * cell_bytes / 1e6,
+                "slots": float(slots),
+                "occupied": float(reports[0].occupied),
+                "made_s": max(r.made_s for r in reports),
+                "cold_s": walls[0],
+                "second_s": walls[1],
+                "cells_fetched": _total(reports, 0, 0, "cells_fetched"),
+                "cells_evicted": _total(reports, 0, 0, "cells_evicted"),
+                "second_fetched": _total(reports, 0, 1, "cells_fetched"),
+            }
+            for report in reports:
+                counters[f"own_mb_{report.rank}"] = report.own_bytes / 1e6
+                counters[f"peak_own_mb_{report.rank}"] = report.peak_own_bytes / 1e6
+                counters[f"peak_mb_{report.rank}"] = report.peak_bytes / 1e6
+            return Measured(Timing.of(walls, walls), counters=counters)
+
+        name, first = (
+            f"{way.value}, from the file" for way in (dataflow, LARGE_FLOWS[0])
+        )
         return self.task(
             f"larger than memory/{LARGE_SIDE}/{LARGE_RANKS} ranks",
-            _from_file(dataflow),
+            name,
             run,
             {"side": LARGE_SIDE, "cell": LARGE_CELL, "ranks": LARGE_RANKS},
-            baseline=None if dataflow is LARGE_FLOWS[0] else _from_file(LARGE_FLOWS[0]),
+            baseline=None if name == first else first,
             clock="wall",
             cost_s=240.0,
         )
 
-    def _same_bits(self, reports: Reports) -> None:
-        """Compare all pictures of an orbit's first frames with the first row's."""
-        for frames in reports[0].rounds:
-            digests = [frame.digest for frame in frames]
-            self._digests = self._digests or digests
-            if digests != self._digests:
-                raise RuntimeError(f"{len(reports)} ranks drew other pictures")
+    def _same_bits(self, what: str, frames: Sequence[FrameReport]) -> None:
+        """Compare pictures with those of the first row that drew the same."""
+        digests = [frame.digest for frame in frames]
+        if digests != self._digests.setdefault(what, digests):
+            raise RuntimeError(f"other pictures were drawn of {what}")
 
     def _settings(self, ranks: int) -> dict[str, Setting]:
         return {"ranks": ranks, "side": self._side, "size": self._size, "cell": 8}
-
-
-def _from_file(dataflow: Dataflow) -> str:
-    return f"{dataflow.value}, from the file"
-
-
-def draw_large(
-    side: int, folder: Path, dataflow: Dataflow
-) -> tuple[Measured, list[str]]:
-    """Draw a volume of which all caches together hold a quarter, in bytes.
-
-    Nobody has to keep a cell: they are read from the mapped file. Empty cells are one
-    brick. Give the pictures' digests, too.
-    """
-    volume_bytes = 2 * side**3
-    cell_bytes = BRICK_BYTES + (RAW_BYTES if dataflow is Dataflow.MIGRATING else 0)
-    slots = max(volume_bytes // 4 // LARGE_RANKS // cell_bytes, 8)
-    requests = large_requests(side, folder)
-    job = RankJob(
-        requests=requests,
-        dataflow=dataflow.value,
-        cache_cells=slots,
-        from_file=True,
-        cell_side=LARGE_CELL,
-    )
-    reports = run_ranks(LARGE_RANKS, job, folder)
-    walls = [frame.wall_s for frame in reports[0].rounds[0]]
-    counters = {
-        "volume_mb": volume_bytes / 1e6,
-        "cache_mb_a_rank": slots * cell_bytes / 1e6,
-        "slots": float(slots),
-        "occupied": float(reports[0].occupied),
-        "made_s": max(r.made_s for r in reports),
-        "cold_s": walls[0],
-        "second_s": walls[1],
-        "cells_fetched": _total(reports, 0, 0, "cells_fetched"),
-        "cells_evicted": _total(reports, 0, 0, "cells_evicted"),
-        "second_fetched": _total(reports, 0, 1, "cells_fetched"),
-    }
-    for report in reports:
-        counters[f"own_mb_{report.rank}"] = report.own_bytes / 1e6
-        counters[f"peak_own_mb_{report.rank}"] = report.peak_own_bytes / 1e6
-        counters[f"peak_mb_{report.rank}"] = report.peak_bytes / 1e6
-    digests = [frame.digest for frame in reports[0].rounds[0]]
-    return Measured(Timing.of(walls, walls), counters=counters), digests
 
 
 def large_requests(side: int, folder: Path) -> tuple[SnapshotRequest, ...]:
