@@ -44,7 +44,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class Agreement:
+class LightDifference:
     """Say how the mean of another estimate of the same light differs from ours.
 
     mean: relative difference over all pixels and colours. mean_error: its standard
@@ -55,7 +55,7 @@ class Agreement:
     mean_error: float
 
     @classmethod
-    def of(cls, own: Estimate, theirs: Estimate) -> "Agreement":
+    def of(cls, own: Estimate, theirs: Estimate) -> "LightDifference":
         """Compare two estimates."""
         unit = own.mean.mean()
         apart = theirs.mean - own.mean

@@ -484,7 +484,7 @@ def light(asked: argparse.Namespace) -> None:
             for name, lifted_mm in WAYS.items():
                 job = ask(bounces=light_witness.BOUNCES, refined=2, lifted_mm=lifted_mm)
                 theirs = light_witness.Estimate.of_passes(jobs.passes(job)[0])
-                found = light_witness.Agreement.of(own, theirs)
+                found = light_witness.LightDifference.of(own, theirs)
                 error = 100 * found.mean_error
                 cells.append(f"{100 * found.mean:+.2f} +- {error:.2f} %")
                 row.append((name, encoded(theirs.mean / exposure)))

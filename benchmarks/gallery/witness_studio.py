@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.gallery.gallery_views import gallery_scene
 from benchmarks.gallery.panel import Absent, Family, Panel, encoded, likeness
 from benchmarks.gallery.scope_studio import surface_of
-from benchmarks.light_witness import BOUNCES, Agreement, DiffuseRoom, Estimate
+from benchmarks.light_witness import BOUNCES, DiffuseRoom, Estimate, LightDifference
 from benchmarks.nasal_views import NasalView
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from benchmarks.plan import UnavailableError
@@ -68,7 +68,7 @@ class WitnessStudio:
                 panels.append(Absent(who, str(error)))
                 continue
             theirs = Estimate.of_passes(passes)
-            found = Agreement.of(own, theirs)
+            found = LightDifference.of(own, theirs)
             pixels = encoded(theirs.mean / exposure)
             scaled: float | None = cpu_s * (theirs.noise / own.noise) ** 2
             why = ""

@@ -11,7 +11,7 @@ from benchmarks.schema import Row
 
 
 @dataclass(slots=True)
-class Panel:
+class Comparison:
     """Hold rows of one picture: the same view, size, lens, reference.
 
     series: coarse steps first. own_reference: names of those series that are compared
@@ -42,9 +42,9 @@ class Panel:
         return pareto_front([row for row in self.rows if row.clock == "cpu"])
 
 
-def panels(rows: Iterable[Row]) -> list[Panel]:
+def comparisons(rows: Iterable[Row]) -> list[Comparison]:
     """Sort rows that have an error into panels that have something to compare."""
-    found: dict[tuple[str, ...], Panel] = {}
+    found: dict[tuple[str, ...], Comparison] = {}
     apart: list[Row] = []
     for row in rows:
         told = row.settings
@@ -55,7 +55,7 @@ def panels(rows: Iterable[Row]) -> list[Panel]:
             continue
         key = (*_picture(row), str(told["reference"]))
         panel = found.setdefault(
-            key, Panel(row.case, f"{told.get('size', '')}", key[-2], key[-1])
+            key, Comparison(row.case, f"{told.get('size', '')}", key[-2], key[-1])
         )
         _put(panel, row)
     for row in apart:
@@ -89,7 +89,7 @@ def _picture(row: Row) -> tuple[str, ...]:
     return (row.case, *map(str, words))
 
 
-def _put(panel: Panel, row: Row) -> None:
+def _put(panel: Comparison, row: Row) -> None:
     points = panel.series.setdefault(f"{row.settings['series']}", [])
     # The same measurement may stand in two suites, as one's baseline.
     if row.mode not in [other.mode for other in points]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from benchmarks.losslessness import COMPARED, DIFFER
-from benchmarks.reporting.fronts import Panel, panels
+from benchmarks.reporting.fronts import Comparison, comparisons
 from benchmarks.reporting.growth import CONFIDENCE, Sweep, sweeps
 from benchmarks.reporting.log_chart import Curve, log_chart
 from benchmarks.reporting.section import Cells, Chart, Section, Table, duration
@@ -21,7 +21,7 @@ def survey(results: Results) -> list[Section]:
     """Return all sections; those that nothing was measured for say so."""
     # A run that went on added its rows at the end: sorting brings a case together.
     rows = sorted(results.rows, key=lambda row: (row.suite, row.case))
-    compared = panels(rows)
+    compared = comparisons(rows)
     return [
         _made(results),
         _errors(compared),
@@ -70,7 +70,7 @@ def _made(results: Results) -> Section:
     return section
 
 
-def _errors(compared: Sequence[Panel]) -> Section:
+def _errors(compared: Sequence[Comparison]) -> Section:
     section = Section(
         "errors",
         "Run time against error",
@@ -102,7 +102,7 @@ def _curve(name: str, rows: Sequence[Row]) -> Curve:
     return Curve(name, points, is_line=all("step_voxels" in r.settings for r in rows))
 
 
-def _fronts(compared: Sequence[Panel]) -> Section:
+def _fronts(compared: Sequence[Comparison]) -> Section:
     section = Section(
         "fronts",
         "Who is on the front",
@@ -124,7 +124,7 @@ def _fronts(compared: Sequence[Panel]) -> Section:
     return _or_nothing(section)
 
 
-def _against(panel: Panel) -> str:
+def _against(panel: Comparison) -> str:
     return f"{panel.title}, against {panel.reference}"
 
 

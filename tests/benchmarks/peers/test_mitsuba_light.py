@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from benchmarks.light_witness import (
     BOUNCES,
     VIEWS,
-    Agreement,
     DiffuseRoom,
     Estimate,
+    LightDifference,
 )
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from benchmarks.peers.peer_process import PeerProcess
@@ -183,7 +183,7 @@ def test_the_nose_is_lit_as_by_us(
     )
     mesh = abs(fine.mean.mean() / coarse.mean.mean() - 1)
     own, _ = room.bounced(batches=64)
-    found = Agreement.of(own, fine)
+    found = LightDifference.of(own, fine)
     assert abs(found.mean) < 3 * found.mean_error + mesh + parted
 
 

@@ -4,7 +4,7 @@ import msgspec
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.reporting.fronts import panels, pareto_front
+from benchmarks.reporting.fronts import comparisons, pareto_front
 from benchmarks.schema import Results, Row
 
 POSITIVE = st.floats(1e-6, 1e3)
@@ -24,7 +24,7 @@ def test_a_front_is_what_no_other_equals_or_beats(
 
 
 def test_only_pictures_of_one_kind_are_compared(results: Results) -> None:
-    wall = panels(results.rows)[0]
+    wall = comparisons(results.rows)[0]
     assert wall.case == "phantom/inside/wall"
     steps = [row.settings["step_voxels"] for row in wall.series["ART"]]
     assert steps == [1.0, 0.5, 0.25]
@@ -36,12 +36,12 @@ def test_only_pictures_of_one_kind_are_compared(results: Results) -> None:
         msgspec.structs.replace(row, settings=row.settings | {"reference": "Q"})
         for row in wall.rows
     ]
-    apart = panels([*wall.rows, *finer, *other])
+    apart = comparisons([*wall.rows, *finer, *other])
     assert [len(panel.rows) for panel in apart] == [len(wall.rows)] * 3
 
 
 def test_threads_are_drawn_and_not_on_the_front(results: Results) -> None:
-    wall = panels(results.rows)[0]
+    wall = comparisons(results.rows)[0]
     assert "ART, two threads" in wall.series
     assert [row.mode for row in wall.front] == [
         "FSR points",
@@ -52,23 +52,23 @@ def test_threads_are_drawn_and_not_on_the_front(results: Results) -> None:
 
 
 def test_who_is_compared_with_itself_is_told(results: Results) -> None:
-    wall = panels(results.rows)[0]
+    wall = comparisons(results.rows)[0]
     told = {"series": "VTK, against itself", "reference": "V", "self_referenced": True}
     own = msgspec.structs.replace(
         wall.rows[0], mode="VTK", settings=wall.rows[0].settings | told
     )
-    (panel,) = panels([*wall.rows, own])
+    (panel,) = comparisons([*wall.rows, own])
     assert panel.own_reference == {"VTK, against itself"}
     assert own in panel.rows
 
 
 def test_a_measurement_of_two_suites_stands_once(results: Results) -> None:
-    wall = panels(results.rows)[0]
+    wall = comparisons(results.rows)[0]
     twice = [msgspec.structs.replace(row, suite="other") for row in wall.rows]
-    (panel,) = panels([*wall.rows, *twice])
+    (panel,) = comparisons([*wall.rows, *twice])
     assert len(panel.rows) == len(wall.rows)
 
 
 def test_one_row_alone_is_no_comparison(row: Row) -> None:
     told = row.settings | {"reference": "R"}
-    assert panels([msgspec.structs.replace(row, settings=told)]) == []
+    assert comparisons([msgspec.structs.replace(row, settings=told)]) == []
