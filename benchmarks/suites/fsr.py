@@ -17,7 +17,14 @@ from benchmarks.schema import Setting
 from benchmarks.suites.splat_plan import SplatPlan
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
-from renderers.scene import Camera, GBuffer, Projection, image_error, ssim
+from renderers.scene import (
+    Camera,
+    GBuffer,
+    Projection,
+    Renderer,
+    image_error,
+    ssim,
+)
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier, scope_picture
 
 ART_SURFACE = "ART snapshot, step 0.5"
@@ -89,9 +96,11 @@ class FsrPlan(SplatPlan, suite="fsr"):
         def draw(threads: int, surface: str) -> Measured:
             camera = self._scope(source, "inside")
             scene = source.subject.scene
-            gbuffer = self.renderer(source, threads).gbuffer
-            if surface == "ART":
-                gbuffer = ActiveRayTracer(scene, threads=threads).gbuffer
+            renderer: Renderer = (
+                ActiveRayTracer(scene, threads=threads)
+                if surface == "ART"
+                else self.renderer(source, threads)
+            )
             assert scene.surface is not None
             with (
                 closing(ScopeShader(scene.surface, Tier.LIVE, threads=threads)) as lit,
@@ -107,7 +116,8 @@ class FsrPlan(SplatPlan, suite="fsr"):
                 truth = source.references.gbuffer("inside", lambda: scene, camera)
                 reference, gain = finish(truth)
                 timing, (picture, _) = measure(
-                    lambda: finish(gbuffer(camera), gain=gain), budget_s=self.budget_s
+                    lambda: finish(renderer.gbuffer(camera), gain=gain),
+                    budget_s=self.budget_s,
                 )
             return Measured(
                 timing,
