@@ -4,10 +4,9 @@ import numpy as np
 
 from benchmarks.gallery.gallery_page import gallery_page, picture_name
 from benchmarks.gallery.panel import Absent, Family, Panel
-from benchmarks.machine import Machine
+from tests.benchmarks.conftest import HERE
 
 FAMILY = Family("test", "Title", ("ours", "theirs"), "the best", "codes", "Told.")
-HERE = Machine(cpu="a", cores=2, memory_gib=8.0, system="Linux", load=0.5)
 PIXELS = np.zeros((4, 4, 3), np.uint8)
 
 

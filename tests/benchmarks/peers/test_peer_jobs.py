@@ -6,16 +6,8 @@ import pytest
 from anatomy import bone_transfer_function, classic_transfer_function
 from benchmarks.peers.peer_jobs import dense_table, view_job
 from benchmarks.peers.peer_process import PeerProcess
-from renderers.scene import Camera, PhongMaterial, Projection, Scene, Volume
-
-
-def ball(spacing_mm: float = 1.0) -> Scene:
-    axis = spacing_mm * (np.arange(25) - 12)
-    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
-    inside = 8 * spacing_mm - np.sqrt(x**2 + y**2 + z**2)
-    hu = np.clip(500 * inside / spacing_mm, -1000, 600).astype(np.int16)
-    volume = Volume(hu, np.full(3, spacing_mm), np.full(3, axis[0]))
-    return Scene(volume, classic_transfer_function(), material=PhongMaterial(0.3, 0.6))
+from benchmarks.scenes import SubjectSource
+from renderers.scene import Camera, Projection
 
 
 def test_the_dense_table_is_the_transfer_function() -> None:
@@ -30,8 +22,8 @@ def test_the_dense_table_is_the_transfer_function() -> None:
             assert np.allclose(found, color[:, c])
 
 
-def test_peers_are_given_only_what_they_can_draw() -> None:
-    scene = ball()
+def test_peers_are_given_only_what_they_can_draw(ball: SubjectSource) -> None:
+    scene = ball.subject.scene
     for camera in (
         Camera.looking_at((0, -50, 0), (0, 0, 0), size=(32, 32)),
         Camera.looking_at(
