@@ -6,6 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.tables import read_table
+
 Doubles = NDArray[np.float64]
 
 HALF_MM = 4.0
@@ -19,29 +21,10 @@ _STROKE_MM = 0.45
 _THROUGH_MM = 1.25
 """Paint reaches so far from a sign's plane: to the voxels on either side of it."""
 
-# polylines in units of half a letter's height; across to +-0.7, down to -1
-_LETTERS = {
-    "A": (((-0.7, -1), (0, 1), (0.7, -1)), ((-0.45, -0.3), (0.45, -0.3))),
-    "B": (
-        ((-0.6, -1), (-0.6, 1), (0.3, 1), (0.6, 0.75), (0.6, 0.3), (0.3, 0.05)),
-        ((-0.6, 0.05), (0.3, 0.05), (0.65, -0.2), (0.65, -0.75), (0.3, -1), (-0.6, -1)),
-    ),
-    "C": (
-        ((0.65, 0.6), (0.3, 1), (-0.3, 1), (-0.65, 0.6), (-0.65, -0.6), (-0.3, -1)),
-        ((-0.3, -1), (0.3, -1), (0.65, -0.6)),
-    ),
-    "D": (
-        ((-0.6, -1), (-0.6, 1), (0.2, 1), (0.65, 0.5), (0.65, -0.5), (0.2, -1)),
-        ((0.2, -1), (-0.6, -1)),
-    ),
-    "E": (((0.6, 1), (-0.6, 1), (-0.6, -1), (0.6, -1)), ((-0.6, 0), (0.4, 0))),
-    "F": (((0.6, 1), (-0.6, 1), (-0.6, -1)), ((-0.6, 0), (0.4, 0))),
-    "G": (
-        ((0.65, 0.6), (0.3, 1), (-0.3, 1), (-0.65, 0.6), (-0.65, -0.6), (-0.3, -1)),
-        ((-0.3, -1), (0.3, -1), (0.65, -0.6), (0.65, -0.1), (0.15, -0.1)),
-    ),
-    "H": (((-0.6, -1), (-0.6, 1)), ((0.6, -1), (0.6, 1)), ((-0.6, 0), (0.6, 0))),
-}
+_LETTERS = read_table(
+    __file__, "letters.toml", dict[str, tuple[tuple[tuple[float, float], ...], ...]]
+)
+"""Of each letter its polylines, in units of half its height."""
 
 LETTERS = "".join(_LETTERS)
 

@@ -45,9 +45,10 @@ def default_folder() -> Path:
 
 
 def code_version() -> str:
-    """Hash the sources that decide what a phantom is."""
+    """Hash the sources and the tables that decide what a phantom is."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+    sources = Path(__file__).parents[1]
+    for path in sorted((*sources.rglob("*.py"), *sources.rglob("*.toml"))):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 

@@ -3,43 +3,17 @@
 import colorsys
 from collections.abc import Mapping
 
+from anatomy.tables import read_table
+
 Code = tuple[str, str]
 """Value and meaning in SNOMED CT."""
 
 STRUCTURE: Code = "91723000", "Anatomical Structure"
 
-CODES: tuple[tuple[tuple[str, ...], Code], ...] = (
-    (("optic nerve",), ("18234004", "Optic nerve")),
-    (("nerve",), ("91728009", "Nerve")),
-    (("carotid",), ("86117002", "Internal carotid artery")),
-    (("artery", "arteries"), ("51114001", "Artery")),
-    (("nasopharynx",), ("360955006", "Nasopharynx")),
-    (("nasal air", "nasal cavity", "nasal passage"), ("279549004", "Nasal cavity")),
-    (("maxillary",), ("15924003", "Maxillary sinus")),
-    (("frontal",), ("55060009", "Frontal sinus")),
-    (("ethmoid air", "sphenoid air", "cell air"), ("2095001", "Paranasal sinus")),
-    (("sinus",), ("2095001", "Paranasal sinus")),
-    (("air",), ("15158005", "Air")),
-    (("globe", "eyeball", "lens"), ("79652003", "Eyeball")),
-    (("orbit",), ("363654007", "Orbit")),
-    (("brain",), ("12738006", "Brain")),
-    (("dura",), ("18545000", "Dura mater")),
-    (("csf",), ("65216001", "Cerebrospinal Fluid")),
-    (("muscle",), ("71616004", "Muscle")),
-    (("fat",), ("55603005", "Fat")),
-    (("skin",), ("39937001", "Skin")),
-    (("teeth", "tooth"), ("28035005", "Teeth, gums and supporting structures")),
-    (("cartilage",), ("309312004", "Cartilage")),
-    (
-        ("ethmoid", "cribriform", "fovea", "papyracea", "uncinate", "basal lamella"),
-        ("52374004", "Ethmoid bone"),
-    ),
-    (("sphenoid",), ("73117003", "Sphenoid bone")),
-    (("turbinate", "septum", "polyp", "nasal", "mucosa"), ("45206002", "Nose")),
-    (("bone",), ("272673000", "Bone")),
-)
-"""By what a name contains, the first that fits. Source: DICOM PS3.16, as pydicom has
-it; what SNOMED knows more finely, DICOM's lists do not name."""
+CODES = read_table(
+    __file__, "segment_codes.toml", dict[str, tuple[tuple[tuple[str, ...], Code], ...]]
+)["codes"]
+"""By what a name contains, the first that fits."""
 
 _LIST = "Segmentation category and type - DICOM master list"
 _REGIONS = "Anatomic codes - DICOM master list"
