@@ -6,29 +6,23 @@ them all. The forces at which walls break are in `anatomy.tissue`.
 """
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.tissue import TISSUE_OF, TISSUES, Label
+from anatomy.tissue import TISSUE_NAMES, TISSUE_OF, TISSUES, Label
 from anatomy.wall_layers import NO_FEEL, WallFeel, WallKind
 
 GUESS = "guess"
 
-PUNCH = "Am J Rhinol Allergy 2010;24 (3374), times 1.5: Allergy Rhinol 2012;3:e61"
-CURETTE = "Allergy Rhinol 2012;3:e61: 6.4 N in cadavers, times 1.5"
+SOURCES = {
+    "punch": "Am J Rhinol Allergy 2010;24 (3374), times 1.5: Allergy Rhinol 2012;3:e61",
+    "curette": "Allergy Rhinol 2012;3:e61: 6.4 N in cadavers, times 1.5",
+}
+"""Who measured the forces at which walls break."""
 
 BARE_FRICTION = 0.25
 """Of bone and cartilage without mucosa."""
-
-FRICTION = {
-    "mucosa": 0.1,
-    "mucus": 0.02,
-    "inspissated mucus": 0.1,
-    "turbinate bone": BARE_FRICTION,
-}
-"""Wet mucosa is slippery; other soft tissue counts as mucosa."""
 
 SOFT_DAMPING_NS_MM, HARD_DAMPING_NS_MM = 5e-4, 2e-4
 """Of soft tissue, and of what has bone or cartilage under a tool's tip."""
@@ -36,21 +30,12 @@ SOFT_DAMPING_NS_MM, HARD_DAMPING_NS_MM = 5e-4, 2e-4
 HARD_N_MM = 1.5
 """Tissue that is at least so stiff feels hard."""
 
-_BREAKS = {
-    "uncinate": CURETTE,
-    "thin bone": PUNCH,
-    "turbinate bone": PUNCH,
-    "lamina papyracea": PUNCH,
-    "skull base": PUNCH,
-    "sphenoid canal": PUNCH,
-}
-
 
 def friction_of(name: str) -> float:
     """Return Coulomb's friction of a tissue against a tool."""
     if TISSUES[name].stiffness_n_mm >= HARD_N_MM:
         return BARE_FRICTION
-    return FRICTION.get(name, FRICTION["mucosa"])
+    return TISSUES[name].friction
 
 
 def feel_of(kind: WallKind) -> WallFeel:
@@ -72,7 +57,7 @@ def feel_of(kind: WallKind) -> WallFeel:
         soft_source=GUESS,
         hard_source=GUESS if has_bone else "",
         friction_source=GUESS,
-        break_source=_BREAKS.get(hard, GUESS) if breaks else "",
+        break_source=SOURCES.get(TISSUES[hard].measured_by, GUESS) if breaks else "",
     )
 
 
@@ -81,15 +66,9 @@ def with_feel(kind: WallKind) -> WallKind:
     return replace(kind, feel=feel_of(kind))
 
 
-@cache
-def _names() -> dict[int, str]:
-    by_tissue: dict[int, str] = {id(tissue): name for name, tissue in TISSUES.items()}
-    return {int(label): by_tissue[id(tissue)] for label, tissue in TISSUE_OF.items()}
-
-
 def _name(label: int, other: str) -> str:
     """Return the name of a label's tissue; of air, or of no label, another's."""
-    name = _names().get(label, other)
+    name = TISSUE_NAMES.get(label, other)
     return other if name == "air" else name
 
 
