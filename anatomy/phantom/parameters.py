@@ -5,8 +5,34 @@ from typing import Literal
 
 import msgspec
 
+from anatomy.tables import read_table
 from anatomy.tissue import Side
 from disk import UserError
+
+
+class Sizes(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold a sinus's volume, mean and deviation, and the volumes of size factors."""
+
+    ml: tuple[float, float]
+    factors: tuple[float, ...]
+    volumes_ml: tuple[float, ...]
+
+
+class _Patients(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold ``patients.toml``."""
+
+    ranges: dict[str, tuple[int | float, int | float]]
+    side_ranges: dict[str, tuple[float, float]]
+    findings: dict[str, tuple[float, float, str]]
+    prevalence: dict[str, float]
+    sizes: dict[str, Sizes]
+    sphenoids: dict[str, Sizes]
+
+
+PATIENTS = read_table(__file__, "patients.toml", _Patients)
+
+SIDED_VARIANTS = tuple(PATIENTS.prevalence)
+"""Variants of anatomy that a side has or has not."""
 
 SINUSES = (
     "maxillary",
@@ -54,13 +80,6 @@ class Opacity(msgspec.Struct, frozen=True, kw_only=True):
 FLUID_SINUSES = ("maxillary", "sphenoid", "frontal")
 """Sinuses of one space: fluid has a level in them, and a cyst room."""
 
-_FINDING_SIZES = {
-    "swelling": (0.2, 8.0, "mm of swollen lining"),
-    "fluid": (0.05, 0.9, "share of the sinus's volume"),
-    "cyst": (2.0, 14.0, "radius in mm"),
-}
-
-
 FindingKind = Literal["swelling", "fluid", "cyst"]
 
 
@@ -82,7 +101,7 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
             raise UserError(
                 f"{self.kind} is found in {', '.join(allowed)}, not in {self.sinus!r}"
             )
-        low, high, what = _FINDING_SIZES[self.kind]
+        low, high, what = PATIENTS.findings[self.kind]
         if "ethmoid" in self.sinus:
             high = 1.2
         if not low <= self.size <= high:
@@ -188,7 +207,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     ct_noise_hu: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, low, high in _RANGES:
+        for name, (low, high) in PATIENTS.ranges.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise UserError(
@@ -243,7 +262,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
         value = float(getattr(self, f"{sinus}_scale"))
         if side == Side.LEFT:
             value *= float(getattr(self.left, sinus))
-        low, high = _SIDE_RANGES[sinus]
+        low, high = PATIENTS.side_ranges[sinus]
         if sinus == "frontal" and value < 0.25:
             return 0.0
         return min(max(value, low), high)
@@ -279,29 +298,6 @@ ANTROSTOMY_MM2 = 20.0, 140.0
 """Areas that an antrostomy can have: that of a natural ostium and more, up to the space
 between the orbit's floor and the inferior turbinate."""
 
-SIDED_VARIANTS = (
-    "agger-nasi",
-    "concha-bullosa",
-    "dehiscent-carotid",
-    "dehiscent-optic",
-    "haller",
-    "hanging-artery",
-    "onodi",
-    "paradoxical-turbinate",
-    "septal-spur",
-    *SPHENOID_KINDS,
-    "dehiscent-lamina",
-    "lateral-recess",
-    "accessory-ostium",
-    "frontal-septal-cell",
-    "retrobulbar-recess",
-    "supraorbital-cell",
-    "suprabullar-cell",
-    "medialised-turbinate",
-    "lateralised-turbinate",
-)
-"""Variants of anatomy that a side has or has not; the last two are surgeons' work."""
-
 EXCLUSIVE = (
     SPHENOID_KINDS,
     ("conchal-sphenoid", "lateral-recess"),
@@ -309,29 +305,3 @@ EXCLUSIVE = (
 )
 """Groups of variants of which a side has one at most; a conchal sinus has no recess,
 and a turbinate full of air leaves no room beside the septum."""
-
-_RANGES = (
-    ("seed", 0, 2**63 - 1),
-    ("head_scale", 0.9, 1.08),
-    ("septal_deviation_mm", -6.0, 6.0),
-    ("keros_mm", 1.0, 12.0),
-    ("congestion", 0.0, 1.0),
-    ("maxillary_scale", 0.6, 1.1),
-    ("frontal_scale", 0.0, 1.35),
-    ("sphenoid_scale", 0.7, 1.15),
-    ("roof_mm", -3.5, 3.5),
-    ("ethmoid_scale", 0.7, 1.3),
-    ("anterior_cells", 5, 9),
-    ("posterior_cells", 3, 6),
-    ("cell_bone_mm", 0.1, 0.5),
-    ("mucosa_mm", 0.2, 0.6),
-    ("unevenness", 0.0, 1.5),
-    ("edge_blur_mm", 0.1, 1.0),
-    ("ct_noise_hu", 0.0, 200.0),
-)
-_SIDE_RANGES = {
-    "maxillary": (0.6, 1.1),
-    "frontal": (0.5, 1.35),
-    "sphenoid": (0.7, 1.15),
-    "ethmoid": (0.7, 1.3),
-}

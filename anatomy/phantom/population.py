@@ -3,43 +3,10 @@
 import msgspec
 import numpy as np
 
-from anatomy.phantom.parameters import LeftRatios, PhantomParameters
+from anatomy.phantom.parameters import PATIENTS, LeftRatios, PhantomParameters
 from anatomy.phantom.sphenoid import pneumatization
 from anatomy.phantom.variants import SIDE_CORRELATION, draw_variants
 from anatomy.tissue import Side
-
-# Volume of a sinus in mL: mean and standard deviation (maxillary and frontal of
-# 201 adults, PMID 28341352; ethmoid doi 10.1080/000164800750001080), and the model's
-# factors with the volumes they give (measured at 1 mm, four seeds).
-_SINUSES = {
-    "maxillary": (
-        (13.0, 4.5),
-        (0.6, 0.75, 0.9, 1.0, 1.1),
-        (3.4, 6.6, 11.4, 15.5, 20.5),
-    ),
-    "frontal": (
-        (3.25, 2.6),
-        (0.5, 0.7, 0.85, 1.0, 1.15, 1.35),
-        (0.73, 1.43, 2.09, 2.88, 3.79, 5.19),
-    ),
-    "ethmoid": (
-        (5.6, 2.0),
-        (0.7, 0.85, 1.0, 1.15, 1.3),
-        (4.11, 5.0, 5.92, 6.85, 7.83),
-    ),
-}
-_SPHENOID_FACTORS = (0.7, 0.85, 1.0, 1.15)
-_SPHENOIDS = {
-    "conchal": ((0.35, 0.1), (0.2, 0.3, 0.4, 0.5)),
-    "presellar": ((2.0, 0.5), (1.45, 2.02, 2.6, 3.05)),
-    "sellar": ((3.8, 1.3), (2.2, 3.23, 4.34, 5.45)),
-    "postsellar": ((5.1, 1.5), (3.24, 4.22, 5.24, 6.18)),
-}
-"""A sphenoid sinus's volume by its kind, mean and standard deviation in mL, and the
-volumes of the factors. All kinds together have the mean and spread published for all
-(4.00 ± 1.99 mL, PMID 28341352); their split is a choice. Septa
-off the midline add spread.
-"""
 
 _FRONTAL_APLASIA = 0.04
 """Share of heads without frontal sinuses; published figures are 3-5 %."""
@@ -65,9 +32,10 @@ def draw_parameters(seed: int) -> PhantomParameters:
     for sinus in ("maxillary", "frontal", "sphenoid", "ethmoid"):
         shared, right, left = rng.standard_normal(3)
         hidden[sinus] = [float(weight * shared + rest * own) for own in (right, left)]
-    for sinus, ((mean, spread), factors, volumes) in _SINUSES.items():
+    for sinus, sizes in PATIENTS.sizes.items():
+        mean, spread = sizes.ml
         ml = [mean + spread * size for size in hidden[sinus]]
-        factor = np.interp(ml, volumes, factors)
+        factor = np.interp(ml, sizes.volumes_ml, sizes.factors)
         scales[sinus] = float(factor[0].round(4))
         ratios[sinus] = float((factor[1] / factor[0]).round(4))
     if rng.random() < _FRONTAL_APLASIA:
@@ -101,8 +69,9 @@ def _with_sphenoids(drawn: PhantomParameters, sizes: list[float]) -> PhantomPara
     """Size the sphenoid sinuses by their kinds; sizes: normal, of right and left."""
     factors = []
     for side, size in zip((Side.RIGHT, Side.LEFT), sizes, strict=True):
-        (mean, spread), volumes = _SPHENOIDS[pneumatization(drawn, side)]
-        factors.append(np.interp(mean + spread * size, volumes, _SPHENOID_FACTORS))
+        kind = PATIENTS.sphenoids[pneumatization(drawn, side)]
+        mean, spread = kind.ml
+        factors.append(np.interp(mean + spread * size, kind.volumes_ml, kind.factors))
     right, left = factors
     ratios = msgspec.structs.replace(
         drawn.left, sphenoid=float((left / right).round(4))

@@ -9,6 +9,7 @@ import numpy as np
 
 from anatomy.phantom.parameters import (
     EXCLUSIVE,
+    PATIENTS,
     SIDED_VARIANTS,
     SPHENOID_KINDS,
     LeftRatios,
@@ -17,44 +18,8 @@ from anatomy.phantom.parameters import (
 from anatomy.tissue import Side
 from disk import UserError
 
-PREVALENCE = {
-    "agger-nasi": 0.63,
-    "concha-bullosa": 0.30,
-    "dehiscent-carotid": 0.10,
-    "dehiscent-optic": 0.12,
-    "haller": 0.12,
-    "hanging-artery": 0.25,
-    "onodi": 0.14,
-    "paradoxical-turbinate": 0.105,
-    "septal-spur": 0.25,
-    "dehiscent-lamina": 0.02,
-    "lateral-recess": 0.29,
-    "conchal-sphenoid": 0.032,
-    "presellar-sphenoid": 0.062,
-    "postsellar-sphenoid": 0.382,
-    "accessory-ostium": 0.22,
-    "frontal-septal-cell": 0.18,
-    "retrobulbar-recess": 0.94,
-    "supraorbital-cell": 0.07,
-    "suprabullar-cell": 0.66,
-    "medialised-turbinate": 0.0,
-    "lateralised-turbinate": 0.0,
-}
-"""Share of sides with each variant; drawn in this order, so a name is added at the end.
-
-Published figures scatter with the definition:
-agger nasi 63 % and septal deviation 65 % (Dogan and Kilinc, 234 people); concha bullosa
-8 to 41 %, Haller 3 to 20 %, Onodi 8 % and 18 % (Akbulut 2022, 500 people); paradoxical
-turbinate 10.5 % (Eur Arch ORL 2014;271:511); canals bare in 20 % of sides, carotid and
-optic together (Andrianakis 2021); lamina dehiscent in 0.8 % (Moulin 1994, 783 people),
-2 % (doi 10.1007/s00405-024-08538-8, 1000 people) and 6 % of 366 sides (1997); pterygoid
-process pneumatized in 29 % (Hewaidi and Omami 2008, 300 people) or 42 %; sphenoid
-conchal 3.2, presellar 6.2, sellar 52.4, postsellar 38.2 % (Akbulut 2022). Accessory
-maxillary ostium 22 % (Orhan Soylemez and Atalay, 552 sinuses), 10.5 to 35.5 %
-elsewhere; retrobulbar recess 93.8 % (Bolger and Mawn 2001, dissection); suprabullar,
-supraorbital and frontal septal cell 59.7, 6.9 and 14.3 % (Pham 2021, 1006 CTs), 59.7,
-7.3 and 29.3 % (Trent 2020;30:33, 150 adults), suprabullar 80.1 % (Aksakal 2026, 428
-sides). The middle of a range is taken where there is one."""
+PREVALENCE = PATIENTS.prevalence
+"""Share of sides with each variant, in the order in which they are drawn."""
 
 SIDE_CORRELATION = 0.6
 """Correlation of the hidden normal variables of the two sides."""
