@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Op
 from anatomy.phantom.shapes import (
@@ -70,15 +71,7 @@ def fat(face: Field) -> Field:
     face: the distance from the skin, positive inside.
     """
     under = face - height_table([-60, -20, 10, 30, 60], [3.5, 6.0, 6.4, 3.5, 2.2], 8.0)
-    deep = smooth_min(
-        5.0,
-        Ellipsoid((34, -31, 2), (9, 17, 18)),
-        Ellipsoid((32, -57, 10), (13, 20, 17)),
-        Ellipsoid((47, -32, 36), (6, 13, 15)),
-        Ellipsoid((22, -69, -2), (5.5, 9, 22)),
-        Ellipsoid((36, -66, -20), (8, 14, 14)),
-    )
-    return smooth_min(4.0, under, deep)
+    return smooth_min(4.0, under, SHAPES["deep fat"])
 
 
 def muscles() -> Field:
@@ -133,27 +126,7 @@ def facial_sheet(face: Field) -> Field:
     return smooth_min(0.5, cheek, lids)
 
 
-def parotid() -> Field:
-    """Build the gland behind the lower jaw's branch."""
-    deep = Ellipsoid((47, -81, -2), (6, 8, 16))
-    return smooth_min(4.0, deep, Ellipsoid((54, -72, -6), (6, 17, 21)))
-
-
-def buttress() -> Field:
-    """Build the thick bone from the zygoma down to the molars."""
-    return Chain(((37, -21, 13), (31, -25, 3), (25.5, -28, -5)), (3.6, 2.2, 2.0))
-
-
-def zygoma() -> Field:
-    """Build the cheek bone of one side without its arch."""
-    body = Chain(
-        ((27, -8, 15), (36, -14, 17.5), (42, -23, 25), (42, -22, 42)),
-        (2.6, 5.2, 4.4, 2.6),
-    )
-    return smooth_min(3.0, body, buttress())
-
-
 def zygomatic_suture() -> Field:
     """Build the joint between zygoma and maxilla, a thin curved gap."""
     plane = (u - 33.0) * 0.8 + (y + 15.0) * 0.25 - (z - 14.0) * 0.55
-    return smooth_max(0.0, abs(plane) - 0.3, zygoma())
+    return smooth_max(0.0, abs(plane) - 0.3, SHAPES["zygoma"])

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.phantom.fixed_shapes import course, middle_of
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
     Affine,
@@ -29,11 +30,11 @@ from anatomy.phantom.vessels import ethmoidal_arteries
 from anatomy.phantom.warp import Signed, Warp
 from anatomy.tissue import Side
 
-BULLA: Point = (9.8, -28.2, 30.0)
+BULLA = middle_of("bulla outlet")
 BULLA_REACH_MM = 2.2
 """The bulla is the largest cell of the anterior group."""
-RETROBULBAR: Point = (8.8, -37.8, 30.5)
-POSTERIOR_ROOT: Point = (9.0, -41.0, 33.5)
+RETROBULBAR = middle_of("retrobulbar outlet")
+POSTERIOR_ROOT = course("posterior outlet").points[-1]
 REACHES_MM = -1.3, 1.1
 """Range of the other cells' reaches: what makes them uneven in size."""
 CORNER_MM = 1.6
@@ -328,21 +329,6 @@ def _spanning_tree(seeds: tuple[Point, ...], region: Field) -> list[tuple[int, i
         edges.append((i, j))
         joined.append(j)
     return edges
-
-
-def bulla_outlet() -> Field:
-    """Build the bulla's outlet to the middle meatus."""
-    return Chain((BULLA, (8.3, -31.0, 23.5)), (1.2, 1.2))
-
-
-def retrobulbar_outlet() -> Field:
-    """Build the superior semilunar hiatus, between retrobulbar recess and meatus."""
-    return Chain((RETROBULBAR, (9.2, -38.8, 23.0)), (1.2, 1.3))
-
-
-def posterior_outlet() -> Field:
-    """Build the posterior cells' outlet to the superior meatus."""
-    return Chain(((6.2, -42, 33.5), POSTERIOR_ROOT), (1.2, 1.2))
 
 
 def lateral_wall() -> Field:

@@ -1,6 +1,7 @@
 """Palate, tooth-bearing bone and teeth of the upper jaw; the lower jaw."""
 
 from anatomy.phantom.cheek import ramus
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.maxillary import molar_roots
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
@@ -18,19 +19,6 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.phantom.warp import Warp, one_side
 from anatomy.tissue import Side
-
-_ARCH = (
-    (0.0, -1.5),
-    (4.5, -2.5),
-    (9.5, -5.0),
-    (14.5, -10.5),
-    (18.5, -18.5),
-    (21.5, -27.5),
-    (22.8, -36.0),
-    (22.0, -43.0),
-)
-_ARCH_MM = (3.6, 3.6, 3.8, 4.4, 5.3, 5.7, 5.6, 4.0)
-"""The row of the teeth (u, y) and half the width of the bone that bears them."""
 
 _CROWNS = (
     (4, -5, 3.4),
@@ -59,8 +47,7 @@ def alveolus(face: Field) -> Field:
 
     face: as for `palate`.
     """
-    line = Chain(tuple((a, b, 0.0) for a, b in _ARCH), _ARCH_MM)
-    ridge = Warp(as_field(0.0), as_field(0.0), -z, line)
+    ridge = Warp(as_field(0.0), as_field(0.0), -z, SHAPES["dental arch"])
     taper = smooth_max(2.0, (-4.0 - z) * 0.09, 0.0)
     bone = smooth_max(3.0, ridge + taper, z - 1.0, -20.0 - z)
     return smooth_max(1.0, bone, 3.0 - face)
@@ -85,18 +72,9 @@ def upper_teeth(parameters: PhantomParameters) -> Field:
 
 def mandible() -> Field:
     """Build the lower jaw of one side: branch with its two heads, body, arch."""
-    condyle = Chain(((44.5, -69, 8), (47, -77, 24)), (3.6, 4.6))
-    coronoid = Chain(((43.5, -52, 8), (45, -47, 21)), (3.0, 1.6))
-    body = Chain(
-        ((42, -56, -30), (38, -40, -42), (25, -15, -50), (9, -7, -54), (0, -6, -55)),
-        (5.0, 5.2, 5.2, 5.4, 5.8),
-    )
-    arch = Chain(
-        ((42, -54, -27), (26, -32, -36), (20, -20, -38), (10, -9, -39), (0, -6, -39)),
-        (3.8, 4.6, 4.4, 3.8, 3.6),
-    )
+    condyle, coronoid = SHAPES["condyle"], SHAPES["coronoid"]
     branch = smooth_min(2.0, smooth_max(3.0, ramus(), z - 12.0), condyle, coronoid)
-    return smooth_min(4.0, branch, body, arch)
+    return smooth_min(4.0, branch, SHAPES["jaw body"], SHAPES["jaw arch"])
 
 
 def lower_teeth() -> Field:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from anatomy.phantom.ethmoid import ethmoid_block
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
     Chain,
@@ -143,7 +144,7 @@ def maxillary(parameters: PhantomParameters, side: Side) -> Field:
     wall = 2 * parameters.mucosa_mm + 0.7
     body = smooth_max(0.8, body, wall - ethmoid_block(parameters, side))
     if parameters.has("haller", side):
-        body = smooth_max(0.8, body, wall - haller())
+        body = smooth_max(0.8, body, wall - SHAPES["haller"])
     return body
 
 
@@ -164,13 +165,3 @@ def antrostomy(area_mm2: float) -> Field:
     long = area_mm2 / (math.pi * high)
     center = WINDOW_MM, ANTROSTOMY_FRONT_MM - long, ANTROSTOMY_TOP_MM - high
     return smooth_max(0.5, Ellipsoid(center, (16.0, long, high)), abs(u - 13.6) - 4.6)
-
-
-def haller() -> Field:
-    """Build the infraorbital cell under the orbit's floor."""
-    return Ellipsoid((15.4, -20.8, 26.4), (3.0, 3.4, 2.3))
-
-
-def haller_outlet() -> Field:
-    """Build the infraorbital cell's outlet to the infundibulum."""
-    return Chain(((14.0, -20.8, 26.8), (11.4, -21.6, 28.2)), (0.9, 0.9))

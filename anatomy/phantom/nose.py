@@ -6,6 +6,7 @@ found they were chosen so that the views of a nasal endoscopy come out.
 
 from anatomy.phantom.disease import polyps
 from anatomy.phantom.ethmoid import ethmoid_roof, lateral_wall
+from anatomy.phantom.fixed_shapes import SHAPES, course
 from anatomy.phantom.head import head_outside
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
@@ -14,7 +15,6 @@ from anatomy.phantom.shapes import (
     Chain,
     Field,
     Mark,
-    Point,
     Table,
     U,
     Unevenness,
@@ -78,31 +78,6 @@ def cavity(parameters: PhantomParameters, side: Side) -> Field:
     return smooth_max(1.0, passage, smooth_max(1.0, y - 12, rear - y))
 
 
-def vestibule() -> Field:
-    """Build the nostril and vestibule, held open as by a nasal speculum.
-
-    Four chains: the anatomical way up to the valve and to the olfactory cleft, and
-    the two straighter ways that a speculum and a lifted nasal tip open for rigid
-    instruments: inwards to the sphenoid, and flat along the floor to the pharynx.
-    """
-    upward = Chain(
-        ((6.4, 10.5, -9), (5.9, 9, -3), (5.6, 6.5, 4.5), (5.8, 1, 10), (6, -6, 12)),
-        (4.0, 3.6, 3.1, 2.8, 3.0),
-    )
-    inward = Chain(
-        ((6.6, 15.0, -9), (6.2, 13, -2), (5.8, 8, 4), (5.4, 1, 7), (5.4, -6, 10)),
-        (3.6, 3.4, 3.0, 2.5, 2.6),
-    )
-    flat = Chain(
-        ((6.0, 17.5, -0.5), (5.7, 9.0, 1.8), (5.2, 1.0, 3.7), (5.2, -7.0, 5.5)),
-        (3.6, 3.3, 3.2, 3.1),
-    )
-    cleft = Chain(
-        ((5.4, 9, 6), (5.2, 6, 11), (5.0, 3, 16), (5.0, -5, 20)), (2.4, 2.3, 2.0, 2.2)
-    )
-    return smooth_max(0.8, smooth_min(2.5, upward, inward, flat, cleft), 1.3 - u)
-
-
 def nasopharynx() -> Field:
     """Build the nasopharynx, symmetrical about the midline, with tube and torus."""
     roof = depth_table([57, 66, 72, 80], [22.5, 20, 15, 2], 1.5)
@@ -112,21 +87,17 @@ def nasopharynx() -> Field:
     )
     box = smooth_max(2.5, abs(u) - 13.0, smooth_max(3.0, -30.0 - z, (z - roof) * 0.8))
     box = smooth_max(4.0, box, smooth_max(1.5, y + 56, arch + bend - 74.5 - y))
-    torus = _both_sides(
-        ((13.6, -60.6, 10.2), (12.6, -64.2, 10.3), (12.4, -66.2, 7.2), (13, -66.6, 2)),
-        (1.5, 2.1, 2.4, 1.6),
-    )
-    orifice = _both_sides(((11.6, -61.6, 6.2), (17, -63.5, 7.5)), (2.3, 0.9))
-    fossa = _both_sides(
-        ((9.5, -68.5, 7.5), (12, -70.5, 8), (16, -73, 9)), (1.8, 2.4, 1.0)
+    torus, orifice, fossa = (
+        _both_sides(course(name))
+        for name in ("torus", "tube orifice", "pharyngeal fossa")
     )
     box = smooth_max(1.2, box, -Mark(Row.TORUS, torus))
     return smooth_min(1.0, smooth_min(0.8, box, orifice), fossa)
 
 
-def _both_sides(points: tuple[Point, ...], radii: tuple[float, ...]) -> Field:
-    mirrored = tuple((-p[0], p[1], p[2]) for p in points)
-    return smooth_min(0.0, Chain(points, radii), Chain(mirrored, radii))
+def _both_sides(chain: Chain) -> Field:
+    mirrored = tuple((-a, b, c) for a, b, c in chain.points)
+    return smooth_min(0.0, chain, Chain(mirrored, chain.radii))
 
 
 def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
@@ -134,21 +105,14 @@ def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
     solids = turbinates(parameters, side)
     pharynx = Mark(Row.PHARYNX, nasopharynx() + Unevenness(1, 1.0))
     air = smooth_min(2.0, cavity(parameters, side), pharynx)
-    air = smooth_min(2.5, air, vestibule())
+    air = smooth_min(2.5, air, smooth_max(0.8, SHAPES["vestibule"], 1.3 - u))
     air = smooth_max(0.8, air, -solids.inferior)
     air = smooth_max(0.8, air, -solids.middle)
     air = smooth_max(0.5, air, -solids.superior)
     air = smooth_max(0.8, air, -solids.uncinate)
     if parameters.is_operated(side):
-        opened = Chain(
-            ((8.2, -17, 25), (9.2, -21, 24), (9.8, -26, 23.6), (8.6, -31, 22)),
-            (1.5, 2.2, 2.5, 2.0),
-        )
-        air = smooth_min(1.0, air, opened)
-    superior_meatus = Chain(
-        ((3.2, -46, 31), (4.6, -44, 32.5), (6.2, -42, 33.5)), (1.5, 1.5, 1.3)
-    )
-    air = smooth_min(0.8, air, superior_meatus)
+        air = smooth_min(1.0, air, SHAPES["opened meatus"])
+    air = smooth_min(0.8, air, SHAPES["superior meatus"])
     grown = polyps(parameters.opacity_of(side).polyps)
     if grown is not None:
         air = smooth_max(1.0, air, -Mark(Row.POLYP, grown))

@@ -1,28 +1,21 @@
 """The orbit of one side: a cone of four walls, its fissures, and what moves the eye."""
 
 from anatomy.phantom.ethmoid import lamina_papyracea
-from anatomy.phantom.frontal_cells import supraorbital
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.shapes import (
     Affine,
-    Chain,
-    Ellipsoid,
     Field,
-    Point,
     Table,
     U,
     depth_table,
     height_table,
     smooth_max,
-    smooth_min,
     u,
     y,
     z,
 )
+from anatomy.phantom.sinuses import supraorbital
 from anatomy.tissue import Side
-
-GLOBE: Point = (31.0, -10.0, 38.5)
-GLOBE_RADIUS_MM = 12.0
 
 FLOOR_BONE_MM = 0.5
 """Bone between the orbit and the maxillary sinus."""
@@ -74,56 +67,3 @@ def lateral_wall() -> Field:
     thick = depth_table([12, 20, 30, 40, 48], [4.6, 2.6, 1.5, 2.4, 4.2], 3.0)
     slab = smooth_max(1.5, orbit_walls() - thick, -2.5 - lateral_plane())
     return smooth_max(1.5, slab, smooth_max(1.5, z - 54.0, 23.0 - z))
-
-
-def superior_fissure() -> Field:
-    """Build the cleft from the apex, between the wings, to the cavernous sinus."""
-    return smooth_min(
-        1.0,
-        Chain(((17.6, -50.5, 39.8), (16.6, -58.0, 38.5)), (2.2, 2.4)),
-        Chain(((17.8, -53.0, 40.0), (21.0, -54.0, 42.5), (26.0, -54.0, 46.2)),
-              (2.0, 1.5, 0.8)),
-    )  # fmt: skip
-
-
-def inferior_fissure() -> Field:
-    """Build the cleft between floor and lateral wall, to the pterygopalatine fossa."""
-    return Chain(
-        ((17.6, -49.0, 32.5), (22.0, -43.0, 31.0), (29.0, -31.0, 25.2)),
-        (2.0, 1.7, 1.0),
-    )
-
-
-def muscles() -> Field:
-    """Build straight muscles, which bow round the globe, obliques and gland."""
-    x, front, top = GLOBE
-    bellies = [
-        Chain(
-            (
-                (20.6, -7, top),
-                (18.4, -17, top),
-                (17.8, -28, top + 0.6),
-                (17.4, -45, 41),
-            ),
-            (0.5, 1.5, 2.1, 1.0),
-        ),
-        Chain(
-            ((x - 1, -8, 27), (28.5, -19, 28), (24.5, -31, 32), (18, -45, 40)),
-            (0.5, 1.5, 2.0, 1.0),
-        ),
-        Chain(
-            ((x - 1, -6, 51.4), (29, -18, 51.2), (24.4, -31, 47.6), (17.8, -45, 42.8)),
-            (0.5, 1.5, 2.0, 1.0),
-        ),
-        Chain(
-            ((42.4, -10, top), (39.4, -20, top), (30.2, -32, 39.4), (18.4, -45, 41)),
-            (0.5, 1.3, 2.0, 1.0),
-        ),
-        Chain(
-            ((18.6, -4, 50), (18.2, -18, 49.4), (18.4, -30, 46.6), (17.4, -45, 42.6)),
-            (0.6, 1.4, 1.6, 0.8),
-        ),
-        Chain(((17.5, -4, 28.5), (27, -10, 26.0), (36, -15, 28)), (1.0, 1.3, 0.8)),
-    ]
-    gland = Ellipsoid((x + 9, front + 3, top + 10), (4.0, 6.0, 2.5))
-    return smooth_min(0.8, *bellies, gland)

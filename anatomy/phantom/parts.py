@@ -4,14 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from anatomy.phantom import frontal_cells, maxillary, sinuses
+from anatomy.phantom import maxillary, sinuses
 from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
 from anatomy.phantom.ethmoid import (
-    bulla_outlet,
     ethmoid,
-    posterior_outlet,
-    retrobulbar_outlet,
 )
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.nose import nasal_air
 from anatomy.phantom.orbit import FLOOR_BONE_MM, orbit_walls
 from anatomy.phantom.parameters import PhantomParameters
@@ -21,12 +19,10 @@ from anatomy.phantom.sinuses import frontal, frontal_recess
 from anatomy.phantom.sphenoid import (
     canal_walls,
     onodi,
-    onodi_outlet,
     sphenoid_body,
-    sphenoid_ostium,
     wall_over,
 )
-from anatomy.phantom.vessels import CANAL_WALL_MM, maxillary_nerve, optic_nerve
+from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side
 
@@ -115,18 +111,18 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
     anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
     cavity = nasal_air(parameters, side)
     antrum = sinuses.lining(maxillary.maxillary(parameters, side))
-    nerve = CANAL_WALL_MM + t - maxillary_nerve()
+    nerve = CANAL_WALL_MM + t - SHAPES["maxillary nerve"]
     antrum = _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve)
     hollow = sinuses.lining(sphenoid_body(parameters, side))
     hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
     canal = wall_over(parameters, side, "dehiscent-optic")
-    back = _kept_off(back, canal - optic_nerve())
+    back = _kept_off(back, canal - SHAPES["optic nerve"])
     large, small = Wall(t, 0.7), Wall(0.5, 0.25)
-    infundibulum, ostium = sinuses.infundibulum(), sinuses.maxillary_ostium()
+    infundibulum, ostium = SHAPES["infundibulum"], SHAPES["maxillary ostium"]
     # The bulla's face has no hole into the gutter before it.
     apart = t + septa.bone_mm + uncinate.mucosa_mm
-    front = _kept_off(front, apart - infundibulum, apart - sinuses.hiatus())
+    front = _kept_off(front, apart - infundibulum, apart - SHAPES["hiatus"])
     air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
     return [
         body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
@@ -145,7 +141,7 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
         body("posterior ethmoid", 6, back, posterior, septa, 1.7, 0.2, rear),
         duct("infundibulum", infundibulum, nasal, uncinate, complex_),
         duct("maxillary ostium", ostium, nasal, small, complex_),
-        duct("hiatus", sinuses.hiatus(), nasal, uncinate, complex_),
+        duct("hiatus", SHAPES["hiatus"], nasal, uncinate, complex_),
         duct(
             "frontal recess",
             frontal_recess(parameters, side),
@@ -153,9 +149,9 @@ def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[
             Wall(t, 0.3),
             fore,
         ),
-        duct("sphenoid ostium", sphenoid_ostium(), nasal, face),
-        duct("bulla outlet", bulla_outlet(), anterior, septa, fore),
-        duct("posterior outlet", posterior_outlet(), posterior, septa, rear),
+        duct("sphenoid ostium", SHAPES["sphenoid ostium"], nasal, face),
+        duct("bulla outlet", SHAPES["bulla outlet"], anterior, septa, fore),
+        duct("posterior outlet", SHAPES["posterior outlet"], posterior, septa, rear),
     ]
 
 
@@ -181,37 +177,38 @@ def _variant_parts(
         marked = Mark(Row.SINUS, field)
         return body(name, number, marked, variant, septa, 1.8, 0.0, sinus)
 
-    for name, number, build, outlet, label, sinus in (
-        ("agger-nasi", 7, sinuses.agger_nasi, sinuses.agger_outlet, anterior, fore),
-        ("haller", 8, maxillary.haller, maxillary.haller_outlet, anterior, fore),
-        ("concha-bullosa", 9, sinuses.concha, sinuses.concha_outlet, variant, ""),
+    for name, number, label, sinus in (
+        ("agger nasi", 7, anterior, fore),
+        ("haller", 8, anterior, fore),
+        ("concha bullosa", 9, variant, ""),
     ):
-        if parameters.has(name, side):
-            words = name.replace("-", " ")
-            parts.append(cell(words, number, build(), sinus))
-            parts.append(duct(f"{words} outlet", outlet(), label, septa, sinus))
+        if parameters.has(name.replace(" ", "-"), side):
+            parts.append(cell(name, number, SHAPES[name], sinus))
+            outlet = SHAPES[f"{name} outlet"]
+            parts.append(duct(f"{name} outlet", outlet, label, septa, sinus))
     lobes = frontal(parameters, side)
     # These two share numbers with cells that lie too far away to have a common wall.
     if parameters.has("supraorbital-cell", side):
-        way = frontal_cells.supraorbital_outlet(parameters)
-        field = frontal_cells.supraorbital(parameters)
+        way = sinuses.supraorbital_outlet(parameters)
+        field = sinuses.supraorbital(parameters)
         parts.append(cell("supraorbital cell", 7, field, fore))
         parts.append(duct("supraorbital outlet", way, anterior, septa, fore))
     if parameters.has("frontal-septal-cell", side) and lobes is not None:
-        way = sinuses.septal_cell_outlet()
-        parts.append(cell("frontal septal cell", 8, sinuses.septal_cell(), fore))
+        way = SHAPES["septal cell outlet"]
+        parts.append(cell("frontal septal cell", 8, SHAPES["septal cell"], fore))
         parts.append(duct("septal cell outlet", way, anterior, septa, fore))
     if parameters.has("accessory-ostium", side):
         second, wall = sinuses.accessory_ostium(parameters, side), Wall(0.5, 0.0)
         nasal = Label.NASAL_AIR
         parts.append(duct("accessory ostium", second, nasal, wall, "ostiomeatal"))
     if parameters.has("retrobulbar-recess", side):
-        way = retrobulbar_outlet()
+        way = SHAPES["retrobulbar outlet"]
         parts.append(duct("retrobulbar outlet", way, anterior, septa, fore))
     if parameters.has("onodi", side):
         # It shares its cavity with the posterior cells that it grew from.
         parts.append(cell("onodi", 6, onodi(parameters, side), rear))
-        parts.append(duct("onodi outlet", onodi_outlet(), posterior, septa, rear))
+        way = SHAPES["onodi outlet"]
+        parts.append(duct("onodi outlet", way, posterior, septa, rear))
     area = parameters.antrostomy_of(side)
     if area > 0.0:
         window = maxillary.antrostomy(area)

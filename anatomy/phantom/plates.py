@@ -18,11 +18,11 @@ from anatomy.phantom.ethmoid import (
     lamina_papyracea,
     medial_wall,
 )
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
-    Chain,
     Field,
     Recall,
     Table,
@@ -55,11 +55,6 @@ FRONT_MM, REAR_MM = -13.0, -53.5
 """Depths y between which ethmoid and olfactory cleft bear the skull base."""
 
 
-LAMINA_GAP, LAMINA_GAP_END = (13.5, -27.0, 38.5), (18.5, -27.0, 38.5)
-LAMINA_GAP_MM = 3.2
-"""Axis and radius of a dehiscence, before the basal lamella (Moulin 1994)."""
-
-
 LAMINA_SHARE = 0.85
 """Thickness of the lamina papyracea beside that of walls between cells. Figures for it
 are 0.2 to 0.4 mm; this share brings its CT numbers near those of a real scan."""
@@ -84,8 +79,8 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
         sheet = smooth_max(0.0, abs(u - wall) - 2.0, block - 2.0)
         lamina.append(one_side(sheet, sign))
         if parameters.has("dehiscent-lamina", side):
-            hole = Chain((LAMINA_GAP, LAMINA_GAP_END), (LAMINA_GAP_MM, LAMINA_GAP_MM))
-            gaps.append(one_side(smooth_max(0.0, sheet, hole), sign))
+            hole = smooth_max(0.0, sheet, SHAPES["lamina gap"])
+            gaps.append(one_side(hole, sign))
         parting = smooth_max(
             0.0, abs(y - basal_lamella(parameters, side)) - 0.9, block - 0.2
         )

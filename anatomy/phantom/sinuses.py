@@ -1,8 +1,14 @@
-"""Frontal sinus of one side, and what drains into the middle meatus."""
+"""Frontal sinus of one side, cells that grow round it, and a second maxillary ostium.
+
+Names of cells are those of the International Frontal Sinus Anatomy Classification
+(Wormald et al., Int. Forum Allergy Rhinol. 6, 2016).
+"""
 
 import numpy as np
 
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
+from anatomy.phantom.plates import FOVEA_MM, skull_base
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Chain,
@@ -22,58 +28,7 @@ SINUS_UNEVENNESS = 0.4
 """Share of the nose's unevenness on sinus walls: they are thin, and both their faces
 move, so more of it would open holes towards the nose."""
 
-SEPTAL_CELL: Point = (2.3, -5.8, 58.6)
-
-
-def infundibulum() -> Chain:
-    """Build the ethmoid infundibulum, the gutter behind the uncinate process."""
-    return Chain(
-        (
-            (8.6, -18.5, 38),
-            (11.2, -18.5, 33.5),
-            (11.5, -22.5, 27.3),
-            (11.4, -27.5, 23.8),
-        ),
-        (1.5, 1.4, 1.4, 1.6),
-    )
-
-
-def maxillary_ostium() -> Chain:
-    """Build the natural ostium, lateral to the uncinate process."""
-    return Chain(((11.4, -27.0, 24.0), (18.5, -28.5, 21.5)), (2.0, 2.2))
-
-
-def hiatus() -> Field:
-    """Build the hiatus semilunaris between infundibulum and middle meatus."""
-    upper = Chain(
-        ((11.4, -24.5, 26.2), (9, -27, 24.3), (7.9, -29, 23)), (1.3, 1.2, 1.5)
-    )
-    lower = Chain(
-        ((11.4, -27.5, 23.8), (9.2, -30.5, 22), (8.4, -32, 21)), (1.6, 1.5, 1.6)
-    )
-    return smooth_min(0.8, upper, lower)
-
-
-def agger_nasi() -> Field:
-    """Build the agger nasi cell: a larger chamber and a smaller one behind it."""
-    front = Ellipsoid((8.5, -7.6, 38.4), (2.8, 3.6, 4.9))
-    rear = Ellipsoid((8.0, -10.6, 36.8), (2.1, 2.6, 3.4))
-    return smooth_min(1.2, front, rear)
-
-
-def agger_outlet() -> Field:
-    """Build the agger nasi cell's outlet to the frontal recess."""
-    return Chain(((8.4, -9.5, 39.5), (8.3, -16, 41.5)), (0.9, 0.9))
-
-
-def concha() -> Field:
-    """Build the air cell in the head of a pneumatized middle turbinate."""
-    return Ellipsoid((6.5, -24.5, 25.2), (1.8, 5.6, 3.4))
-
-
-def concha_outlet() -> Field:
-    """Build the pneumatized turbinate's outlet to the middle meatus."""
-    return Chain(((6.6, -26.0, 26.8), (9.0, -26.8, 27.0)), (0.8, 0.8))
+SUPRAORBITAL_FLOOR_MM = 50.4
 
 
 def accessory_ostium(parameters: PhantomParameters, side: Side) -> Chain:
@@ -132,20 +87,8 @@ def frontal(parameters: PhantomParameters, side: Side) -> Field | None:
     septum = 0.9 + (z - base) * lean - u
     if parameters.has("frontal-septal-cell", side):
         wall = 2 * parameters.mucosa_mm + 0.3
-        lobes = smooth_max(1.0, lobes, wall - septal_cell())
+        lobes = smooth_max(1.0, lobes, wall - SHAPES["septal cell"])
     return smooth_max(1.0, lobes, septum)
-
-
-def septal_cell() -> Field:
-    """Build the cell in the septum between the frontal sinuses, at its foot."""
-    return Ellipsoid(SEPTAL_CELL, (1.7, 3.4, 5.0))
-
-
-def septal_cell_outlet() -> Field:
-    """Build the frontal septal cell's way to the medial side of the recess."""
-    return Chain(
-        ((2.8, -6.8, 55.8), (4.8, -10.0, 52.0), (7.7, -13.2, 48.2)), (1.0,) * 3
-    )
 
 
 def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:
@@ -163,4 +106,22 @@ def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:
             (8.6, -17.5, 38),
         ),
         (3.4, 2.4, 2.3, 2.0, 1.7),
+    )
+
+
+def supraorbital(parameters: PhantomParameters) -> Field:
+    """Build the cell between the orbit's roof and the floor of the skull's front.
+
+    It lies behind the frontal sinus; the bone above it is lifted for it, and the orbit
+    lies under its floor.
+    """
+    roof = skull_base(parameters) - (parameters.mucosa_mm + FOVEA_MM)
+    return smooth_max(1.2, SHAPES["supraorbital"], SUPRAORBITAL_FLOOR_MM - z, z - roof)
+
+
+def supraorbital_outlet(parameters: PhantomParameters) -> Field:
+    """Build the supraorbital cell's way to the rear of the frontal recess."""
+    bend = 50.2 + 0.8 * parameters.roof_mm
+    return Chain(
+        ((15.8, -18.2, 52.0), (11.8, -16.8, bend), (8.2, -13.8, 47.8)), (1.1,) * 3
     )

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.shapes import (
     Affine,
-    Chain,
-    Ellipsoid,
     Field,
     Point,
     Table,
@@ -23,13 +22,7 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
-from anatomy.phantom.vessels import (
-    CANAL_WALL_MM,
-    internal_carotid,
-    maxillary_nerve,
-    optic_nerve,
-    pterygoid_canal,
-)
+from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.tissue import Side
 
 FACE_MM = -54.9
@@ -149,7 +142,7 @@ def sphenoid_body(parameters: PhantomParameters, side: Side) -> Field:
     rear = rear + Table(U, (2, 7, 13), (shape.rear - 1.0, -1.5, 2.2), 4.0)
     body = smooth_max(6.5, body, smooth_max(8.0, u - wide, rear))
     if parameters.has("lateral-recess", side):
-        body = smooth_min(3.5, body, _lateral_recess())
+        body = smooth_min(3.5, body, SHAPES["sphenoid recess"])
     body = smooth_max(3.0, body, y * 0.9 - face)
     if shape.ridge is not None:
         body = smooth_max(1.5, body, RIDGE_HALF_MM - _ridge(shape.ridge, rear))
@@ -197,15 +190,6 @@ def _ridge(of: tuple[float, float, float], rear: Field) -> Field:
     return smooth_max(1.0, abs(line) - 0.3, -rear - crest)
 
 
-def _lateral_recess() -> Field:
-    """Build the air between pterygoid canal and foramen rotundum."""
-    return smooth_min(
-        4.0,
-        Ellipsoid((16.8, -60.0, 26.0), (5.8, 4.6, 4.6)),
-        Chain(((10.0, -61.0, 28.0), (16.0, -60.0, 26.0)), (3.0, 2.6)),
-    )
-
-
 def canal_walls(parameters: PhantomParameters, side: Side) -> tuple[Field, ...]:
     """List what keeps the sinus off nerves, arteries, brain and an Onodi cell.
 
@@ -213,15 +197,15 @@ def canal_walls(parameters: PhantomParameters, side: Side) -> tuple[Field, ...]:
     """
     lining = parameters.mucosa_mm
     walls: list[Field] = [
-        wall_over(parameters, side, "dehiscent-optic") - optic_nerve(),
-        wall_over(parameters, side, "dehiscent-carotid") - internal_carotid(),
-        CANAL_WALL_MM + lining - pterygoid_canal(),
-        CANAL_WALL_MM + lining - maxillary_nerve(),
+        wall_over(parameters, side, "dehiscent-optic") - SHAPES["optic nerve"],
+        wall_over(parameters, side, "dehiscent-carotid") - SHAPES["internal carotid"],
+        CANAL_WALL_MM + lining - SHAPES["pterygoid canal"],
+        CANAL_WALL_MM + lining - SHAPES["maxillary nerve"],
         # The sella's side is steep: half the slope keeps this close to a distance.
         (z - skull_base(parameters) + (ROOF_BONE_MM + lining)) * Affine(0.5),
     ]
     if parameters.has("onodi", side):
-        walls.append(2 * lining + 0.3 - onodi_cell())
+        walls.append(2 * lining + 0.3 - SHAPES["onodi"])
     return tuple(walls)
 
 
@@ -237,27 +221,10 @@ def sphenoid(parameters: PhantomParameters, side: Side) -> Field:
     return smooth_max(0.8, body, *canal_walls(parameters, side))
 
 
-def onodi_cell() -> Field:
-    """Build the posterior cell that grows above the sphenoid to the optic nerve."""
-    return Ellipsoid((10.2, -56.0, 42.0), (4.4, 6.6, 4.0))
-
-
 def onodi(parameters: PhantomParameters, side: Side) -> Field:
     """Build the Onodi cell, indented by the optic nerve."""
     wall = wall_over(parameters, side, "dehiscent-optic")
-    return smooth_max(0.8, onodi_cell(), wall - optic_nerve())
-
-
-def onodi_outlet() -> Field:
-    """Build the Onodi cell's way to the posterior ethmoid's root cell."""
-    return Chain(((10.0, -51.5, 42.2), (9.0, -41.0, 33.5)), (1.2, 1.2))
-
-
-def sphenoid_ostium() -> Field:
-    """Build the sphenoid ostium in the sphenoethmoidal recess."""
-    return Chain(
-        ((3.1, -47.0, 29.5), (3.4, -51.0, 33.8), (5.2, -58, 34.5)), (1.6, 1.65, 1.55)
-    )
+    return smooth_max(0.8, SHAPES["onodi"], wall - SHAPES["optic nerve"])
 
 
 def sphenoid_face() -> Field:

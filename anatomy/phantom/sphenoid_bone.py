@@ -1,5 +1,6 @@
 """The sphenoid bone about its sinus, and the fossae beside it; both sides alike."""
 
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.orbit import lateral_plane
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import below_base
@@ -39,27 +40,11 @@ def dorsum() -> Field:
     return smooth_max(1.5, slab, smooth_max(1.0, 36.0 - z, u - 9.0))
 
 
-def wings() -> Field:
-    """Build lesser wing, anterior clinoid process and the greater wing's root."""
-    lesser = Chain(
-        ((34, -51, 49.4), (24, -54, 47.4), (17.5, -57.5, 46.9), (13.2, -65.5, 47.2)),
-        (1.4, 1.8, 1.9, 1.2),
-    )
-    greater = Chain(
-        ((14.5, -57.5, 24.5), (19, -58, 28.0), (24, -58, 28.0), (31, -57, 26.0)),
-        (3.2, 3.4, 2.8, 2.4),
-    )
-    return smooth_min(1.5, lesser, greater)
-
-
 def pterygoid() -> Field:
     """Build the pterygoid process: its root and its two plates.
 
     The medial plate goes on behind the nose's side wall, the lateral one flares.
     """
-    root = Chain(
-        ((14.8, -54.8, 24), (15.2, -55.0, 8), (15.4, -55.5, -4)), (2.6, 1.5, 1.0)
-    )
     low = smooth_max(1.0, -6.0 - z, z - 24.0)
     flat = as_field(0.0)
     bow = height_table([-6, 6, 16, 24], [-0.5, 0.5, 0.3, -0.3], 4.0)
@@ -67,33 +52,7 @@ def pterygoid() -> Field:
     medial = Warp(bow, flat, -z, Chain(((14.4, -55, 0), (14.9, -63, 0)), (0.6, 0.4)))
     lateral = Warp(flare, flat, -z, Chain(((16.5, -55, 0), (21.5, -65, 0)), (0.7, 0.4)))
     plates = smooth_max(2.0, smooth_min(0.6, medial, lateral), low)
-    return smooth_min(1.0, root, plates)
-
-
-def cavernous_sinus() -> Field:
-    """Build the venous space beside the sella, through which the carotid runs."""
-    return Chain(
-        ((15.0, -62, 38.5), (15.4, -71, 36.5), (15.4, -80, 33)), (4.2, 4.8, 4.6)
-    )
-
-
-def pterygopalatine_fossa() -> Field:
-    """Build the funnel behind the maxillary sinus, open to the side.
-
-    Its front is the sinus's rear wall, its back the pterygoid process.
-    """
-    return smooth_min(
-        2.0,
-        Chain(
-            ((17.6, -49.0, 31), (16.4, -49.2, 23), (15.6, -48.8, 11)), (2.8, 2.3, 0.9)
-        ),
-        Chain(((17.0, -49.2, 22), (25.0, -48.5, 19)), (2.0, 1.6)),
-    )
-
-
-def pituitary() -> Field:
-    """Build the gland in the sella."""
-    return Ellipsoid((0, -72.5, 42.6), (6.4, 4.8, 3.6))
+    return smooth_min(1.0, SHAPES["pterygoid root"], plates)
 
 
 def temporal_lobe() -> Field:

@@ -15,23 +15,14 @@ from anatomy.phantom.ethmoid import (
     keros_depth,
     lamina_papyracea,
 )
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.orbit import (
-    GLOBE,
-    GLOBE_RADIUS_MM,
-    inferior_fissure,
-    lateral_wall,
-    muscles,
-    orbit,
-    superior_fissure,
-)
+from anatomy.phantom.orbit import lateral_wall, orbit
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import below_base, skull_base
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
-    Chain,
-    Ellipsoid,
     Field,
     Mark,
     Recall,
@@ -46,28 +37,9 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.sphenoid import sphenoid
-from anatomy.phantom.sphenoid_bone import (
-    cavernous_sinus,
-    corpus,
-    dorsum,
-    pituitary,
-    pterygoid,
-    pterygopalatine_fossa,
-    temporal_lobe,
-    wings,
-)
+from anatomy.phantom.sphenoid_bone import corpus, dorsum, pterygoid, temporal_lobe
 from anatomy.phantom.turbinates import inferior_lift, middle_bow, middle_lean
-from anatomy.phantom.vessels import (
-    ethmoidal_arteries,
-    foramen_rotundum,
-    infraorbital_canal,
-    internal_carotid,
-    maxillary_nerve,
-    nasolacrimal_duct,
-    optic_nerve,
-    pterygoid_canal,
-    sphenopalatine_artery,
-)
+from anatomy.phantom.vessels import ethmoidal_arteries, maxillary_canals
 from anatomy.phantom.warp import extruded, one_side
 from anatomy.tissue import TISSUES, Label, Side
 
@@ -157,7 +129,6 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     )
     crista = smooth_max(1.5, crista, z - depth_table([8, 16, 28], [60, 58, 48], 3.0))
     body, process = corpus(parameters), pterygoid()
-    clivus = Chain(((0, -84, 34), (0, -86, 8), (0, -90, -15)), (9.0, 7.0, 6.0))
     # Over ethmoid and olfactory cleft the roof is the walls' own plate.
     vault = smooth_max(0.8, vault, -plates.roofed(parameters))
     # The temporal lobe fills the middle fossa beside the sphenoid.
@@ -167,17 +138,15 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     brain = smooth_min(5.0, brain, lobe + 1.6)
     # Between the tables of the vault's bone, where it is thick, lies marrow.
     diploe = smooth_max(1.0, vault + 2.2, 2.2 - inner)
-    lip = Ellipsoid((0, 2, -18), (26, 8, 9))
-    arch = Chain(((42, -24, 26), (52, -40, 25), (58, -62, 25)), (3.2, 2.4, 2.2))
     return [
         Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
         # The ledge that the uncinate process stands on is thicker than its walls.
         Solid(Row.UNCINATE, "uncinate", Label.UNCINATE),
         Solid(cheek.fat(face), "fat", Label.FAT, steepness=2.2),
         Solid(cheek.facial_sheet(face), "muscle", Label.MUSCLE, steepness=2.2),
-        Solid(askew(cheek.parotid()), "skin", Label.SKIN),
+        Solid(askew(SHAPES["parotid"]), "skin", Label.SKIN),
         Solid(askew(cheek.muscles()), "muscle", Label.MUSCLE),
-        Solid(lip, "muscle", Label.MUSCLE),
+        Solid(SHAPES["upper lip"], "muscle", Label.MUSCLE),
         Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
         *_ethmoid(parameters),
         Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
@@ -188,16 +157,16 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         Solid(inner, "dura", Label.DURA, 0.25, -0.25, 3.0),
         Solid(body, "cancellous bone", Label.THICK_BONE, steepness=2.2),
         Solid(body, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
-        Solid(clivus, "cancellous bone", Label.THICK_BONE),
-        Solid(wings(), "cancellous bone", Label.THICK_BONE),
-        Solid(wings(), "bone", Label.THICK_BONE, 0.4, -0.4),
+        Solid(SHAPES["clivus"], "cancellous bone", Label.THICK_BONE),
+        Solid(SHAPES["wings"], "cancellous bone", Label.THICK_BONE),
+        Solid(SHAPES["wings"], "bone", Label.THICK_BONE, 0.4, -0.4),
         Solid(process, "cancellous bone", Label.THICK_BONE),
         Solid(process, "bone", Label.THICK_BONE, 0.4, -0.3),
-        Solid(cavernous_sinus(), "dura", Label.DURA),
+        Solid(SHAPES["cavernous sinus"], "dura", Label.DURA),
         Solid(dorsum(), "cancellous bone", Label.THICK_BONE),
-        Solid(pituitary(), "brain", Label.BRAIN),
+        Solid(SHAPES["pituitary"], "brain", Label.BRAIN),
         Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
-        Solid(askew(arch), "bone", Label.THICK_BONE),
+        Solid(askew(SHAPES["zygomatic arch"]), "bone", Label.THICK_BONE),
     ]
 
 
@@ -231,20 +200,24 @@ def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
 
 
 def _vessels(parameters: PhantomParameters) -> list[Solid]:
-    fossa, canal, nerve = pterygopalatine_fossa(), pterygoid_canal(), maxillary_nerve()
+    fossa, canal, nerve = (
+        SHAPES[name]
+        for name in ("pterygopalatine fossa", "pterygoid canal", "maxillary nerve")
+    )
+    rotundum, infraorbital = maxillary_canals()
     found = [
-        Solid(internal_carotid(), "blood", Label.INTERNAL_CAROTID),
-        Solid(superior_fissure(), "fat", Label.ORBITAL_FISSURE),
-        Solid(inferior_fissure(), "fat", Label.ORBITAL_FISSURE),
+        Solid(SHAPES["internal carotid"], "blood", Label.INTERNAL_CAROTID),
+        Solid(SHAPES["superior fissure"], "fat", Label.ORBITAL_FISSURE),
+        Solid(SHAPES["inferior fissure"], "fat", Label.ORBITAL_FISSURE),
         Solid(canal, "bone", Label.SPHENOID_WALL, level_mm=0.5),
-        Solid(foramen_rotundum(), "bone", Label.THICK_BONE, level_mm=0.5),
-        Solid(infraorbital_canal(), "bone", Label.THICK_BONE, level_mm=0.4),
+        Solid(rotundum, "bone", Label.THICK_BONE, level_mm=0.5),
+        Solid(infraorbital, "bone", Label.THICK_BONE, level_mm=0.4),
         Solid(fossa, "fat", Label.PTERYGOPALATINE_FOSSA),
         Solid(canal, "optic nerve", Label.VIDIAN_NERVE),
         Solid(nerve, "optic nerve", Label.MAXILLARY_NERVE),
-        Solid(sphenopalatine_artery(), "blood", Label.SPHENOPALATINE_ARTERY),
-        Solid(nasolacrimal_duct(), "bone", Label.THICK_BONE, 0.0, 0.5),
-        Solid(nasolacrimal_duct(), "mucosa", Label.NASOLACRIMAL_DUCT),
+        Solid(SHAPES["sphenopalatine artery"], "blood", Label.SPHENOPALATINE_ARTERY),
+        Solid(SHAPES["nasolacrimal duct"], "bone", Label.THICK_BONE, 0.0, 0.5),
+        Solid(SHAPES["nasolacrimal duct"], "mucosa", Label.NASOLACRIMAL_DUCT),
     ]
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         artery = one_side(ethmoidal_arteries(parameters, side), sign)
@@ -259,12 +232,8 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     face = skin()
     palate, alveolus = jaws.palate(face), jaws.alveolus(face)
     teeth = jaws.upper_teeth(parameters)
-    zygoma = cheek.askew(cheek.zygoma(), parameters)
+    zygoma = cheek.askew(SHAPES["zygoma"], parameters)
     suture = cheek.askew(cheek.zygomatic_suture(), parameters)
-    process = Chain(
-        ((11.5, -5, 6), (11.0, -5, 20), (9.5, -4.0, 32), (6.5, -2.5, 46)),
-        (1.4, 1.6, 2.0, 3.0),
-    )
     # Between the nose, the orbit and the frontal sinus there is little but bone.
     beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
     beak = smooth_max(2.0, beak, z - 58.0, -below_base(parameters) - 1.2)
@@ -272,7 +241,6 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
         2.0, abs(u - 9.5) - 3.5, smooth_max(2, abs(y + 12) - 8, z - 40)
     )
     lacrimal = smooth_max(2.0, lacrimal, 14.0 - z)
-    nasal_bone = Chain(((1.0, 8.0, 25), (1.0, 2.2, 37), (1.0, -2.5, 49)), (0.9, 1.3, 3))
     roof = ethmoid_roof(parameters)
     # The septum ends under the cribriform plate.
     top = z - roof + keros_depth(parameters)
@@ -299,10 +267,10 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
         Solid(suture, "cartilage", Label.THICK_BONE),
         Solid(lacrimal, "mucosa", Label.MUCOSA),
         Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
-        Solid(process, "bone", Label.THICK_BONE),
+        Solid(SHAPES["frontal process"], "bone", Label.THICK_BONE),
         Solid(pyramid, "skin", Label.SKIN, steepness=2.0),
         Solid(alar, "cartilage", Label.SEPTAL_CARTILAGE, 0.0, 0.5, 1.2),
-        Solid(nasal_bone, "bone", Label.THICK_BONE),
+        Solid(SHAPES["nasal bone"], "bone", Label.THICK_BONE),
         Solid(slab, "mucosa", Label.MUCOSA),
         Solid(cartilage, "cartilage", Label.SEPTAL_CARTILAGE, 0.9, 0.0, 2.2),
         Solid(plate, "bone", Label.SEPTAL_BONE, 0.45, 0.0, 2.2),
@@ -374,27 +342,21 @@ def _skull(parameters: PhantomParameters) -> list[Solid]:
 
     They close the head of a wide field of view; none reaches into the nose's own.
     """
-    cerebellum = Ellipsoid((24, -126, 30), (36, 34, 26))
-    stem = Chain(((0, -100, 40), (0, -104, 10), (0, -110, -125)), (12.0, 9.0, 5.0))
-    hind = smooth_min(6.0, cerebellum, stem)
+    cerebellum, column = SHAPES["cerebellum"], SHAPES["spine"]
+    hind = smooth_min(6.0, cerebellum, SHAPES["brain stem"])
     occiput = smooth_max(4.0, cerebellum - 6.0, z - 47.0)
-    petrous = Chain(((20, -86, 24), (44, -92, 26), (58, -98, 6)), (6.0, 9.0, 11.0))
-    spine = Chain(((0, -96, -14), (0, -92, -60), (0, -96, -125)), (9.0, 9.5, 10.0))
-    arches = Chain(((0, -118, -18), (0, -122, -60), (0, -126, -125)), (8.0, 8.0, 9.0))
-    column = smooth_min(3.0, spine, arches)
     jaw = cheek.askew(jaws.mandible(), parameters)
-    zygomatic = Chain(((56, -56, 25), (61, -72, 25), (60, -88, 24)), (2.2, 2.4, 4.0))
     return [
         Solid(column, "cancellous bone", Label.THICK_BONE),
         Solid(column, "bone", Label.THICK_BONE, 0.5, -0.5),
         Solid(occiput, "bone", Label.THICK_BONE),
-        Solid(petrous, "bone", Label.THICK_BONE),
+        Solid(SHAPES["petrous bone"], "bone", Label.THICK_BONE),
         Solid(hind - 1.6, "csf", Label.CSF),
         Solid(hind, "brain", Label.BRAIN),
         Solid(jaw, "cancellous bone", Label.THICK_BONE),
         Solid(jaw, "bone", Label.THICK_BONE, 0.7, -0.7),
         Solid(jaws.lower_teeth(), "tooth", Label.TEETH),
-        Solid(zygomatic, "bone", Label.THICK_BONE),
+        Solid(SHAPES["rear zygomatic arch"], "bone", Label.THICK_BONE),
     ]
 
 
@@ -409,14 +371,13 @@ def _orbits(parameters: PhantomParameters) -> list[Solid]:
             Solid(shell, "bone", Label.THICK_BONE, level_mm=1.3, steepness=2.4)
         )
         found.append(Solid(inside, "fat", Label.FAT, steepness=2.4))
-    globe = Ellipsoid(GLOBE, (GLOBE_RADIUS_MM,) * 3)
-    lens = Ellipsoid((GLOBE[0], GLOBE[1] + 8.0, GLOBE[2]), (4.5, 2.0, 4.5))
+    globe = SHAPES["globe"]
     found += [
         Solid(globe, "muscle", Label.GLOBE),
         Solid(globe, "vitreous", Label.GLOBE, level_mm=-0.9),
-        Solid(lens, "lens", Label.LENS),
-        Solid(muscles(), "muscle", Label.EXTRAOCULAR_MUSCLE),
-        Solid(optic_nerve(), "csf", Label.OPTIC_NERVE),
-        Solid(optic_nerve(), "optic nerve", Label.OPTIC_NERVE, level_mm=-0.7),
+        Solid(SHAPES["lens"], "lens", Label.LENS),
+        Solid(SHAPES["eye muscles"], "muscle", Label.EXTRAOCULAR_MUSCLE),
+        Solid(SHAPES["optic nerve"], "csf", Label.OPTIC_NERVE),
+        Solid(SHAPES["optic nerve"], "optic nerve", Label.OPTIC_NERVE, level_mm=-0.7),
     ]
     return found

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
-    Chain,
     Field,
     FlatTube,
     Mark,
@@ -142,7 +142,7 @@ def _middle(parameters: PhantomParameters, side: Side) -> Field:
     front = height_table([20, 26, 38, 46], [-15, -14.5, -16.5, -20], 2.0)
     lamella = smooth_max(1.5, lamella, y - front)
     # The axilla: the head hangs from the lateral wall by a neck.
-    neck = Chain(((6.2, -16.5, 26), (5.9, -15, 31), (5.0, -14, 37)), (1.6, 1.5, 1.6))
+    neck = SHAPES["turbinate neck"]
     return smooth_min(2.6, smooth_min(3.0, head_tube, neck), lamella)
 
 

@@ -9,6 +9,7 @@ from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.kernels.tables import POINT_ROWS
 from anatomy.phantom.air import distance_at_points
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
 from anatomy.phantom.nose import septum_face
@@ -17,15 +18,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
-from anatomy.phantom.vessels import (
-    ethmoidal_arteries,
-    internal_carotid,
-    maxillary_nerve,
-    nasolacrimal_duct,
-    optic_nerve,
-    pterygoid_canal,
-    sphenopalatine_artery,
-)
+from anatomy.phantom.vessels import ethmoidal_arteries
 from anatomy.tissue import Side
 from disk import UserError
 
@@ -54,13 +47,13 @@ def hazard_fields(parameters: PhantomParameters, side: Side) -> dict[str, Field]
     return {
         "orbit": orbit(parameters, side, outside()),
         "skull base": skull_base(parameters) - z,
-        "optic nerve": optic_nerve(),
-        "internal carotid": internal_carotid(),
+        "optic nerve": SHAPES["optic nerve"],
+        "internal carotid": SHAPES["internal carotid"],
         "ethmoidal arteries": ethmoidal_arteries(parameters, side),
-        "nasolacrimal duct": nasolacrimal_duct(),
-        "sphenopalatine artery": sphenopalatine_artery(),
-        "vidian nerve": pterygoid_canal(),
-        "maxillary nerve": maxillary_nerve(),
+        "nasolacrimal duct": SHAPES["nasolacrimal duct"],
+        "sphenopalatine artery": SHAPES["sphenopalatine artery"],
+        "vidian nerve": SHAPES["pterygoid canal"],
+        "maxillary nerve": SHAPES["maxillary nerve"],
         "septum": abs(u) - septum_face(parameters, side),
     }
 

@@ -2,16 +2,17 @@
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
 from anatomy.phantom.ethmoid import RETROBULBAR, lamina_papyracea, suprabullar
-from anatomy.phantom.frontal_cells import SUPRAORBITAL
+from anatomy.phantom.fixed_shapes import middle_of
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.plates import LAMINA_GAP, LAMINA_GAP_MM
-from anatomy.phantom.sinuses import SEPTAL_CELL, accessory_place
+from anatomy.phantom.sinuses import accessory_place
 from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
+from anatomy.tables import read_table
 from anatomy.tissue import Side
 
 
@@ -34,71 +35,19 @@ class Landmark:
 
 _ARTERIES = ("anterior ethmoidal artery", "posterior ethmoidal artery")
 
-# u, y, z, radius
-_PAIRED = {
-    "nostril": (6.3, 13.0, -6.5, 4.0),
-    "nasal valve": (5.4, 2, 10, 2.7),
-    "inferior turbinate head": (9, -8, 10, 2.5),
-    "inferior turbinate tail": (9.4, -47.5, 11, 2.0),
-    "middle turbinate head": (6.3, -16, 24.5, 2.0),
-    "middle turbinate axilla": (7.5, -16, 38, 1.5),
-    "middle turbinate tail": (6.7, -51, 21.6, 1.2),
-    "middle meatus": (9.2, -31, 21.5, 1.2),
-    "uncinate process": (9.6, -20, 28, 1.5),
-    "hiatus semilunaris": (9, -27, 24.3, 1.3),
-    "ethmoid bulla": (9.8, -28.2, 27, 3.0),
-    "maxillary ostium": (13, -27.4, 23.2, 2.0),
-    "maxillary sinus": (26, -28, 12, 10.0),
-    "frontal ostium": (8, -11.5, 54.5, 2.4),
-    "frontal sinus": (11.4, -5, 66.3, 6.8),
-    "agger nasi": (8.4, -8.2, 38.5, 2.8),
-    "basal lamella": (9, -34.0, 38.1, 1.0),
-    "superior turbinate": (5.0, -45, 36, 1.0),
-    "sphenoethmoidal recess": (3.3, -47, 29.5, 1.5),
-    "sphenoid ostium": (3.6, -53.5, 34.5, 1.55),
-    "choana": (6, -54.5, 12, 5.0),
-    "eustachian orifice": (12.2, -62, 6.3, 2.2),
-    "Rosenmueller fossa": (14.5, -72.2, 8.5, 2.0),
-    "sphenoid sinus": (9.2, -66.5, 34.5, 9.0),
-    "sphenoid lateral recess": (17, -60.3, 25.6, 2.0),
-    "optic canal": (17, -47, 42, 2.2),
-    "carotid bulge": (12.5, -69.0, 36.0, 2.5),
-    "opticocarotid recess": (12.6, -62.5, 40.0, 1.2),
-    "vidian canal": (14.8, -52.4, 23.2, 1.0),
-    "foramen rotundum": (18.8, -54.0, 28.6, 1.3),
-    "infraorbital canal": (26.5, -23.0, 23.8, 0.9),
-    "superior orbital fissure": (17.2, -53.5, 39.2, 2.0),
-    "pterygopalatine fossa": (16.4, -49.2, 24.5, 2.0),
-    "sphenopalatine foramen": (13.2, -50.3, 24, 2.5),
-    "lamina dehiscence": (LAMINA_GAP[0], LAMINA_GAP[1], LAMINA_GAP[2], LAMINA_GAP_MM),
-    "anterior ethmoidal artery": (9, -24, 51.4, 0.5),
-    "posterior ethmoidal artery": (15.5, -38.6, 49.0, 0.5),
-    "lacrimal duct opening": (12.5, -12, 7, 1.4),
-    "ethmoid roof": (9, -22, 51.5, 1.0),
-    "olfactory fossa": (2.4, -26, 51.1, 1.4),
-    "retrobulbar recess": (*RETROBULBAR, 2.0),
-    "suprabullar cell": (9.2, -26.3, 43.6, 2.2),
-    "supraorbital cell": (*SUPRAORBITAL, 1.4),
-    "frontal septal cell": (*SEPTAL_CELL, 1.6),
-    "accessory maxillary ostium": (13.6, -35.8, 20.2, 1.5),
-}
-VARIANT_PLACES = {
-    "agger-nasi": "agger nasi",
-    "retrobulbar-recess": "retrobulbar recess",
-    "suprabullar-cell": "suprabullar cell",
-    "supraorbital-cell": "supraorbital cell",
-    "frontal-septal-cell": "frontal septal cell",
-    "accessory-ostium": "accessory maxillary ostium",
-    "lateral-recess": "sphenoid lateral recess",
-}
-"""Landmarks that only a side with the variant has."""
 
-_MIDLINE = {
-    "anterior nasal spine": (0, 0, 0, 1.0),
-    "nasofrontal beak": (0, -3, 51, 2.0),
-    "nasopharynx": (0, -66, 8, 6.0),
-    "sella turcica": (0, -72.5, 42.0, 3.5),
-}
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold ``landmarks.toml``."""
+
+    paired: dict[str, tuple[float, ...]]
+    midline: dict[str, tuple[float, float, float, float]]
+    variants: dict[str, str]
+
+
+_TABLE = read_table(__file__, "landmarks.toml", _Table)
+
+VARIANT_PLACES = _TABLE.variants
+"""Landmarks that only a side with the variant has."""
 
 
 def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
@@ -108,9 +57,16 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
     side lacks has no landmark: see `lacking`.
     """
 
-    def sized(name: str, side: Side) -> tuple[float, float, float, float]:
-        """Move the middles of the sinuses with their sizes."""
-        values = _PAIRED[name]
+    built = {
+        "retrobulbar recess": RETROBULBAR,
+        "suprabullar cell": suprabullar(parameters),
+        "supraorbital cell": middle_of("supraorbital"),
+        "frontal septal cell": middle_of("septal cell"),
+    }
+
+    def sized(name: str, side: Side) -> tuple[float, ...]:
+        """Return u, y, z and radius; the sinuses' middles move with their sizes."""
+        values = _TABLE.paired[name]
         if name in ("ethmoid roof", *_ARTERIES):
             drop = 3.0 if parameters.has("hanging-artery", side) else 0.0
             sunk = drop if name == "anterior ethmoidal artery" else 0.0
@@ -119,35 +75,34 @@ def landmarks(parameters: PhantomParameters) -> dict[str, Landmark]:
         if name == "olfactory fossa":
             a, b, c, radius = values
             return a, b, c + 0.88 * parameters.roof_mm - parameters.keros(side), radius
-        if name == "suprabullar cell":
-            return *suprabullar(parameters), values[3]
-        if name == "accessory maxillary ostium":
-            return *accessory_place(parameters, side), values[3]
         if name == "frontal sinus":
             q = max(parameters.scale("frontal", side), 0.5)
             return 2.6 + 7.2 * q, -5.2, 56.0 + 9.0 * q**0.6, 6.0 * q**0.5
         if name == "sphenoid sinus":
-            (a, b, c), radius = sphenoid_middle(parameters, side)
-            return a, b, c, radius
-        if name == "lamina dehiscence":
-            a, b, c, radius = values
-            where = np.array([[a], [b], [c]])
-            wall = lamina_papyracea(parameters, side).evaluate(where)
-            return float(wall[0]), b, c, radius
+            place, radius = sphenoid_middle(parameters, side)
+            return *place, radius
         if name == "maxillary sinus":
             k = parameters.scale("maxillary", side)
             return 14.6 + 11.4 * k, -28.0, 25.0 - 13.0 * k, 10.0 * k
-        return values
+        if name == "lamina dehiscence":
+            a, b, c = middle_of("lamina gap")
+            wall = lamina_papyracea(parameters, side).evaluate(
+                np.array([[a], [b], [c]])
+            )
+            return float(wall[0]), b, c, *values
+        if name == "accessory maxillary ostium":
+            return *accessory_place(parameters, side), *values
+        return *built.get(name, ()), *values
 
     found = [
         _place(name, Side.MIDLINE, values, parameters)
-        for name, values in _MIDLINE.items()
+        for name, values in _TABLE.midline.items()
     ]
     for side in (Side.RIGHT, Side.LEFT):
         absent = lacking(parameters, side)
         found += [
             _place(name, side, sized(name, side), parameters)
-            for name in _PAIRED
+            for name in _TABLE.paired
             if name not in absent
         ]
     return {landmark.key: landmark for landmark in found}
@@ -179,7 +134,7 @@ def lacking(parameters: PhantomParameters, side: Side) -> frozenset[str]:
 def _place(
     name: str,
     side: Side,
-    values: tuple[float, float, float, float],
+    values: tuple[float, ...],
     parameters: PhantomParameters,
 ) -> Landmark:
     at = np.array(values[:3], dtype=np.float64)

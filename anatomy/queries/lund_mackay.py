@@ -5,9 +5,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.phantom.findings import is_healthy
+from anatomy.phantom.fixed_shapes import course
 from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
-from anatomy.phantom.sinuses import infundibulum
 from anatomy.queries.landmarks import septal_shift
 from anatomy.tissue import AIR_LABELS, Label, Side
 from disk import UserError
@@ -67,7 +67,7 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
 
 def _is_open(phantom: Phantom, side: Side) -> bool:
     """Return whether there is air along the lower infundibulum."""
-    ends = np.array(infundibulum().points[-2:])
+    ends = np.array(course("infundibulum").points[-2:])
     along = np.linspace(0, 1, 25)[:, None]
     way = ends[0] * (1 - along) + ends[1] * along
     labels = _nearest(phantom, septal_shift(phantom.parameters, way, side))

@@ -3,12 +3,10 @@ import numpy as np
 import pytest
 
 from anatomy.frame import lps_from_ras
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.orbit import (
     FLOOR_BONE_MM,
-    GLOBE,
-    GLOBE_RADIUS_MM,
     lateral_wall,
-    muscles,
     orbit_walls,
 )
 from anatomy.phantom.parameters import PhantomParameters
@@ -66,11 +64,13 @@ def test_globe_and_muscles_lie_in_the_orbit_and_the_lateral_wall_outside() -> No
     rng = np.random.default_rng(0)
     points = rng.uniform([14, -48, 20], [52, 2, 58], (60_000, 3)).T
     walls = orbit_walls().evaluate(points)
-    globe = np.linalg.norm(points - np.array(GLOBE)[:, None], axis=0) < GLOBE_RADIUS_MM
+    globe = SHAPES["globe"].evaluate(points) < 0
     # before the tendons at the apex
     deep = (points[1] < -12.0) & (points[1] > -42.0)
     assert walls[globe].max() < 0
-    assert np.mean(walls[(muscles().evaluate(points) < 0) & deep] < 0) > 0.97
+    assert (
+        np.mean(walls[(SHAPES["eye muscles"].evaluate(points) < 0) & deep] < 0) > 0.97
+    )
     bone = lateral_wall().evaluate(points) < 0
     assert np.count_nonzero(bone & (walls > 0.2)) > 500
 

@@ -4,10 +4,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from anatomy.phantom.fixed_shapes import SHAPES, course
 from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
 from anatomy.phantom.phantom import build_phantom, distance_at
 from anatomy.phantom.plates import skull_base
-from anatomy.phantom.shapes import Field, smooth_max
+from anatomy.phantom.shapes import smooth_max
 from anatomy.phantom.sphenoid import (
     pneumatization,
     rear_mm,
@@ -18,13 +19,7 @@ from anatomy.phantom.sphenoid import (
     sphenoid_middle,
 )
 from anatomy.phantom.variants import with_variants
-from anatomy.phantom.vessels import (
-    CANAL_WALL_MM,
-    internal_carotid,
-    maxillary_nerve,
-    optic_nerve,
-    pterygoid_canal,
-)
+from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label, Side
 from benchmarks.phantom_figures.sinus_volumes import leaks, sinus_volumes_ml
@@ -69,11 +64,11 @@ def test_a_dehiscent_canal_has_mucosa_alone_on_its_side() -> None:
     assert found["internal carotid, right"] >= mucosa + CANAL_WALL_MM - 1e-3
 
 
-@pytest.mark.parametrize("tube", [internal_carotid(), optic_nerve()])
+@pytest.mark.parametrize("name", ["internal carotid", "optic nerve"])
 @pytest.mark.parametrize("kind", ["sellar", "postsellar"])
-def test_carotid_and_optic_nerve_bulge_into_the_sinus(tube: Field, kind: str) -> None:
+def test_carotid_and_optic_nerve_bulge_into_the_sinus(name: str, kind: str) -> None:
     """The body without them would be air at least 1 mm deeper."""
-    head = STRAIGHT
+    head, tube = STRAIGHT, SHAPES[name]
     if kind != "sellar":
         head = with_variants(head, [f"{kind}-sphenoid"])
     points = places()
@@ -193,7 +188,9 @@ def test_the_middle_is_air_in_every_kind(seed: int) -> None:
 
 def test_foramen_and_canal_lie_as_published() -> None:
     """Rotundum 19 mm from the midline, the canal below and medial to it."""
-    nerve, canal = maxillary_nerve().points, pterygoid_canal().points
+    nerve, canal = (
+        course(name).points for name in ("maxillary nerve", "pterygoid canal")
+    )
     assert nerve[1][0] == pytest.approx(19.0, abs=2.1)
     assert canal[0][0] < nerve[1][0]
     assert canal[0][2] < nerve[1][2]

@@ -3,9 +3,9 @@ import pytest
 
 from anatomy.frame import lps_from_ras
 from anatomy.phantom.ethmoid import ethmoid_block
+from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, distance_at
-from anatomy.phantom.vessels import internal_carotid, optic_nerve
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import AIR_LABELS, Side
 
@@ -20,11 +20,8 @@ def test_tubes_are_exact(side: str, sign: float, scale: float) -> None:
     points = rng.uniform([2, -80, 20], [25, -40, 50], (300, 3))
     world = lps_from_ras(scale * points * [sign, 1, 1])
     found = hazard_distances(head, world)
-    for name, tube in (
-        ("optic nerve", optic_nerve()),
-        ("internal carotid", internal_carotid()),
-    ):
-        exact = scale * tube.evaluate(points.T)
+    for name in ("optic nerve", "internal carotid"):
+        exact = scale * SHAPES[name].evaluate(points.T)
         assert np.abs(found[f"{name}, {side}"] - exact).max() < 0.1
 
 
