@@ -7,6 +7,8 @@ distance |x| from the septum's plane, unless the sides differ.
 from dataclasses import dataclass
 from functools import partial
 
+import msgspec
+
 from anatomy.phantom import cheek, jaws, plates
 from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import (
@@ -41,14 +43,12 @@ from anatomy.phantom.sphenoid_bone import corpus, dorsum, pterygoid, temporal_lo
 from anatomy.phantom.turbinates import inferior_lift, middle_bow, middle_lean
 from anatomy.phantom.vessels import ethmoidal_arteries, maxillary_canals
 from anatomy.phantom.warp import extruded, one_side
+from anatomy.tables import read_table
 from anatomy.tissue import TISSUES, Label, Side
 
 _GRAIN_HU = {"cancellous bone": 130.0, "bone": 45.0}
 """Standard deviation of the trabeculae's CT numbers; tables of bone vary in thickness,
 too."""
-
-LABYRINTH_MM = 0.7
-"""Round ethmoid cells and sphenoid sinus, where their walls are thick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,25 @@ class Solid:
         return 0.0 if self.label == Label.TEETH else _GRAIN_HU.get(self.tissue, 0.0)
 
 
+_Painted = tuple[tuple[str, str, str, float, float, float], ...]
+"""Of each solid: shape, tissue, label, half thickness, level, steepness."""
+
+
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold ``solids.toml``."""
+
+    before_disease: _Painted
+    after_disease: _Painted
+
+
+_TABLE = read_table(__file__, "solids.toml", _Table)
+
+_SIDES = (Side.RIGHT, 1.0), (Side.LEFT, -1.0)
+
+Shapes = dict[str, Field | Row | None]
+"""Shapes by their names in the table; None is not there in this head."""
+
+
 def skin() -> Field:
     """Recall the distance from the face, which the common marks leave."""
     return Recall(Row.FACE, head_outside())
@@ -91,9 +110,8 @@ def solids(
     contents: what disease put into each side's sinuses.
     """
     filled = []
-    for side, held in contents.items():
-        sign = 1.0 if side == Side.RIGHT else -1.0
-        for content in held:
+    for side, sign in _SIDES:
+        for content in contents[side]:
             body = one_side(content.field, sign)
             roof = smooth_max(0.0, body, plates.fovea_zone(parameters))
             thick = plates.FOVEA_MM
@@ -101,18 +119,33 @@ def solids(
             if content.has_shell:
                 filled.append(Solid(body, "bone", Label.THICK_BONE, level_mm=SHELL_MM))
             filled.append(Solid(body, content.tissue, content.label, steepness=2.0))
+    shapes: Shapes = {
+        **SHAPES,
+        **_head(parameters),
+        **_skull(parameters),
+        **_of_sides(parameters),
+        **_midface(parameters),
+        **_turbinates(),
+    }
     return [
-        *_head(parameters),
-        *_skull(parameters),
-        *_orbits(parameters),
-        *_vessels(parameters),
-        *_midface(parameters),
+        *_painted(_TABLE.before_disease, shapes),
         *filled,
-        *_turbinates(parameters),
+        *_painted(_TABLE.after_disease, shapes),
     ]
 
 
-def _head(parameters: PhantomParameters) -> list[Solid]:
+def _painted(rows: _Painted, shapes: Shapes) -> list[Solid]:
+    found = []
+    for name, tissue, label, half_mm, level_mm, steepness in rows:
+        shape = shapes[name]
+        if shape is not None:
+            found.append(
+                Solid(shape, tissue, Label[label], half_mm, level_mm, steepness)
+            )
+    return found
+
+
+def _head(parameters: PhantomParameters) -> Shapes:
     face = skin()
     askew = partial(cheek.askew, parameters=parameters)
     base = below_base(parameters)
@@ -128,7 +161,6 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
         smooth_max(1.5, abs(y + 17.0) - 10.0, 44.0 - z),
     )
     crista = smooth_max(1.5, crista, z - depth_table([8, 16, 28], [60, 58, 48], 3.0))
-    body, process = corpus(parameters), pterygoid()
     # Over ethmoid and olfactory cleft the roof is the walls' own plate.
     vault = smooth_max(0.8, vault, -plates.roofed(parameters))
     # The temporal lobe fills the middle fossa beside the sphenoid.
@@ -138,102 +170,77 @@ def _head(parameters: PhantomParameters) -> list[Solid]:
     brain = smooth_min(5.0, brain, lobe + 1.6)
     # Between the tables of the vault's bone, where it is thick, lies marrow.
     diploe = smooth_max(1.0, vault + 2.2, 2.2 - inner)
-    return [
-        Solid(Affine(-50.0), "muscle", Label.MUSCLE, steepness=0.1),
-        # The ledge that the uncinate process stands on is thicker than its walls.
-        Solid(Row.UNCINATE, "uncinate", Label.UNCINATE),
-        Solid(cheek.fat(face), "fat", Label.FAT, steepness=2.2),
-        Solid(cheek.facial_sheet(face), "muscle", Label.MUSCLE, steepness=2.2),
-        Solid(askew(SHAPES["parotid"]), "skin", Label.SKIN),
-        Solid(askew(cheek.muscles()), "muscle", Label.MUSCLE),
-        Solid(SHAPES["upper lip"], "muscle", Label.MUSCLE),
-        Solid(face, "skin", Label.SKIN, 0.0, 1.5, 2.2),
-        *_ethmoid(parameters),
-        Solid(vault, "bone", Label.THICK_BONE, steepness=3.0),
-        Solid(diploe, "cancellous bone", Label.THICK_BONE, steepness=3.0),
-        Solid(inner, "csf", Label.CSF, steepness=3.0),
-        Solid(brain, "brain", Label.BRAIN, steepness=3.0),
-        Solid(falx, "dura", Label.DURA, 0.6, 0.0, 3.0),
-        Solid(inner, "dura", Label.DURA, 0.25, -0.25, 3.0),
-        Solid(body, "cancellous bone", Label.THICK_BONE, steepness=2.2),
-        Solid(body, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
-        Solid(SHAPES["clivus"], "cancellous bone", Label.THICK_BONE),
-        Solid(SHAPES["wings"], "cancellous bone", Label.THICK_BONE),
-        Solid(SHAPES["wings"], "bone", Label.THICK_BONE, 0.4, -0.4),
-        Solid(process, "cancellous bone", Label.THICK_BONE),
-        Solid(process, "bone", Label.THICK_BONE, 0.4, -0.3),
-        Solid(SHAPES["cavernous sinus"], "dura", Label.DURA),
-        Solid(dorsum(), "cancellous bone", Label.THICK_BONE),
-        Solid(SHAPES["pituitary"], "brain", Label.BRAIN),
-        Solid(crista, "bone", Label.CRIBRIFORM, steepness=2.0),
-        Solid(askew(SHAPES["zygomatic arch"]), "bone", Label.THICK_BONE),
-    ]
+    return {
+        "everywhere": Affine(-50.0),
+        "uncinate ledge": Row.UNCINATE,
+        "fat": cheek.fat(face),
+        "facial sheet": cheek.facial_sheet(face),
+        "parotid": askew(SHAPES["parotid"]),
+        "chewing muscles": askew(cheek.muscles()),
+        "skin": face,
+        "behind roof": plates.behind_roof(parameters),
+        "vault": vault,
+        "diploe": diploe,
+        "inside skull": inner,
+        "brain": brain,
+        "falx": falx,
+        "sphenoid body": corpus(parameters),
+        "pterygoid": pterygoid(),
+        "dorsum sellae": dorsum(),
+        "crista galli": crista,
+        "zygomatic arch": askew(SHAPES["zygomatic arch"]),
+    }
 
 
-def _ethmoid(parameters: PhantomParameters) -> list[Solid]:
-    """List what lies between the shells of cells, and behind their roof."""
-    found = []
-    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
-        # Between two cells the plate has its number; lining fills what is left.
-        block = one_side(ethmoid_block(parameters, side), sign)
-        found.append(
-            Solid(
-                block,
-                "mucosa",
-                Label.ETHMOID_SEPTUM,
-                level_mm=LABYRINTH_MM,
-                steepness=2.0,
-            )
-        )
-        cave = one_side(sphenoid(parameters, side), sign)
-        found.append(
-            Solid(
-                cave,
-                "cancellous bone",
-                Label.SPHENOID_WALL,
-                level_mm=LABYRINTH_MM,
-                steepness=2.0,
-            )
-        )
-    behind = plates.behind_roof(parameters)
-    return [*found, Solid(behind, "dura", Label.DURA, steepness=3.0)]
+def _skull(parameters: PhantomParameters) -> Shapes:
+    """List the shapes of jaw and rear skull base.
+
+    They close the head of a wide field of view; none reaches into the nose's own.
+    """
+    cerebellum = SHAPES["cerebellum"]
+    hind = smooth_min(6.0, cerebellum, SHAPES["brain stem"])
+    return {
+        "occiput": smooth_max(4.0, cerebellum - 6.0, z - 47.0),
+        "hindbrain fluid": hind - 1.6,
+        "hindbrain": hind,
+        "lower jaw": cheek.askew(jaws.mandible(), parameters),
+        "lower teeth": jaws.lower_teeth(),
+    }
 
 
-def _vessels(parameters: PhantomParameters) -> list[Solid]:
-    fossa, canal, nerve = (
-        SHAPES[name]
-        for name in ("pterygopalatine fossa", "pterygoid canal", "maxillary nerve")
-    )
-    rotundum, infraorbital = maxillary_canals()
-    found = [
-        Solid(SHAPES["internal carotid"], "blood", Label.INTERNAL_CAROTID),
-        Solid(SHAPES["superior fissure"], "fat", Label.ORBITAL_FISSURE),
-        Solid(SHAPES["inferior fissure"], "fat", Label.ORBITAL_FISSURE),
-        Solid(canal, "bone", Label.SPHENOID_WALL, level_mm=0.5),
-        Solid(rotundum, "bone", Label.THICK_BONE, level_mm=0.5),
-        Solid(infraorbital, "bone", Label.THICK_BONE, level_mm=0.4),
-        Solid(fossa, "fat", Label.PTERYGOPALATINE_FOSSA),
-        Solid(canal, "optic nerve", Label.VIDIAN_NERVE),
-        Solid(nerve, "optic nerve", Label.MAXILLARY_NERVE),
-        Solid(SHAPES["sphenopalatine artery"], "blood", Label.SPHENOPALATINE_ARTERY),
-        Solid(SHAPES["nasolacrimal duct"], "bone", Label.THICK_BONE, 0.0, 0.5),
-        Solid(SHAPES["nasolacrimal duct"], "mucosa", Label.NASOLACRIMAL_DUCT),
-    ]
-    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
+def _of_sides(parameters: PhantomParameters) -> Shapes:
+    """List the shapes that are not alike on both sides."""
+    found: Shapes = {"lateral orbital wall": lateral_wall()}
+    found["foramen rotundum"], found["infraorbital canal"] = maxillary_canals()
+    roof = ethmoid_roof(parameters)
+    for side, sign in _SIDES:
+        inside = one_side(orbit(parameters, side, skin()), sign)
+        # Beside the ethmoid the cells' own shell is the wall: no other bone there.
+        beside = smooth_min(0.0, lamina_papyracea(parameters, side) - u + 3.0, -19 - y)
         artery = one_side(ethmoidal_arteries(parameters, side), sign)
         hangs = parameters.has("hanging-artery", side)
-        canal_bone = Label.ETHMOID_SEPTUM if hangs else Label.FOVEA
-        found.append(Solid(artery, "bone", canal_bone, level_mm=0.3))
-        found.append(Solid(artery, "blood", Label.ETHMOIDAL_ARTERY))
+        # The concha ends at the skull base, beside the olfactory fossa.
+        height = smooth_max(1.0, 22.0 - z, z - roof + keros_depth(parameters))
+        bowed = u - middle_bow(parameters, side)
+        concha = smooth_max(0.0, abs(bowed - middle_lean(parameters, side)), height)
+        concha = smooth_max(0.0, concha, abs(y + 34.0) - 17.5)
+        shapes: Shapes = {
+            "labyrinth": one_side(ethmoid_block(parameters, side), sign),
+            "sphenoid": one_side(sphenoid(parameters, side), sign),
+            "orbital shell": smooth_max(0.0, inside, beside),
+            "orbit": inside,
+            "ethmoidal canal": None if hangs else artery,
+            "hanging canal": artery if hangs else None,
+            "ethmoidal artery": artery,
+            "middle concha": one_side(concha, sign),
+        }
+        name = side.name.lower()
+        found |= {f"{shape}, {name}": field for shape, field in shapes.items()}
     return found
 
 
-def _midface(parameters: PhantomParameters) -> list[Solid]:
+def _midface(parameters: PhantomParameters) -> Shapes:
     face = skin()
-    palate, alveolus = jaws.palate(face), jaws.alveolus(face)
-    teeth = jaws.upper_teeth(parameters)
-    zygoma = cheek.askew(SHAPES["zygoma"], parameters)
-    suture = cheek.askew(cheek.zygomatic_suture(), parameters)
     # Between the nose, the orbit and the frontal sinus there is little but bone.
     beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
     beak = smooth_max(2.0, beak, z - 58.0, -below_base(parameters) - 1.2)
@@ -254,30 +261,23 @@ def _midface(parameters: PhantomParameters) -> list[Solid]:
     pyramid = smooth_max(2.0, smooth_max(2.0, pyramid_rear - y, u - 16.0), z - 32.0)
     alar = extruded(((2.2, 10.0), (7.0, 8.0), (10.0, 1.0)))
     alar = smooth_max(0.5, alar, 7.0 - y)
-    return [
-        Solid(palate, "cancellous bone", Label.THICK_BONE, steepness=2.2),
-        Solid(palate, "bone", Label.THICK_BONE, 0.6, -0.6, 2.2),
-        Solid(alveolus, "cancellous bone", Label.THICK_BONE, steepness=2.2),
-        Solid(alveolus, "bone", Label.THICK_BONE, 0.5, -0.5, 2.2),
-        Solid(teeth, "bone", Label.TEETH, 0.0, 0.0),
-        Solid(teeth, "tooth", Label.TEETH, 0.0, -0.6),
-        Solid(teeth, "cartilage", Label.TEETH, 0.0, -3.6),
-        Solid(zygoma, "cancellous bone", Label.THICK_BONE),
-        Solid(zygoma, "bone", Label.THICK_BONE, 0.6, -0.6),
-        Solid(suture, "cartilage", Label.THICK_BONE),
-        Solid(lacrimal, "mucosa", Label.MUCOSA),
-        Solid(beak, "cancellous bone", Label.THICK_BONE, steepness=3.0),
-        Solid(SHAPES["frontal process"], "bone", Label.THICK_BONE),
-        Solid(pyramid, "skin", Label.SKIN, steepness=2.0),
-        Solid(alar, "cartilage", Label.SEPTAL_CARTILAGE, 0.0, 0.5, 1.2),
-        Solid(SHAPES["nasal bone"], "bone", Label.THICK_BONE),
-        Solid(slab, "mucosa", Label.MUCOSA),
-        Solid(cartilage, "cartilage", Label.SEPTAL_CARTILAGE, 0.9, 0.0, 2.2),
-        Solid(plate, "bone", Label.SEPTAL_BONE, 0.45, 0.0, 2.2),
-    ]
+    return {
+        "palate": jaws.palate(face),
+        "alveolus": jaws.alveolus(face),
+        "upper teeth": jaws.upper_teeth(parameters),
+        "zygoma": cheek.askew(SHAPES["zygoma"], parameters),
+        "zygomatic suture": cheek.askew(cheek.zygomatic_suture(), parameters),
+        "lacrimal region": lacrimal,
+        "nasofrontal beak": beak,
+        "nasal pyramid": pyramid,
+        "alar cartilage": alar,
+        "septal mucosa": slab,
+        "septal cartilage": cartilage,
+        "septal bone": plate,
+    }
 
 
-def _turbinates(parameters: PhantomParameters) -> list[Solid]:
+def _turbinates() -> Shapes:
     # The inferior concha's bone comes off the wall, arches, and curls under.
     scroll = extruded(
         ((13.6, 15.6), (11.6, 15.0), (9.6, 13.2), (8.6, 10.6), (9.0, 8.2), (10.2, 7.4)),
@@ -285,37 +285,16 @@ def _turbinates(parameters: PhantomParameters) -> list[Solid]:
         dz=-inferior_lift(),
     )
     scroll = smooth_max(0.0, scroll, smooth_max(0.0, abs(y + 27.5) - 20.5))
-    roof = ethmoid_roof(parameters)
-    found = [
-        Solid(Row.TORUS, "torus", Label.MUCOSA),
-        Solid(Row.INFERIOR, "inferior turbinate", Label.INFERIOR_TURBINATE),
-        Solid(scroll, "turbinate bone", Label.TURBINATE_BONE, 0.0, 0.28, 1.2),
-        Solid(Row.MIDDLE, "middle turbinate", Label.MIDDLE_TURBINATE),
-        Solid(Row.SUPERIOR, "superior turbinate", Label.SUPERIOR_TURBINATE),
-    ]
-    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
-        # It ends where it hangs from the skull base, beside the olfactory fossa.
-        height = smooth_max(1.0, 22.0 - z, z - roof + keros_depth(parameters))
-        bowed = u - middle_bow(parameters, side)
-        plate = smooth_max(0.0, abs(bowed - middle_lean(parameters, side)), height)
-        plate = smooth_max(0.0, plate, abs(y + 34.0) - 17.5)
-        found.append(
-            Solid(
-                one_side(plate, sign),
-                "turbinate bone",
-                Label.TURBINATE_BONE,
-                0.0,
-                0.2,
-                1.4,
-            )
-        )
     superior = smooth_max(0.0, abs(u - 5.3), smooth_max(0.5, 34.5 - z, abs(y + 46) - 6))
-    superior = smooth_max(0.0, superior, z - 45.0)
-    found.append(
-        Solid(superior, "turbinate bone", Label.TURBINATE_BONE, 0.0, 0.15, 1.2)
-    )
-    found.append(Solid(Row.POLYP, "polyp", Label.POLYP))
-    return found
+    return {
+        "torus": Row.TORUS,
+        "inferior turbinate": Row.INFERIOR,
+        "inferior concha": scroll,
+        "middle turbinate": Row.MIDDLE,
+        "superior turbinate": Row.SUPERIOR,
+        "superior concha": smooth_max(0.0, superior, z - 45.0),
+        "polyps": Row.POLYP,
+    }
 
 
 def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
@@ -335,49 +314,3 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
         ),
         (Row.BASE, skull_base(parameters) - z),
     ]
-
-
-def _skull(parameters: PhantomParameters) -> list[Solid]:
-    """List the solids of jaw, rear skull base and spine.
-
-    They close the head of a wide field of view; none reaches into the nose's own.
-    """
-    cerebellum, column = SHAPES["cerebellum"], SHAPES["spine"]
-    hind = smooth_min(6.0, cerebellum, SHAPES["brain stem"])
-    occiput = smooth_max(4.0, cerebellum - 6.0, z - 47.0)
-    jaw = cheek.askew(jaws.mandible(), parameters)
-    return [
-        Solid(column, "cancellous bone", Label.THICK_BONE),
-        Solid(column, "bone", Label.THICK_BONE, 0.5, -0.5),
-        Solid(occiput, "bone", Label.THICK_BONE),
-        Solid(SHAPES["petrous bone"], "bone", Label.THICK_BONE),
-        Solid(hind - 1.6, "csf", Label.CSF),
-        Solid(hind, "brain", Label.BRAIN),
-        Solid(jaw, "cancellous bone", Label.THICK_BONE),
-        Solid(jaw, "bone", Label.THICK_BONE, 0.7, -0.7),
-        Solid(jaws.lower_teeth(), "tooth", Label.TEETH),
-        Solid(SHAPES["rear zygomatic arch"], "bone", Label.THICK_BONE),
-    ]
-
-
-def _orbits(parameters: PhantomParameters) -> list[Solid]:
-    found = [Solid(lateral_wall(), "bone", Label.THICK_BONE, steepness=2.4)]
-    for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
-        inside = one_side(orbit(parameters, side, skin()), sign)
-        # Beside the ethmoid the cells' own shell is the wall: no other bone there.
-        beside = smooth_min(0.0, lamina_papyracea(parameters, side) - u + 3.0, -19 - y)
-        shell = smooth_max(0.0, inside, beside)
-        found.append(
-            Solid(shell, "bone", Label.THICK_BONE, level_mm=1.3, steepness=2.4)
-        )
-        found.append(Solid(inside, "fat", Label.FAT, steepness=2.4))
-    globe = SHAPES["globe"]
-    found += [
-        Solid(globe, "muscle", Label.GLOBE),
-        Solid(globe, "vitreous", Label.GLOBE, level_mm=-0.9),
-        Solid(SHAPES["lens"], "lens", Label.LENS),
-        Solid(SHAPES["eye muscles"], "muscle", Label.EXTRAOCULAR_MUSCLE),
-        Solid(SHAPES["optic nerve"], "csf", Label.OPTIC_NERVE),
-        Solid(SHAPES["optic nerve"], "optic nerve", Label.OPTIC_NERVE, level_mm=-0.7),
-    ]
-    return found
