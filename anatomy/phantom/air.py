@@ -1,7 +1,7 @@
 """The air of one head, at points or over a lattice."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from scipy import ndimage
 from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.kernels import fill_bricks as filling
-from anatomy.kernels.tables import POINT_ROWS, Grids, Sampling, Scratch
+from anatomy.kernels.tables import POINT_ROWS, Floats, Grids, Sampling, Scratch
 from anatomy.phantom.coverage import blur_mm
 from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model
@@ -139,21 +139,35 @@ def evaluate_lattice(
     return grids, Effort(*(int(n) for n in totals))
 
 
+def blocks_of(
+    model: Model, ras: NDArray[np.floating], far: float = np.inf
+) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
+    """Cut ``(n, 3)`` RAS points into blocks, with scratch for the kernels.
+
+    ras: mm of the unscaled head. Gives each block's place among the points, its points
+    ``(3, m)``, work, and marks that are `far`.
+    """
+    rows = POINT_ROWS + model.stack_depth
+    for start in range(0, len(ras), _CHUNK):
+        block = np.ascontiguousarray(ras[start : start + _CHUNK].T, dtype=np.float32)
+        n = block.shape[1]
+        work = np.zeros((rows, n), dtype=np.float32)
+        marks = np.full((model.mark_rows, n), far, dtype=np.float32)
+        yield slice(start, start + n), block, work, marks
+
+
 def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
     """Evaluate all that a voxel would know at ``(n, 3)`` LPS points.
 
     The result's arrays have shape ``(1, 1, n)``; blurred as voxels of no extent are.
     """
     scale = model.parameters.head_scale
-    flat = (lps_from_ras(points_mm) / scale).T.astype(np.float32)
-    n = flat.shape[1]
+    n = len(points_mm)
     grids = empty_grids((n,))
-    rows = POINT_ROWS + model.stack_depth
-    for start in range(0, n, _CHUNK):
-        stop = min(start + _CHUNK, n)
-        size = stop - start
+    for at, block, work, marks in blocks_of(model, lps_from_ras(points_mm) / scale):
+        size = block.shape[1]
         kernels.evaluate_block(
-            np.ascontiguousarray(flat[:, start:stop]),
+            block,
             size,
             size,
             np.ones(len(model.parts), dtype=np.bool_),
@@ -161,10 +175,10 @@ def evaluate_at_points(model: Model, points_mm: NDArray[np.float64]) -> Grids:
             np.float32(BAND_MM),
             np.float32(scale / model.parameters.edge_blur_mm),
             model.tables,
-            np.zeros((rows, size), dtype=np.float32),
-            np.empty((model.mark_rows, size), dtype=np.float32),
-            np.empty((model.mark_rows, size), dtype=np.float32),
-            Grids._make(grid[start:stop] for grid in grids),
+            work,
+            np.empty_like(marks),
+            marks,
+            Grids._make(grid[at] for grid in grids),
         )
     for grid in (grids.air, grids.gap):
         np.multiply(grid, np.float32(scale), out=grid)
@@ -181,17 +195,13 @@ def outside_at_points(
     scale = model.parameters.head_scale
     result = np.empty(len(points_mm), dtype=np.float32)
     begin, end = model.tables.common
-    for start in range(0, len(points_mm), _CHUNK):
-        chunk = lps_from_ras(np.asarray(points_mm[start : start + _CHUNK])) / scale
-        block = np.ascontiguousarray(chunk.T, dtype=np.float32)
-        n = block.shape[1]
-        work = np.zeros((POINT_ROWS + model.stack_depth, n), dtype=np.float32)
-        marks = np.full((model.mark_rows, n), kernels.FAR, dtype=np.float32)
-        unused = np.empty(n, dtype=np.float32)
+    ras = lps_from_ras(np.asarray(points_mm)) / scale
+    for at, block, work, marks in blocks_of(model, ras, float(kernels.FAR)):
+        unused = np.empty(block.shape[1], dtype=np.float32)
         kernels.evaluate_span(
             block, model.tables, np.float32(0), begin, end, work, marks, unused
         )
-        result[start : start + n] = marks[Row.FACE]
+        result[at] = marks[Row.FACE]
     return np.float32(scale) * result
 
 
@@ -199,21 +209,21 @@ def distance_at_points(
     model: Model, points_mm: NDArray[np.floating]
 ) -> NDArray[np.float64]:
     """Evaluate the model's air function at ``(..., 3)`` LPS points, without a grid."""
+    points = checked_points(points_mm)
+    scale = model.parameters.head_scale
+    ras = lps_from_ras(points.reshape(-1, 3)) / scale
+    result = np.empty(len(ras), dtype=np.float32)
+    for at, block, work, marks in blocks_of(model, ras):
+        kernels.evaluate_points(block, model.tables, work, marks, result[at])
+    return scale * result.reshape(points.shape[:-1]).astype(np.float64)
+
+
+def checked_points(points_mm: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return points as float64; UserError for another shape than ``(..., 3)``."""
     points = np.asarray(points_mm, dtype=np.float64)
     if points.shape[-1:] != (3,):
         raise UserError(f"points must have shape (..., 3), got {points.shape}")
-    scale = model.parameters.head_scale
-    flat = (lps_from_ras(points.reshape(-1, 3)) / scale).T.astype(np.float32)
-    result = np.empty(flat.shape[1], dtype=np.float32)
-    for start in range(0, flat.shape[1], _CHUNK):
-        block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
-        n = block.shape[1]
-        work = np.zeros((POINT_ROWS + model.stack_depth, n), dtype=np.float32)
-        marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
-        kernels.evaluate_points(
-            block, model.tables, work, marks, result[start : start + n]
-        )
-    return scale * result.reshape(points.shape[:-1]).astype(np.float64)
+    return points
 
 
 LARGEST_SLIVER_ML = 0.08

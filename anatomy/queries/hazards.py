@@ -1,5 +1,6 @@
 """Signed distances to the structures that must not be hurt."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -7,8 +8,7 @@ from numpy.typing import NDArray
 
 from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
-from anatomy.kernels.tables import POINT_ROWS
-from anatomy.phantom.air import distance_at_points
+from anatomy.phantom.air import blocks_of, checked_points, distance_at_points
 from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
@@ -20,10 +20,8 @@ from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Field, u, z
 from anatomy.phantom.vessels import ethmoidal_arteries
 from anatomy.tissue import Side
-from disk import UserError
 
 _STEP_MM = 0.25
-_CHUNK = 4096
 
 EXACT = frozenset(
     (
@@ -69,9 +67,7 @@ def hazard_distances(
     surfaces. Unevenness of the mucosa does not move them. Air is in none of them: there
     the distance is at least that to the air's boundary.
     """
-    points = np.asarray(points_mm, dtype=np.float64)
-    if points.shape[-1:] != (3,):
-        raise UserError(f"points must have shape (..., 3), got {points.shape}")
+    points = checked_points(points_mm)
     ras = lps_from_ras(points.reshape(-1, 3)) / parameters.head_scale
     # Where a structure and a sinus claim one place, the air has it, as in the volumes.
     depth = -distance_at_points(build_model(parameters), points)
@@ -124,15 +120,7 @@ def _compiled(
         name: (int(a), int(b))
         for name, (a, b) in zip(fields, program.spans, strict=True)
     }
-    made = Model(
-        parameters,
-        model.parts,
-        model.surroundings,
-        model.plates,
-        tables,
-        program.depth,
-        model.mark_rows,
-    )
+    made = replace(model, tables=tables, stack_depth=program.depth)
     return made, spans
 
 
@@ -144,14 +132,9 @@ def _evaluate(
     sign = np.float32(1.0 if side == Side.RIGHT else -1.0)
     if name in _ONE_FOR_BOTH:
         sign = np.float32(0.0)
-    flat = ras.T.astype(np.float32)
-    result = np.empty(flat.shape[1], dtype=np.float32)
-    for start in range(0, flat.shape[1], _CHUNK):
-        block = np.ascontiguousarray(flat[:, start : start + _CHUNK])
-        n = block.shape[1]
-        rows = POINT_ROWS + model.stack_depth
-        work = np.zeros((rows, n), dtype=np.float32)
-        marks = np.full((model.mark_rows, n), np.inf, dtype=np.float32)
-        out = result[start : start + n]
-        kernels.evaluate_span(block, model.tables, sign, begin, end, work, marks, out)
+    result = np.empty(len(ras), dtype=np.float32)
+    for at, block, work, marks in blocks_of(model, ras):
+        kernels.evaluate_span(
+            block, model.tables, sign, begin, end, work, marks, result[at]
+        )
     return result

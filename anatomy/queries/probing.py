@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.kernels.tables import Grids, Painted
+from anatomy.kernels.wall_rows import NONE
 from anatomy.phantom import air
 from anatomy.phantom.coverage import UNCINATE_MM, paint
 from anatomy.phantom.model import Model, build_model
@@ -15,10 +16,6 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.program import Row
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label
-from disk import UserError
-
-NONE = 255
-"""Of parts, structures and plates: there is none."""
 
 _NO_PLATE = "", math.nan
 _STEP_MM = 0.05
@@ -52,9 +49,7 @@ def tissue_at(
     Nothing depends on a grid: replay and checks of a volume ask here. Raise ValueError
     for points of another shape.
     """
-    points = np.asarray(points_mm, dtype=np.float64)
-    if points.shape[-1:] != (3,):
-        raise UserError(f"points must have shape (..., 3), got {points.shape}")
+    points = air.checked_points(points_mm)
     flat, shape = points.reshape(-1, 3), points.shape[:-1]
     model = _model(parameters)
     value, gradient = _first_order(model, flat)
@@ -98,9 +93,7 @@ def plate_at(
     is no plate. Nothing depends on a grid. Raise ValueError for points of another
     shape.
     """
-    points = np.asarray(points_mm, dtype=np.float64)
-    if points.shape[-1:] != (3,):
-        raise UserError(f"points must have shape (..., 3), got {points.shape}")
+    points = air.checked_points(points_mm)
     model = _model(parameters)
     grids = air.evaluate_at_points(model, points.reshape(-1, 3))
     plate, part, structure = (
