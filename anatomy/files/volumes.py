@@ -139,19 +139,14 @@ def save_volume(
     SimpleITK has no format for, or that needs a second file; OSError if the folder
     cannot be written to.
     """
-    sitk = simple_itk()
-
     target = Path(checked_name(path))
-    image = sitk.GetImageFromArray(volume.values)
-    image.SetSpacing([float(v) for v in volume.spacing_mm])
-    image.SetOrigin([float(v) for v in volume.origin_mm])
-    image.SetDirection([float(v) for v in volume.direction.ravel()])
+    image = as_image(volume)
     for key, value in (metadata or {}).items():
         image.SetMetaData(key, value)
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".part-") as folder:
         temporary = Path(folder) / target.name
         try:
-            sitk.WriteImage(image, str(temporary), useCompression=True)
+            simple_itk().WriteImage(image, str(temporary), useCompression=True)
         except RuntimeError as error:
             raise UserError(
                 f"{target} cannot be written as a volume: {_reason(error)}"
@@ -162,6 +157,15 @@ def save_volume(
                 ".nii.gz or .mha"
             )
         os.replace(temporary, target)
+
+
+def as_image(volume: Volume) -> Any:
+    """Return a volume as an image of SimpleITK, which carries no types."""
+    image = simple_itk().GetImageFromArray(volume.values)
+    image.SetSpacing(volume.spacing_mm.tolist())
+    image.SetOrigin(volume.origin_mm.tolist())
+    image.SetDirection(volume.direction.ravel().tolist())
+    return image
 
 
 def write_file(path: Path, content: bytes) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.files.nifti import opened
-from anatomy.files.volumes import load_layers
+from anatomy.files.volumes import as_image, load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
 from anatomy.scan.dicom_segments import is_segmentation, read_segments
@@ -183,17 +183,16 @@ def hazards_from_labels(labels: LabelMap, grid: Volume) -> HazardVolumes:
     their voxels, so it is off by up to half a voxel of the label map.
     """
     sitk = simple_itk()
-    image = sitk.GetImageFromArray(labels.volume.values)
-    image.SetSpacing(labels.volume.spacing_mm.tolist())
-    image.SetOrigin(labels.volume.origin_mm.tolist())
-    image.SetDirection(labels.volume.direction.ravel().tolist())
-    resample = sitk.ResampleImageFilter()
-    resample.SetSize(list(grid.shape[::-1]))
-    resample.SetOutputSpacing(grid.spacing_mm.tolist())
-    resample.SetOutputOrigin(grid.origin_mm.tolist())
-    resample.SetOutputDirection(grid.direction.ravel().tolist())
-    resample.SetInterpolator(sitk.sitkNearestNeighbor)
-    values = sitk.GetArrayFromImage(resample.Execute(image))
+    nearest = sitk.Resample(
+        as_image(labels.volume),
+        list(grid.shape[::-1]),
+        sitk.Transform(),
+        sitk.sitkNearestNeighbor,
+        grid.origin_mm.tolist(),
+        grid.spacing_mm.tolist(),
+        grid.direction.ravel().tolist(),
+    )
+    values = sitk.GetArrayFromImage(nearest)
     spacing = float(grid.spacing_mm[0])
     volumes = {}
     for name, held in labels.hazards().items():

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.files.volumes import read_volume
+from anatomy.files.volumes import as_image, read_volume
 from anatomy.scan.dicom import (
     choose_series,
     find_series,
@@ -381,18 +381,18 @@ def isotropic(
             f"{count[0]} x {count[1]} x {count[2]} voxels of {spacing_mm:g} mm need "
             f"{count.prod() * 20 / 2**30:.0f} GiB; take a larger spacing"
         )
-    image = sitk.GetImageFromArray(volume.values)
-    image.SetSpacing(volume.spacing_mm.tolist())
-    image.SetOrigin(volume.origin_mm.tolist())
-    image.SetDirection(volume.direction.ravel().tolist())
-    resample = sitk.ResampleImageFilter()
-    resample.SetSize(count.tolist())
-    resample.SetOutputSpacing([spacing_mm] * 3)
-    resample.SetOutputOrigin(low_mm.tolist())
-    resample.SetInterpolator(sitk.sitkLinear)
-    resample.SetDefaultPixelValue(AIR_HU)
-    resample.SetOutputPixelType(sitk.sitkFloat32)
-    values = sitk.GetArrayFromImage(resample.Execute(image))
+    sampled = sitk.Resample(
+        as_image(volume),
+        count.tolist(),
+        sitk.Transform(),
+        sitk.sitkLinear,
+        low_mm.tolist(),
+        [spacing_mm] * 3,
+        np.eye(3).ravel().tolist(),
+        AIR_HU,
+        sitk.sitkFloat32,
+    )
+    values = sitk.GetArrayFromImage(sampled)
     return Volume(values, np.full(3, spacing_mm), low_mm, background=AIR_HU)
 
 

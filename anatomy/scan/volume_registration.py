@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.files.volumes import as_image
 from anatomy.scan.scan import isotropic, patient_box
 from anatomy.tissue import SURFACE_HU
 from disk import UserError, simple_itk
@@ -126,17 +127,18 @@ def resampled(second: Volume, registration: VolumeRegistration, grid: Volume) ->
     transform = sitk.AffineTransform(3)
     transform.SetMatrix(second_from_first[:3, :3].ravel().tolist())
     transform.SetTranslation(second_from_first[:3, 3].tolist())
-    nz, ny, nx = grid.shape
-    resample = sitk.ResampleImageFilter()
-    resample.SetSize([nx, ny, nz])
-    resample.SetOutputSpacing(grid.spacing_mm.tolist())
-    resample.SetOutputOrigin(grid.origin_mm.tolist())
-    resample.SetOutputDirection(grid.direction.ravel().tolist())
-    resample.SetTransform(transform)
-    resample.SetInterpolator(sitk.sitkLinear)
-    resample.SetDefaultPixelValue(second.background)
-    resample.SetOutputPixelType(sitk.sitkFloat32)
-    values = sitk.GetArrayFromImage(resample.Execute(_as_image(second)))
+    sampled = sitk.Resample(
+        as_image(second),
+        list(grid.shape[::-1]),
+        transform,
+        sitk.sitkLinear,
+        grid.origin_mm.tolist(),
+        grid.spacing_mm.tolist(),
+        grid.direction.ravel().tolist(),
+        second.background,
+        sitk.sitkFloat32,
+    )
+    values = sitk.GetArrayFromImage(sampled)
     whole = np.clip(np.rint(values), -32768, 32767).astype(np.int16)
     return grid.with_values(whole, second.background)
 
@@ -146,15 +148,7 @@ def _image(volume: Volume) -> Image:
     low, high = patient_box(volume)
     coarse = isotropic(volume, WORKING_MM, low, high)
     values = np.clip(coarse.values, -1000.0, 1000.0)
-    return _as_image(coarse.with_values(values, coarse.background))
-
-
-def _as_image(volume: Volume) -> Image:
-    image = simple_itk().GetImageFromArray(volume.values)
-    image.SetSpacing(volume.spacing_mm.tolist())
-    image.SetOrigin(volume.origin_mm.tolist())
-    image.SetDirection(volume.direction.ravel().tolist())
-    return image
+    return as_image(coarse.with_values(values, coarse.background))
 
 
 def _optimized(
