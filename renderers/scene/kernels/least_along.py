@@ -55,7 +55,3 @@ def least_along(
             least = found
             where = n
     return where, least
-
-
-_COARSE = 16
-"""Every so many points are read first where that lets others be left out."""
