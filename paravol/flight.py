@@ -31,8 +31,6 @@ from paravol.inputs.hand import pointed_tool
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
-    CameraHead,
-    KeyboardRoll,
     PedalListener,
     PoseCompleter,
     pedal_record,
@@ -45,7 +43,7 @@ from paravol.inputs.pose_sources import (
     ReconnectingSource,
 )
 from paravol.inputs.reach import Reach, ReachedPoses
-from paravol.inputs.scope_rack import ScopeRack
+from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.keyframes import Keyframes, save_keyframes
 from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
@@ -241,9 +239,8 @@ class DeviceLostError(UserError):
 class Flight:
     """Fly once. `end`, `cancel` and what asks for a frame may be called by any thread.
 
-    roll: turns the light post by hand, camera_head the camera. scopes: those that may
-    be put in. hand: holds the instruments. recording: where
-    the flight is recorded.
+    scope: that is in hand. hand: holds the instruments. recording: where the flight is
+    recorded.
     head: as before anybody operated; None until it is there.
     picture: chooses the picture's size; None where it stays.
     path: of the scope, straight in where none was recorded; None until the head is
@@ -253,15 +250,15 @@ class Flight:
 
     def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
         self.order = order
-        self.roll = KeyboardRoll(order.input.completer)
         scope = order.scenario.scope
-        self.scopes = ScopeRack(self.roll, scope.angle_deg, scope.choices_deg)
-        self.camera_head = CameraHead(
-            self.scopes, scope.camera is CameraHold.WITH_POST, scope.camera_roll_deg
+        self.scope = ScopeInHand(
+            order.input.completer,
+            scope.angle_deg,
+            scope.choices_deg,
+            follows_post=scope.camera is CameraHold.WITH_POST,
+            camera_deg=scope.camera_roll_deg,
         )
-        self.hand = OperatingHand(
-            self.camera_head, scope.endoscope(), order.scenario.tools
-        )
+        self.hand = OperatingHand(self.scope, scope.endoscope(), order.scenario.tools)
         self.recording = Recording(order)
         self._keyframes = Keyframes()
         self.head: PatientScene | None = None

@@ -1,8 +1,7 @@
 """The channel beside the arm: it completes a pose with roll and the second tool."""
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -79,49 +78,6 @@ class HandChannel:
             pose.buttons,
             EMPTY_HAND,
         )
-
-
-@dataclass(slots=True)
-class KeyboardRoll:
-    """Turn the light post by hand, on top of what a channel says.
-
-    turn_deg may be changed at any time, from any thread.
-    """
-
-    completer: PoseCompleter
-    turn_deg: float = 0.0
-
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with the channel and the hand's turn."""
-        sample = self.completer.complete(pose)
-        return replace(sample, roll_deg=sample.roll_deg + self.turn_deg)
-
-
-@dataclass(slots=True)
-class CameraHead:
-    """Hold the camera head: upright, or clipped to the scope, and turned by hand.
-
-    follows_post: it goes along with the light post, as in a hand that turns both.
-    turn_deg: from upright; what the light post has turned since the first pose comes
-    on top of it then. It may be changed at any time, from any thread.
-    """
-
-    completer: PoseCompleter
-    follows_post: bool = False
-    turn_deg: float = 0.0
-    _post_deg: float | None = None
-
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with the channel and the camera head's turn, -180 to 180."""
-        sample = self.completer.complete(pose)
-        turn_deg = sample.camera_roll_deg + self.turn_deg
-        if self.follows_post:
-            if self._post_deg is None:
-                self._post_deg = sample.roll_deg
-            turn_deg += sample.roll_deg - self._post_deg
-        if not -180.0 <= turn_deg <= 180.0:
-            turn_deg = math.remainder(turn_deg, 360.0)
-        return replace(sample, camera_roll_deg=turn_deg)
 
 
 @dataclass(slots=True)

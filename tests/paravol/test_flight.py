@@ -526,7 +526,7 @@ class Exchanging(Kept):
     def on_frame(self, event: FrameEvent) -> None:
         super().on_frame(event)
         assert self.flight is not None
-        self.flight.scopes.choose(30.0)
+        self.flight.scope.choose(30.0)
 
 
 @pytest.mark.parametrize("is_removed", [False, True])

@@ -196,12 +196,12 @@ def act():
             wait(8)
             flight.hand.swap()
             flight.hand.undo()
-            flight.scopes.step(1)
+            flight.scope.step(1)
             flight.hand.wash()
         flight.end()
     for edge in (384, 512, 640):
         flight.picture.want(edge)
-        flight.camera_head.turn_deg += 20.0
+        flight.scope.camera_deg += 20.0
         wait(20)
 
 

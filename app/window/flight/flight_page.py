@@ -145,7 +145,7 @@ class FlightPage(Page):
         self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
         self._actions = FlightActions(
             self,
-            ScopeKeys(self._flight.scopes, self, told),
+            ScopeKeys(self._flight.scope, self, told),
             self._tools,
             self._sound,
             is_steered=controls is not None,
@@ -298,13 +298,13 @@ class FlightPage(Page):
                 self.full_screen_wanted.emit()
             # that get here where no hand at this keyboard tilts the scope
             case Act.TURN_LEFT | Act.TILT_LEFT | Act.TILT_DOWN:
-                self._flight.roll.turn_deg -= ROLL_STEP_DEG
+                self._flight.scope.post_deg -= ROLL_STEP_DEG
             case Act.TURN_RIGHT | Act.TILT_RIGHT | Act.TILT_UP:
-                self._flight.roll.turn_deg += ROLL_STEP_DEG
+                self._flight.scope.post_deg += ROLL_STEP_DEG
             case Act.HEAD_LEFT:
-                self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
+                self._flight.scope.camera_deg -= ROLL_STEP_DEG
             case Act.HEAD_RIGHT:
-                self._flight.camera_head.turn_deg += ROLL_STEP_DEG
+                self._flight.scope.camera_deg += ROLL_STEP_DEG
             case Act.SCOPE_OUT:
                 self._order.input.go_out()
             case Act.IMAGING:

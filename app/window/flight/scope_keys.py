@@ -9,14 +9,14 @@ from PySide6.QtWidgets import QWidget
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.texts import tr
-from paravol.inputs.scope_rack import ScopeRack
+from paravol.inputs.scope_in_hand import ScopeInHand
 
 
 class ScopeKeys(QObject):
     """Pass a window's keys on to the scopes that lie ready."""
 
     def __init__(
-        self, scopes: ScopeRack, window: QWidget, notify: Callable[[str, str], None]
+        self, scopes: ScopeInHand, window: QWidget, notify: Callable[[str, str], None]
     ) -> None:
         """Listen to the window; notify: says a line and what it means."""
         super().__init__(window)

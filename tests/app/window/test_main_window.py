@@ -79,7 +79,7 @@ for key, degrees in (
     (Key.Key_Right, 5), (Key.Key_Up, 10), (Key.Key_Left, 5), (Key.Key_Down, 0)
 ):
     QTest.keyClick(page, key)
-    assert flight.flight.roll.turn_deg == degrees, (key, flight.flight.roll.turn_deg)
+    assert flight.flight.scope.post_deg == degrees, (key, flight.flight.scope.post_deg)
 before = window.geometry()
 for leave in (Key.Key_F, Key.Key_Escape):
     QTest.keyClick(page, Key.Key_F)

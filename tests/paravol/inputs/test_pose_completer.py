@@ -4,9 +4,7 @@ from devices import Pose, ProbePath
 from devices.controls.pedals import Button, ButtonEvent
 from paravol.inputs.pose_completer import (
     PATH_PEDAL,
-    CameraHead,
     HandChannel,
-    KeyboardRoll,
     PathChannel,
     PedalListener,
     pedal_record,
@@ -63,32 +61,6 @@ def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
     assert channel.complete(pose(0.1, 0)).roll_deg == -15.0
     channel.roll = SetRoll()
     assert channel.complete(pose(0.2, 0)).roll_deg == -15.0
-
-
-def test_the_keyboard_turns_on_top_of_the_channel() -> None:
-    roll = KeyboardRoll(HandChannel(SetRoll(30.0)))
-    assert roll.complete(pose(0.0, 0)).roll_deg == 30.0
-    roll.turn_deg -= 5.0
-    assert roll.complete(pose(0.1, 0)).roll_deg == 25.0
-
-
-def test_a_camera_head_is_upright_until_it_is_turned() -> None:
-    head = CameraHead(HandChannel(SetRoll(30.0)))
-    assert head.complete(pose(0.0, 0)).camera_roll_deg == 0.0
-    head.turn_deg -= 5.0
-    sample = head.complete(pose(0.1, 0))
-    assert (sample.camera_roll_deg, sample.roll_deg) == (-5.0, 30.0)
-
-
-def test_a_clipped_camera_head_goes_along_with_the_light_post() -> None:
-    post = SetRoll(30.0)
-    head = CameraHead(HandChannel(post), follows_post=True, turn_deg=25.0)
-    assert head.complete(pose(0.0, 0)).camera_roll_deg == 25.0
-    head.completer = HandChannel(SetRoll(120.0))
-    assert head.complete(pose(0.1, 0)).camera_roll_deg == 115.0
-    head.turn_deg += 90.0
-    # no more than half a turn either way
-    assert head.complete(pose(0.2, 0)).camera_roll_deg == -155.0
 
 
 def test_pedals_are_told_with_their_sample_and_samples_pass_unchanged() -> None:
