@@ -11,7 +11,7 @@ from anatomy.presets import bone_transfer_function, classic_transfer_function
 from anatomy.queries.hazards import hazard_distances
 from anatomy.queries.landmarks import Landmark
 from anatomy.queries.lund_mackay import lund_mackay
-from anatomy.queries.probing import PlateSample, TissueSample, plate_at, tissue_at
+from anatomy.queries.probing import PlateSample, plate_at
 from anatomy.wall_layers import Layer, LayerSample, WallKind, WallLayers, layer_at
 
 __all__ = [
@@ -23,7 +23,6 @@ __all__ = [
     "Phantom",
     "PhantomParameters",
     "PlateSample",
-    "TissueSample",
     "WallKind",
     "WallLayers",
     "bone_transfer_function",
@@ -37,6 +36,5 @@ __all__ = [
     "magnetic_resonance",
     "plate_at",
     "sinus_phantom",
-    "tissue_at",
     "with_variants",
 ]

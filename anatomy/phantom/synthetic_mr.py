@@ -16,14 +16,12 @@ BIAS = 0.15
 """Largest deviation of the coil's sensitivity from its mean."""
 
 
-def magnetic_resonance(
-    phantom: Phantom, noise: float = 0.02, contrast_agent: bool = False
-) -> tuple[Volume, Volume]:
+def magnetic_resonance(phantom: Phantom, noise: float = 0.02) -> tuple[Volume, Volume]:
     """Make T1 and T2 weighted volumes, float32 in 0 to about 1.
 
     Spin-echo weights of the labels, with bone by its cover; blurred to 0.9 mm, with a
-    smooth bias field and Rician noise of standard deviation `noise`. contrast_agent:
-    mucosa then enhances 1.8 times on T1. Flowing blood and bone are dark.
+    smooth bias field and Rician noise of standard deviation `noise`. Flowing
+    blood and bone are dark.
     """
     if not 0.0 <= noise <= 0.5:
         raise UserError(f"the MR noise must lie in [0, 0.5], got {noise}")
@@ -35,10 +33,6 @@ def magnetic_resonance(
         table = np.zeros(256, dtype=np.float32)
         for label, tissue in TISSUE_OF.items():
             table[label] = getattr(tissue, name)
-        if contrast_agent and name == "t1":
-            for label, tissue in TISSUE_OF.items():
-                if tissue.blood_fraction >= 0.1 and tissue.blood_fraction < 1:
-                    table[label] *= 1.8
         signal = table[labels]
         # A thin wall takes its share of a voxel that it does not name.
         share = cover.astype(np.float32) / 255
