@@ -28,13 +28,11 @@ from anatomy.files.segments import segment_fields
 from anatomy.files.volumes import load_volume, save_volume, write_file
 from anatomy.hazard_volumes import FARTHEST_MM as HAZARD_MM
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
-from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import Opacity, PhantomParameters
-from anatomy.phantom.phantom import Phantom
+from anatomy.phantom.phantom import Phantom, head_skin
 from anatomy.phantom.synthetic_mr import magnetic_resonance
-from anatomy.queries.drainage import trapped_sinuses
 from anatomy.queries.landmarks import Landmark
-from anatomy.queries.lund_mackay import lund_mackay
+from anatomy.queries.lund_mackay import lund_mackay, trapped_sinuses
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.histogram import find_peaks, transfer_of

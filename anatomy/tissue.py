@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 
 
 class Label(IntEnum):

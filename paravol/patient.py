@@ -17,8 +17,8 @@ from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.phantom.findings import with_findings
-from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import Opacity
+from anatomy.phantom.phantom import head_skin
 from anatomy.phantom.variants import with_variants
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 
 Doubles = NDArray[np.float64]
 

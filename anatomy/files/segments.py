@@ -3,7 +3,7 @@
 import colorsys
 from collections.abc import Mapping
 
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 
 Code = tuple[str, str]
 """Value and meaning in SNOMED CT."""

@@ -13,9 +13,11 @@ from anatomy.phantom.shapes import (
     Chain,
     Field,
     Point,
+    Signed,
     Table,
     U,
     Unevenness,
+    Warp,
     Y,
     Z,
     depth_table,
@@ -27,7 +29,6 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.vessels import ethmoidal_arteries
-from anatomy.phantom.warp import Signed, Warp
 from anatomy.tissue import Side
 
 BULLA = middle_of("bulla outlet")

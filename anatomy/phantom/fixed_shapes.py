@@ -3,7 +3,7 @@
 import msgspec
 
 from anatomy.phantom.shapes import Chain, Ellipsoid, Field, Point, smooth_min
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 
 Rows = tuple[tuple[float, ...], ...]
 """Places of a chain with their radii, or an ellipsoid's middle and half axes."""

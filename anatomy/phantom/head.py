@@ -13,13 +13,13 @@ from anatomy.phantom.shapes import (
     U,
     depth_table,
     height_table,
+    shifted,
     smooth_max,
     smooth_min,
     u,
     y,
     z,
 )
-from anatomy.phantom.warp import shifted
 
 NECK_END_MM = -118.0
 """Height at which the neck is cut off."""

@@ -18,6 +18,7 @@ from anatomy.phantom.shapes import (
     Table,
     U,
     Unevenness,
+    bump,
     depth_table,
     height_table,
     smooth_max,
@@ -28,7 +29,6 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.phantom.sphenoid import sphenoid_face
 from anatomy.phantom.turbinates import turbinates
-from anatomy.phantom.warp import bump
 from anatomy.tissue import Side
 
 SPUR_MM = 2.6

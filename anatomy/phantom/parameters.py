@@ -5,7 +5,7 @@ from typing import Literal
 
 import msgspec
 
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 from anatomy.tissue import Side
 from disk import UserError
 

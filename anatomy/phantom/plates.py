@@ -28,13 +28,13 @@ from anatomy.phantom.shapes import (
     Table,
     U,
     depth_table,
+    one_side,
     smooth_max,
     smooth_min,
     u,
     y,
     z,
 )
-from anatomy.phantom.warp import one_side
 from anatomy.tissue import Label, Side
 
 FOVEA_MM = FOVEA_BONE_MM

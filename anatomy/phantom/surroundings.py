@@ -9,7 +9,7 @@ from functools import partial
 
 import msgspec
 
-from anatomy.phantom import cheek, jaws, plates
+from anatomy.phantom import lower_face, plates
 from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import (
     ethmoid_block,
@@ -19,19 +19,25 @@ from anatomy.phantom.ethmoid import (
 )
 from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import head_outside
-from anatomy.phantom.orbit import lateral_wall, orbit
+from anatomy.phantom.orbit import lateral_plane, lateral_wall, orbit
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import below_base, skull_base
 from anatomy.phantom.program import Row
 from anatomy.phantom.shapes import (
     Affine,
+    Chain,
+    Ellipsoid,
     Field,
     Mark,
     Recall,
     Table,
     U,
+    Warp,
+    as_field,
     depth_table,
+    extruded,
     height_table,
+    one_side,
     smooth_max,
     smooth_min,
     u,
@@ -39,11 +45,9 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.sphenoid import sphenoid
-from anatomy.phantom.sphenoid_bone import corpus, dorsum, pterygoid, temporal_lobe
 from anatomy.phantom.turbinates import inferior_lift, middle_bow, middle_lean
 from anatomy.phantom.vessels import ethmoidal_arteries, maxillary_canals
-from anatomy.phantom.warp import extruded, one_side
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 from anatomy.tissue import TISSUES, Label, Side
 
 _GRAIN_HU = {"cancellous bone": 130.0, "bone": 45.0}
@@ -147,7 +151,7 @@ def _painted(rows: _Painted, shapes: Shapes) -> list[Solid]:
 
 def _head(parameters: PhantomParameters) -> Shapes:
     face = skin()
-    askew = partial(cheek.askew, parameters=parameters)
+    askew = partial(lower_face.askew, parameters=parameters)
     base = below_base(parameters)
     # The vault's bone is thick over the orbits and thin over the ethmoid.
     thick = Table(U, (4, 12, 22), (0.35, 0.5, 2.0), 2.0)
@@ -173,10 +177,10 @@ def _head(parameters: PhantomParameters) -> Shapes:
     return {
         "everywhere": Affine(-50.0),
         "uncinate ledge": Row.UNCINATE,
-        "fat": cheek.fat(face),
-        "facial sheet": cheek.facial_sheet(face),
+        "fat": lower_face.fat(face),
+        "facial sheet": lower_face.facial_sheet(face),
         "parotid": askew(SHAPES["parotid"]),
-        "chewing muscles": askew(cheek.muscles()),
+        "chewing muscles": askew(lower_face.muscles()),
         "skin": face,
         "behind roof": plates.behind_roof(parameters),
         "vault": vault,
@@ -203,8 +207,8 @@ def _skull(parameters: PhantomParameters) -> Shapes:
         "occiput": smooth_max(4.0, cerebellum - 6.0, z - 47.0),
         "hindbrain fluid": hind - 1.6,
         "hindbrain": hind,
-        "lower jaw": cheek.askew(jaws.mandible(), parameters),
-        "lower teeth": jaws.lower_teeth(),
+        "lower jaw": lower_face.askew(lower_face.mandible(), parameters),
+        "lower teeth": lower_face.lower_teeth(),
     }
 
 
@@ -262,11 +266,11 @@ def _midface(parameters: PhantomParameters) -> Shapes:
     alar = extruded(((2.2, 10.0), (7.0, 8.0), (10.0, 1.0)))
     alar = smooth_max(0.5, alar, 7.0 - y)
     return {
-        "palate": jaws.palate(face),
-        "alveolus": jaws.alveolus(face),
-        "upper teeth": jaws.upper_teeth(parameters),
-        "zygoma": cheek.askew(SHAPES["zygoma"], parameters),
-        "zygomatic suture": cheek.askew(cheek.zygomatic_suture(), parameters),
+        "palate": lower_face.palate(face),
+        "alveolus": lower_face.alveolus(face),
+        "upper teeth": lower_face.upper_teeth(parameters),
+        "zygoma": lower_face.askew(SHAPES["zygoma"], parameters),
+        "zygomatic suture": lower_face.askew(lower_face.zygomatic_suture(), parameters),
         "lacrimal region": lacrimal,
         "nasofrontal beak": beak,
         "nasal pyramid": pyramid,
@@ -314,3 +318,44 @@ def common_marks(parameters: PhantomParameters) -> list[tuple[Row, Field]]:
         ),
         (Row.BASE, skull_base(parameters) - z),
     ]
+
+
+def corpus(parameters: PhantomParameters) -> Field:
+    """Build the body from the sinus's face to the clivus, under planum and sella."""
+    half: Field = depth_table([56, 61, 68, 78, 92], [13.2, 15.2, 14.0, 13.4, 15.0], 3.0)
+    half = half + height_table([16, 24, 32, 40], [-5.0, -0.5, 0.0, 0.5], 4.0)
+    floor = depth_table([55, 66, 78, 95], [21.0, 18.6, 15.0, 6.0], 4.0)
+    body = smooth_max(5.0, u - half, floor - z)
+    body = smooth_max(4.0, body, smooth_max(4.0, y + 56.0, -95.0 - y))
+    return smooth_max(1.5, body, -below_base(parameters))
+
+
+def dorsum() -> Field:
+    """Build the sella's rear wall with the posterior clinoid processes."""
+    top = Table(U, (0, 5, 7.5, 10), (45.2, 45.8, 46.6, 38.0), 1.5)
+    thick = height_table([38, 47], [4.0, 1.2], 2.0)
+    slab = smooth_max(1.0, abs(y + 81.2) - thick, z - top)
+    return smooth_max(1.5, slab, smooth_max(1.0, 36.0 - z, u - 9.0))
+
+
+def pterygoid() -> Field:
+    """Build the pterygoid process: its root and its two plates.
+
+    The medial plate goes on behind the nose's side wall, the lateral one flares.
+    """
+    low = smooth_max(1.0, -6.0 - z, z - 24.0)
+    flat = as_field(0.0)
+    bow = height_table([-6, 6, 16, 24], [-0.5, 0.5, 0.3, -0.3], 4.0)
+    flare = height_table([-6, 4, 14, 24], [-3.0, 0.2, 0.9, 0.0], 4.0)
+    medial = Warp(bow, flat, -z, Chain(((14.4, -55, 0), (14.9, -63, 0)), (0.6, 0.4)))
+    lateral = Warp(flare, flat, -z, Chain(((16.5, -55, 0), (21.5, -65, 0)), (0.7, 0.4)))
+    plates = smooth_max(2.0, smooth_min(0.6, medial, lateral), low)
+    return smooth_min(1.0, SHAPES["pterygoid root"], plates)
+
+
+def temporal_lobe() -> Field:
+    """Build the lobe in the middle fossa, its pole behind the orbit."""
+    pole = smooth_max(
+        5.0, Ellipsoid((36, -81, 42), (17.5, 34, 19)), 6.0 - lateral_plane()
+    )
+    return smooth_min(6.0, pole, Ellipsoid((41, -86, 42), (20, 25, 21)))

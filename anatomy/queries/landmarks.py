@@ -12,7 +12,7 @@ from anatomy.phantom.fixed_shapes import middle_of
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.sinuses import accessory_place
 from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 from anatomy.tissue import Side
 
 

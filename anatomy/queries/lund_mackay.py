@@ -1,9 +1,11 @@
-"""The Lund-Mackay score, recounted from a label map."""
+"""Disease as the volumes show it: Lund-Mackay scores, and what cannot drain."""
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
+from anatomy.phantom.air import LARGEST_SLIVER_ML
 from anatomy.phantom.findings import is_healthy
 from anatomy.phantom.fixed_shapes import course
 from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
@@ -16,12 +18,10 @@ CLEAR_BELOW, FULL_ABOVE = 0.02, 0.98
 """Opaque shares of a sinus at which its score changes."""
 
 _AIR = {
-    "maxillary": Label.MAXILLARY_AIR,
-    "anterior_ethmoid": Label.ANTERIOR_ETHMOID_AIR,
-    "posterior_ethmoid": Label.POSTERIOR_ETHMOID_AIR,
-    "sphenoid": Label.SPHENOID_AIR,
-    "frontal": Label.FRONTAL_AIR,
+    **{sinus: Label[f"{sinus.upper()}_AIR"] for sinus in SINUSES},
+    "variant_cell": Label.VARIANT_CELL_AIR,
 }
+"""The label of each sinus's air."""
 
 
 def healthy(parameters: PhantomParameters) -> PhantomParameters:
@@ -89,3 +89,31 @@ def _field(
     high = low + phantom.ct.spacing_mm * (np.array(phantom.ct.shape[::-1]) - 1)
     x, y, z = ((float(a), float(b)) for a, b in zip(low, high, strict=True))
     return x, y, z
+
+
+def trapped_sinuses(phantom: Phantom) -> tuple[str, ...]:
+    """Name sinuses that hold air without a way to the nose, such as ``frontal, left``.
+
+    Their ostium is blocked, or they drain into a neighbour that disease has filled.
+    Pockets below `LARGEST_SLIVER_ML` and air that reaches the volume's border do not
+    count.
+    """
+    pieces, count = ndimage.label(phantom.distance.values < 0)
+    if count <= 1:
+        return ()
+    sizes = np.bincount(pieces.ravel(), minlength=count + 1)
+    sizes[0] = 0
+    is_shut = sizes >= LARGEST_SLIVER_ML * 1000 / phantom.spacing_mm**3
+    is_shut[np.argmax(sizes)] = False
+    for axis in range(3):
+        is_shut[np.unique(np.take(pieces, [0, -1], axis=axis))] = False
+    if not is_shut.any():
+        return ()
+    shut = is_shut[pieces]
+    labels, sides = phantom.labels.values[shut], phantom.sides.values[shut]
+    return tuple(
+        f"{name.replace('_', ' ')}, {side.name.lower()}"
+        for name, label in _AIR.items()
+        for side in (Side.RIGHT, Side.LEFT)
+        if np.any((labels == label) & (sides == side))
+    )

@@ -4,7 +4,7 @@ import re
 
 import msgspec
 
-from anatomy.tables import read_table
+from anatomy.table_file import read_table
 
 
 class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

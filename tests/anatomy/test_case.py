@@ -6,9 +6,8 @@ import pytest
 
 from anatomy.case import read_case, write_case
 from anatomy.files.volumes import load_volume, save_volume
-from anatomy.phantom.head_skin import head_skin
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.phantom import Phantom, build_phantom, head_skin
 from anatomy.phantom.synthetic_mr import magnetic_resonance
 from anatomy.redistance import DEEPEST_MM
 from anatomy.scan.histogram import find_peaks, transfer_of

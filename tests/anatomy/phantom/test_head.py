@@ -16,8 +16,8 @@ from anatomy.phantom.head import (
     head_outside,
     outside,
 )
-from anatomy.phantom.jaws import mandible
 from anatomy.phantom.lattice import DEFAULT_FIELD_MM, Box
+from anatomy.phantom.lower_face import mandible
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.shapes import Field

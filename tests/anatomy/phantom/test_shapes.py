@@ -14,9 +14,14 @@ from anatomy.phantom.shapes import (
     Ellipsoid,
     Field,
     FlatTube,
+    Signed,
     Table,
+    Warp,
+    bump,
     depth_table,
+    extruded,
     height_table,
+    one_side,
     smooth_max,
     smooth_min,
     u,
@@ -25,7 +30,7 @@ from anatomy.phantom.shapes import (
 )
 
 RNG = np.random.default_rng(5)
-POINTS = RNG.uniform(-15, 15, (3, 700))
+POINTS = RNG.uniform(-15, 15, (4, 700))
 
 Runner = Callable[..., Array]
 """The fixture `run`: a field, points, and points to a layer if they have layers."""
@@ -47,13 +52,21 @@ FIELDS: dict[str, Field] = {
         0.5,
         0.8,
     ),
+    "warp": Warp(y * 0.2, Affine(1.0), u * 0.1, Chain(((0, 0, 0), (3, 4, 5)), (1, 2))),
+    "between": smooth_min(1.0, u, Warp(y, u, Affine(0.0), y), y),
+    "extruded": extruded(((0, 0), (3, 4), (6, 4)), y * 0.1, 1.0),
+    "signed": Signed(),
+    "one side": one_side(u - 3.0, -1.0),
+    "bump": bump((-6, 0, 6), (-5, 0, 5)),
 }
 
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_the_compiled_program_means_what_the_tree_means(name: str, run: Runner) -> None:
     field = FIELDS[name]
-    exact = field.evaluate(POINTS.astype(np.float32).astype(np.float64))
+    # the row of signed distances is for what asks for the side
+    points = POINTS if name in ("signed", "one side") else POINTS[:3]
+    exact = field.evaluate(points.astype(np.float32).astype(np.float64))
     assert np.abs(run(field, POINTS) - exact).max() < 1e-4
 
 
@@ -75,7 +88,7 @@ def test_points_in_layers_have_the_bits_of_points_alone(
 ) -> None:
     axes = (np.linspace(-7, 8, count) for count in shape)
     high, back, side = np.meshgrid(*axes, indexing="ij")
-    points = np.stack([side.ravel(), back.ravel(), high.ravel()])
+    points = np.stack([side.ravel(), back.ravel(), high.ravel(), side.ravel()])
     layered = run(FIELDS[name], points, shape[1] * shape[2])
     assert np.array_equal(layered, run(FIELDS[name], points))
 
@@ -153,3 +166,16 @@ def test_affine_arithmetic_folds_into_one_instruction() -> None:
 def test_a_table_with_unordered_knots_is_refused() -> None:
     with pytest.raises(ValueError, match="increasing knots"):
         Table(1, (0, 0), (1, 2))
+
+
+def test_a_drawn_out_line_has_the_distance_in_its_plane() -> None:
+    points = np.array([[3.0], [77.0], [4.0], [0.0]])
+    sheet = extruded(((0.0, 0.0), (0.0, 8.0)))
+    assert sheet.evaluate(points)[0] == pytest.approx(3.0)
+
+
+def test_one_side_keeps_the_field_there_and_nothing_elsewhere() -> None:
+    points = np.array([[5.0, 5.0], [0, 0], [0, 0], [5.0, -5.0]])
+    right = one_side(u - 8.0, 1.0).evaluate(points)
+    assert right[0] == pytest.approx(-3.0)
+    assert right[1] == pytest.approx(5.0)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from anatomy.scan.bare_bone import bare_bone
-from anatomy.scan.imported import BARE, import_head
+from anatomy.scan.imported import BARE, bare_bone, import_head
 from anatomy.scan.scan import Modality, Scan
 from anatomy.tissue import TISSUES, encode_blood
 from renderers.scene.volume import Volume
