@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from anatomy.files.text_header import TextHeader
 from disk import UserError
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
-
-MOST_HEADER_BYTES = 65_536
 
 SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 """The reader turns RAS and LAS into the first one; other names place nobody."""
@@ -50,18 +49,20 @@ class Claims:
     kind: str
 
 
-def check_header(reader: Any, path: Path, kind: str, most_layers: int = 1) -> None:
+def check_header(
+    reader: Any, header: TextHeader, kind: str, most_layers: int = 1
+) -> None:
     """Refuse a file whose header has been read but not its values.
 
     reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. most_layers:
     values that a voxel may have. Raises
     ValueError, in one sentence that names the file and what is wrong with it.
     """
-    parts, name = reader.GetNumberOfComponents(), str(path)
+    parts, name = reader.GetNumberOfComponents(), str(header.path)
     kind = kind.removeprefix("vector of ")
     claims = Claims(name, reader.GetSize(), parts, _BYTES.get(kind, 0), kind)
     check_claims(claims, reader.GetSpacing(), most_layers)
-    _check_frame(reader, name, parts > 1)
+    _check_frame(reader, header, parts > 1)
 
 
 def check_claims(claims: Claims, spacing: tuple[float, ...], most_layers: int) -> None:
@@ -117,9 +118,9 @@ def _is_alone(name: str) -> bool:
     return not (is_paired(name) or name.lower().endswith((".nhdr", ".mhd")))
 
 
-def _check_frame(reader: Any, name: str, has_layers: bool) -> None:
+def _check_frame(reader: Any, header: TextHeader, has_layers: bool) -> None:
     """Refuse what does not tell left from right; layers are an axis of their own."""
-    keys = set(reader.GetMetaDataKeys())
+    keys, name = set(reader.GetMetaDataKeys()), str(header.path)
     if name.lower().endswith((".nrrd", ".nhdr")):
         space = reader.GetMetaData("NRRD_space") if "NRRD_space" in keys else "none"
         if space not in SPACES:
@@ -128,19 +129,10 @@ def _check_frame(reader: Any, name: str, has_layers: bool) -> None:
                 f"{space!r}), so left and right are unknown; save it with the space "
                 "left-posterior-superior"
             )
-        if not has_layers and _has_loose_axis(name):
+        # the reader invents a direction for an axis that has none
+        axes = header.fields.get("space directions", "").lower()
+        if not has_layers and ("none" in axes or "nan" in axes):
             raise UserError(
                 f"{name} has an axis that is none of the patient's; save the one 3-D "
                 "volume that is wanted"
             )
-
-
-def _has_loose_axis(name: str) -> bool:
-    """Return whether an NRRD gives an axis no direction, which the reader invents."""
-    with open(name, "rb") as file:
-        header = file.read(MOST_HEADER_BYTES).partition(b"\n\n")[0]
-    for line in header.lower().splitlines():
-        field, _, value = line.partition(b":")
-        if field.strip() == b"space directions":
-            return b"none" in value or b"nan" in value
-    return False

@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from anatomy.files.data_files import check_data_files
 from anatomy.files.nifti import is_nifti, read_nifti
-from anatomy.files.text_header import readable_copy, units_mm
+from anatomy.files.text_header import (
+    TextHeader,
+    check_beside,
+    check_data_files,
+    readable_copy,
+    units_mm,
+)
 from anatomy.files.volume_frame import check_square, squared
 from anatomy.files.volume_header import check_header
 from disk import UserError, foreign_file, simple_itk, whole_file
@@ -60,14 +65,18 @@ def _load(
     checked_name(path)
     if not path.is_file():
         raise UserError(f"there is no volume file {path}")
-    check_data_files(path)
     if is_nifti(path):
+        if path.suffix.lower() in (".hdr", ".img"):
+            for partner in (".hdr", ".img"):
+                check_beside(path, path.with_suffix(partner).name)
         found = read_nifti(path, most_layers)
         layers, frame, notes = found.layers, found.frame, found.notes
     else:
-        factors, notes = units_mm(path)
-        with readable_copy(path) as readable:
-            layers, frame = _read_with_itk(path, readable, most_layers)
+        header = TextHeader.read(path)
+        check_data_files(header)
+        factors, notes = units_mm(header)
+        with readable_copy(header) as readable:
+            layers, frame = _read_with_itk(header, readable, most_layers)
         frame = factors[:, None] * frame
     # labels are not mixed
     grid = squared(path.name, layers, frame, 1 if most_layers == 1 else 0)
@@ -81,14 +90,14 @@ def _load(
 
 
 def _read_with_itk(
-    path: Path, readable: Path, most_layers: int
+    header: TextHeader, readable: Path, most_layers: int
 ) -> tuple[list[NDArray[Any]], NDArray[np.float64]]:
     """Return the layers ``(nz, ny, nx)`` of a file, and its frame ``(3, 4)``.
 
     readable: what is read in its place.
     """
     sitk = simple_itk()
-    name = str(path)
+    path, name = header.path, str(header.path)
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(readable))
     try:
@@ -99,7 +108,7 @@ def _read_with_itk(
             f"{name} cannot be read as a volume: {_reason(error)}"
         ) from error
     pixel_type = sitk.GetPixelIDValueAsString(reader.GetPixelID())
-    check_header(reader, path, pixel_type, most_layers)
+    check_header(reader, header, pixel_type, most_layers)
     axes = np.array(reader.GetDirection(), np.float64).reshape(3, 3)
     frame = np.column_stack([axes * reader.GetSpacing(), reader.GetOrigin()])
     check_square(name, frame)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from anatomy.files.volume_frame import squared
 from anatomy.files.volumes import load_layers, read_volume
+from tests.anatomy.volume_files import write_volume
 
 TURN = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
 
@@ -82,13 +83,13 @@ def save(file: Path, values: np.ndarray, frame: np.ndarray) -> None:
     """Write a sheared frame, which SimpleITK does not."""
     if file.name.endswith("nrrd"):
         axes = [f"({','.join(f'{v:.9g}' for v in axis)})" for axis in frame.T]
-        sizes = " ".join(str(n) for n in values.shape[::-1])
-        file.write_bytes(
-            "NRRD0005\ntype: float\ndimension: 3\nendian: little\nencoding: raw\n"
-            f"space: left-posterior-superior\nsizes: {sizes}\n"
-            f"space directions: {' '.join(axes[:3])}\nspace origin: {axes[3]}\n\n"
-            "".encode()
-            + values.astype("<f4").tobytes()
+        write_volume(
+            file,
+            values.astype("<f4").tobytes(),
+            type="float",
+            sizes=" ".join(str(n) for n in values.shape[::-1]),
+            space_directions=" ".join(axes[:3]),
+            space_origin=axes[3],
         )
         return
     affine = np.vstack([np.diag([-1.0, -1.0, 1.0]) @ frame, [0, 0, 0, 1]])

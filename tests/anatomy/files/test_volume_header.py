@@ -11,26 +11,7 @@ from SimpleITK import GetImageFromArray, WriteImage
 from anatomy.files import volume_header
 from anatomy.files.volumes import load_volume, save_volume
 from renderers.scene.volume import Volume
-
-VALUES = np.arange(1000, dtype="<i2")
-
-
-def write_nrrd(file: Path, **fields: str) -> None:
-    """Write a volume of 10 x 10 x 10 whose header says something else."""
-    known = {
-        "type": "short",
-        "dimension": "3",
-        "space": "left-posterior-superior",
-        "sizes": "10 10 10",
-        "space directions": "(1,0,0) (0,1,0) (0,0,1)",
-        "space origin": "(0,0,0)",
-        "endian": "little",
-        "encoding": "raw",
-    }
-    known |= {name.replace("_", " "): value for name, value in fields.items()}
-    lines = [f"{name}: {value}" for name, value in known.items() if value]
-    text = "NRRD0005\n" + "\n".join(lines) + "\n\n"
-    file.write_bytes(text.encode() + VALUES.tobytes())
+from tests.anatomy.volume_files import VALUES, write_volume
 
 
 @pytest.mark.parametrize(
@@ -82,7 +63,7 @@ def test_a_wrong_header_is_refused(
     tmp_path: Path, fields: dict[str, str], complaint: str
 ) -> None:
     file = tmp_path / "scan.nrrd"
-    write_nrrd(file, **fields)
+    write_volume(file, **fields)
     with pytest.raises(ValueError, match=rf"scan\.nrrd.*{complaint}") as told:
         load_volume(file)
     assert "\n" not in str(told.value)
@@ -102,7 +83,7 @@ def test_left_is_where_the_header_says(
     tmp_path: Path, space: str, axes: str, expected: tuple[int, int, int]
 ) -> None:
     file = tmp_path / "scan.nrrd"
-    write_nrrd(file, **{"space": space, "space directions": axes})
+    write_volume(file, space=space, space_directions=axes, space_origin="(0,0,0)")
     volume = load_volume(file)
     assert np.array_equal(volume.direction, np.diag(expected))
     # the voxel (3, 2, 1) in x, y, z order
@@ -193,7 +174,7 @@ def test_every_kind_of_number_is_the_same_volume(
 ) -> None:
     values = np.random.default_rng(4).integers(0, 100, (10, 10, 10))
     file = tmp_path / "scan.nrrd"
-    write_nrrd(file, type=KINDS[kind], endian=endian)
+    write_volume(file, type=KINDS[kind], endian=endian)
     header = file.read_bytes()[: -VALUES.nbytes]
     ordered = values.astype(np.dtype(kind).newbyteorder("<"))
     if endian == "big":

@@ -15,6 +15,7 @@ from anatomy.scan.label_file import check_labels, hazards_from_labels, read_labe
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
 from disk import UserError
 from renderers.scene import Volume
+from tests.anatomy.volume_files import write_volume
 
 ORIGIN = np.array([-20.0, 5.0, 30.0])
 AWAY = np.array([0.0, 300.0, 0.0])
@@ -190,27 +191,23 @@ def test_segments_that_overlap_are_hazards_each(tmp_path: Path) -> None:
     near = ((1, (15, 20, 25), 6.0), (1, (15, 20, 20), 4.0), (2, (8, 30, 10), 4.0))
     layers = [balls(near[0], near[2]).values, balls(near[1]).values]
     path = tmp_path / "head.seg.nrrd"
-    header = f"""NRRD0004
-type: unsigned char
-dimension: 4
-space: left-posterior-superior
-sizes: 2 {SHAPE[2]} {SHAPE[1]} {SHAPE[0]}
-space directions: none (1,0,0) (0,1,0) (0,0,1)
-kinds: list domain domain domain
-encoding: raw
-space origin: ({ORIGIN[0]},{ORIGIN[1]},{ORIGIN[2]})
-Segment0_Name:=Orbit
-Segment0_LabelValue:=1
-Segment0_Layer:=0
-Segment1_Name:=Tumour
-Segment1_LabelValue:=2
-Segment1_Layer:=0
-Segment2_Name:=Optic nerve
-Segment2_LabelValue:=1
-Segment2_Layer:=1
-
-"""
-    path.write_bytes(header.encode() + np.stack(layers, axis=-1).tobytes())
+    write_volume(
+        path,
+        np.stack(layers, axis=-1).tobytes(),
+        type="unsigned char",
+        dimension="4",
+        sizes=f"2 {SHAPE[2]} {SHAPE[1]} {SHAPE[0]}",
+        space_directions="none (1,0,0) (0,1,0) (0,0,1)",
+        kinds="list domain domain domain",
+        space_origin=f"({ORIGIN[0]},{ORIGIN[1]},{ORIGIN[2]})",
+        more="".join(
+            f"Segment{n}_Name:={name}\nSegment{n}_LabelValue:={value}\n"
+            f"Segment{n}_Layer:={layer}\n"
+            for n, (name, value, layer) in enumerate(
+                (("Orbit", 1, 0), ("Tumour", 2, 0), ("Optic nerve", 1, 1))
+            )
+        ),
+    )
     labels = read_labels(path)
     check_labels(labels, scan())
     held = labels.hazards()
