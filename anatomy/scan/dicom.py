@@ -147,12 +147,16 @@ class Examination:
     series: list[DicomSeries]
     left_out: Counter[str]
 
+    @property
+    def kinds(self) -> str:
+        """Return what is no slice, counted."""
+        return "; ".join(f"{n} {kind}" for kind, n in sorted(self.left_out.items()))
+
     def notes(self, chosen: DicomSeries) -> list[str]:
         """Say what of the folder is not in the chosen series."""
-        kinds = [f"{count} {kind}" for kind, count in sorted(self.left_out.items())]
         others = [str(one) for one in self.series if one is not chosen]
         return [
-            *([f"files left out, being no slices: {'; '.join(kinds)}"] * bool(kinds)),
+            *([f"files left out, being no slices: {self.kinds}"] * bool(self.left_out)),
             *([f"series left out: {'; '.join(others)}"] * bool(others)),
         ]
 
@@ -194,10 +198,10 @@ def find_series(folder: Path, progress: Progress | None = None) -> Examination:
     if not found and unplaced is not None:
         raise UserError(f"{unplaced} {MANY_FRAMES}")
     if not found:
-        kinds = [f"{count} {kind}" for kind, count in sorted(left_out.items())]
+        kinds = Examination([], left_out).kinds
         raise UserError(
             f"{folder} holds {len(files)} files, none of which is a DICOM image with "
-            f"a place in the patient{': ' * bool(kinds)}{'; '.join(kinds)}"
+            f"a place in the patient{': ' * bool(kinds)}{kinds}"
         )
     series = [
         part

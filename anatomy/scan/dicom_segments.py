@@ -21,36 +21,30 @@ HALF = 0.5
 """A fraction from which a voxel counts as inside."""
 
 
-def is_segmentation(path: Path) -> bool:
-    """Return whether a file is a segmentation of DICOM.
+def read_segments(
+    path: Path, wanted: Callable[[str], bool]
+) -> tuple[dict[str, Volume], list[str]] | None:
+    """Return the voxels, 0 or 1, of the wanted segments by label, and other labels.
 
+    None for a file that is not DICOM. All lie on one grid. Two of one label are one.
     Raise UserError for other files of DICOM: they name no structures.
     """
     if not path.is_file() or not is_dicom(path):
-        return False
+        return None
     with foreign_file(path, "a DICOM file"):
-        kind = kind_of(read_dicom(path, pixels=False))
+        image = read_dicom(path)
+        kind = kind_of(image)
         what = "of no kind" if kind is None else kind.name
-    if kind in SEGMENTATIONS:
-        return True
-    raise UserError(
-        f"{path} is DICOM, but no segmentation ({what}); give the SEG file, or a label "
-        "map as NRRD or NIfTI"
-    )
-
-
-def read_segments(
-    path: Path, wanted: Callable[[str], bool]
-) -> tuple[dict[str, Volume], list[str]]:
-    """Return the voxels, 0 or 1, of the wanted segments by label, and other labels.
-
-    All lie on one grid. Two of one label are one.
-    """
+    if kind not in SEGMENTATIONS:
+        raise UserError(
+            f"{path} is DICOM, but no segmentation ({what}); give the SEG file, or a "
+            "label map as NRRD or NIfTI"
+        )
     # a second to import, and few need it
     from highdicom.seg import Segmentation
 
     with foreign_file(path, "a DICOM segmentation"):
-        read = Segmentation.from_dataset(read_dicom(path), copy=False)
+        read = Segmentation.from_dataset(image, copy=False)
         labels = {
             number: str(read.get_segment_description(number).segment_label)
             for number in read.segment_numbers

@@ -18,7 +18,7 @@ from anatomy.files.nifti import opened
 from anatomy.files.volumes import as_image, load_layers
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
-from anatomy.scan.dicom_segments import is_segmentation, read_segments
+from anatomy.scan.dicom_segments import read_segments
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
 from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
@@ -99,9 +99,9 @@ def read_labels(path: Path, names: str | None = None) -> LabelMap:
     """
     if path.is_dir():
         return _masks(path)
-    if is_segmentation(path):
-        masks, unread = read_segments(path, lambda name: bool(hazard_of(name)))
-        return _of_masks(path, masks, unread)
+    segments = read_segments(path, lambda name: bool(hazard_of(name)))
+    if segments is not None:
+        return _of_masks(path, *segments)
     layers = load_layers(path, background=0.0)
     for layer in layers:
         values = np.asarray(layer.values)
