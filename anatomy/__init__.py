@@ -7,11 +7,11 @@ from anatomy.phantom.phantom import Phantom, build_phantom, distance_at
 from anatomy.phantom.population import draw_parameters
 from anatomy.phantom.synthetic_mr import magnetic_resonance
 from anatomy.phantom.variants import with_variants
-from anatomy.presets import bone_transfer_function, classic_transfer_function
 from anatomy.queries.hazards import hazard_distances
 from anatomy.queries.landmarks import Landmark
 from anatomy.queries.lund_mackay import lund_mackay
 from anatomy.queries.probing import PlateSample, plate_at
+from anatomy.scan.histogram import bone_transfer_function, classic_transfer_function
 from anatomy.wall_layers import Layer, LayerSample, WallKind, WallLayers, layer_at
 
 __all__ = [

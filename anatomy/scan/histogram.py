@@ -33,8 +33,7 @@ WIDEST_FLANK_HU = 80.0
 LEAST_BONE = 2e-3
 """Share of the voxels above air; with less the scan shows no bone."""
 
-MUCOSA, FLESH, EDGE, BONE, IVORY = (
-    (0.53, 0.18, 0.16),
+MUCOSA, EDGE, BONE, IVORY = (
     (0.53, 0.18, 0.16),
     (0.75, 0.55, 0.42),
     (0.85, 0.78, 0.62),
@@ -112,9 +111,33 @@ def transfer_of(peaks: Peaks) -> TransferFunction:
     step = peaks.soft - peaks.air
     half = (peaks.air + peaks.soft) / 2
     nodes = [peaks.air, half - 0.15 * step, half + 0.15 * step, peaks.soft]
-    color, kappa = [MUCOSA, MUCOSA, MUCOSA, FLESH], [0.0, 0.0, 4.0, 4.0]
+    color, kappa = [MUCOSA] * 4, [0.0, 0.0, 4.0, 4.0]
     if peaks.bone is not None:
         nodes += [peaks.bone_begins, peaks.bone, peaks.bone + step]
         color += [EDGE, BONE, IVORY]
         kappa += [6.0, 20.0, 40.0]
     return TransferFunction(np.array(nodes), np.array(color), np.array(kappa))
+
+
+def classic_transfer_function() -> TransferFunction:
+    """Return the preset for mode `classic`: red mucosa, ivory bone, clear air.
+
+    The ramp into mucosa is centred on -480 HU, half way from air: there alone its
+    place does not depend on the scanner's blur. All its colours are one: a surface is
+    made of voxels from all over the ramp, and others would draw bands on it.
+    """
+    nodes = [-1000.0, -600.0, -300.0, 100.0, 250.0, 700.0, 1500.0]
+    color = [MUCOSA] * 4 + [EDGE, BONE, IVORY]
+    kappa = [0.0, 0.0, 4.0, 4.0, 6.0, 20.0, 40.0]
+    return TransferFunction(np.array(nodes), np.array(color), np.array(kappa))
+
+
+def bone_transfer_function() -> TransferFunction:
+    """Return the preset that shows bone through faint soft tissue.
+
+    Thin walls reach 100-400 HU at clinical resolution, so its ramp starts there. Bone
+    has one colour, see `classic_transfer_function`.
+    """
+    nodes = np.array([-1000.0, 60.0, 140.0, 500.0, 1500.0])
+    color = np.tile((0.87, 0.81, 0.70), (len(nodes), 1))
+    return TransferFunction(nodes, color, np.array([0.0, 0.0, 1.0, 8.0, 30.0]))

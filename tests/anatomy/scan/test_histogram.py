@@ -1,5 +1,7 @@
 """Histograms whose peaks are known."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from anatomy.phantom.phantom import Phantom
-from anatomy.scan.histogram import find_peaks, transfer_of
+from anatomy.scan.histogram import (
+    bone_transfer_function,
+    classic_transfer_function,
+    find_peaks,
+    transfer_of,
+)
+from anatomy.tissue import TISSUES
+from renderers.scene import TransferFunction
 from renderers.scene.volume import Volume
 
 
@@ -80,3 +89,24 @@ def test_air_alone_is_refused() -> None:
     air = Volume(np.full((4, 4, 4), -1000, np.int16), np.ones(3), np.zeros(3))
     with pytest.raises(ValueError, match="no voxel has a CT number of soft tissue"):
         find_peaks(air)
+
+
+def test_air_is_clear_and_mucosa_begins_at_the_half_value() -> None:
+    preset = classic_transfer_function()
+    assert preset.is_clear(-1000, -600)
+    _, kappa = preset.evaluate(np.array([-600.0, -450.0, -300.0]))
+    assert kappa[1] == pytest.approx((kappa[0] + kappa[2]) / 2)
+    assert bone_transfer_function().is_clear(-1000, TISSUES["mucosa"].hu)
+
+
+@pytest.mark.parametrize(
+    ("preset", "low", "high"),
+    [(classic_transfer_function, -600, 100), (bone_transfer_function, 60, 1500)],
+)
+def test_a_surface_has_one_colour_all_over_its_ramp(
+    preset: Callable[[], TransferFunction], low: float, high: float
+) -> None:
+    """Else the voxels' distances from it would be drawn on it as bands."""
+    color, kappa = preset().evaluate(np.linspace(low, high, 50))
+    assert kappa[-1] > kappa[0]
+    np.testing.assert_allclose(color, color[:1].repeat(50, axis=0), atol=1e-12)
