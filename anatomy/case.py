@@ -69,6 +69,9 @@ FILES = {
 }
 """Of each volume: its file and what lies outside it."""
 
+FLOWN = "ct", "labels", "distance", "blood", "skin"
+"""What a flight needs of every head and space."""
+
 MARK_MM = 2.0
 """Radius in which a landmark of an abstract space is shown."""
 
@@ -279,14 +282,7 @@ def write_case(
     whole head and places on the face come along, as an imported head has them.
     """
     face = head_skin(phantom.parameters)
-    volumes = {
-        "ct": phantom.ct,
-        "labels": phantom.labels,
-        "distance": phantom.distance,
-        "blood": phantom.blood,
-        "skin": phantom.skin,
-        "face": face,
-    }
+    volumes = {name: getattr(phantom, name) for name in FLOWN} | {"face": face}
     if resonance:
         volumes["t1"], volumes["t2"] = magnetic_resonance(phantom)
     record = CaseRecord(
@@ -330,13 +326,7 @@ def write_space(space: AbstractSpace, folder: Path | str) -> None:
     )
     store_case(
         Path(folder),
-        {
-            "ct": space.ct,
-            "labels": space.labels,
-            "distance": space.distance,
-            "blood": space.blood,
-            "skin": space.skin,
-        },
+        {name: getattr(space, name) for name in FLOWN},
         {int(Label.NASAL_AIR): "air"} | {int(v): name for v, name in LABELS.items()},
         {
             name: Landmark(name, Side.MIDLINE, place, MARK_MM)

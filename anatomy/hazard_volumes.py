@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ class HazardLine(NamedTuple):
     points: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class HazardVolumes:
     """Hold the signed distance to each hazard, negative inside, on the head's grid.
 
@@ -36,12 +37,6 @@ class HazardVolumes:
 
     volumes: Mapping[str, Volume]
     source: str = "phantom"
-    _nearest: list[Volume] = field(
-        default_factory=list, init=False, repr=False, compare=False
-    )
-    _grids: list[tuple[NDArray[np.float64], list[str]]] = field(
-        default_factory=list, init=False, repr=False, compare=False
-    )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -54,24 +49,22 @@ class HazardVolumes:
         """Interpolate the distance to one hazard at ``(..., 3)`` LPS points."""
         return self.volumes[name].sample(points_mm) * UNIT_MM
 
-    @property
+    @cached_property
     def nearest(self) -> Volume:
         """Return the distance to the nearest of all, in steps of `UNIT_MM`, int16.
 
         On the grid of the first; what lies beside another's grid is far from that.
         """
-        if not self._nearest:
-            first, *others = self.volumes.values()
-            least = first.values.copy()
-            for other in others:
-                values = other.values
-                if other.shape != first.shape or not np.array_equal(
-                    other.world_from_voxel, first.world_from_voxel
-                ):
-                    values = _on_grid(other, first)
-                np.minimum(least, values, out=least)
-            self._nearest.append(first.with_values(least, first.background))
-        return self._nearest[0]
+        first, *others = self.volumes.values()
+        least = first.values.copy()
+        for other in others:
+            values = other.values
+            if other.shape != first.shape or not np.array_equal(
+                other.world_from_voxel, first.world_from_voxel
+            ):
+                values = _on_grid(other, first)
+            np.minimum(least, values, out=least)
+        return first.with_values(least, first.background)
 
     def along_mm(self, lines: Sequence[HazardLine]) -> list[dict[str, float]]:
         """Return each line's least distance of its points to each hazard, LPS mm."""
@@ -79,7 +72,7 @@ class HazardVolumes:
         from renderers.scene.kernels.least_along import least_along
 
         found: list[dict[str, float]] = [{} for _ in lines]
-        for matrix, names in self._by_grid():
+        for matrix, names in self._by_grid:
             for line, gaps in zip(lines, found, strict=True):
                 start = matrix[:3, :3] @ line.begin_mm + matrix[:3, 3]
                 step = matrix[:3, :3] @ line.step_mm
@@ -92,18 +85,18 @@ class HazardVolumes:
                     gaps[name] = UNIT_MM * steps
         return found
 
+    @cached_property
     def _by_grid(self) -> list[tuple[NDArray[np.float64], list[str]]]:
         """Return the names of the hazards that share a transform of mm to voxels."""
-        if not self._grids:
-            for name, volume in self.volumes.items():
-                matrix = volume.voxel_from_world
-                for known, names in self._grids:
-                    if np.array_equal(known, matrix):
-                        names.append(name)
-                        break
-                else:
-                    self._grids.append((matrix, [name]))
-        return self._grids
+        grids: list[tuple[NDArray[np.float64], list[str]]] = []
+        for name, volume in self.volumes.items():
+            matrix = volume.voxel_from_world
+            same = [names for known, names in grids if np.array_equal(known, matrix)]
+            if same:
+                same[0].append(name)
+            else:
+                grids.append((matrix, [name]))
+        return grids
 
     def sha256(self) -> str:
         """Hash all distances and their grid."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from anatomy.case import (
+    FLOWN,
     SCHEMA_VERSION,
     ApproachRecord,
     CaseRecord,
@@ -55,15 +56,8 @@ def write_imported_case(
     others: further volumes on the head's grid, by the names of `anatomy.case.FILES`.
     quality: of the scan. layers, hazards: None where they are unknown.
     """
-    volumes = {
-        "ct": head.ct,
-        "labels": head.labels,
-        "distance": head.distance,
-        "blood": head.blood,
-        "skin": head.skin,
-        "face": head.face,
-        **(others or {}),
-    }
+    volumes = {name: getattr(head, name) for name in (*FLOWN, "face")}
+    volumes |= others or {}
     airways, approach = head.airways, head.approach
     is_ct = sources[0].modality == Modality.CT.value
     transfer = transfer_of(find_peaks(head.ct, bone=is_ct))
