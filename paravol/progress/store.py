@@ -7,7 +7,7 @@ What is deleted is overwritten with zeros in the file and gone from its log.
 
 import datetime
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from sqlalchemy import (
     URL,
     Connection,
     Insert,
+    Table,
     create_engine,
     delete,
     event,
@@ -31,13 +32,7 @@ from sqlalchemy.pool import NullPool
 from disk import UserError
 from machine import locked
 from paravol.progress import tables
-from paravol.progress.session_entry import (
-    PartPoints,
-    Scored,
-    SessionEntry,
-    Value,
-    demand_name,
-)
+from paravol.progress.session_entry import SessionEntry, demand_name
 
 BUSY_S = 10.0
 """So long a program waits for another one that writes."""
@@ -297,18 +292,11 @@ def _corrupt(text: str) -> sqlite3.DatabaseError:
 
 
 def _insert_session(connection: Connection, entry: SessionEntry, trainee: int) -> int:
-    row = insert(tables.sessions).values(
-        trainee_id=trainee,
-        sha256=entry.sha256,
-        bundle=entry.bundle,
-        exercise=entry.exercise,
-        title=entry.title,
-        begun=entry.begun,
-        duration_s=entry.duration_s,
-        is_complete=entry.is_complete,
-        has_passed=entry.has_passed,
-    )
-    return _new_id(connection, row)
+    row = msgspec.structs.asdict(entry)
+    for elsewhere in ("trainee", "values", "tasks", "scored"):
+        del row[elsewhere]
+    row["trainee_id"] = trainee
+    return _new_id(connection, insert(tables.sessions).values(row))
 
 
 def _new_id(connection: Connection, row: Insert) -> int:
@@ -318,23 +306,18 @@ def _new_id(connection: Connection, row: Insert) -> int:
 
 
 def _insert_details(connection: Connection, entry: SessionEntry, session: int) -> None:
-    def insert_all(table: Any, structs: Sequence[msgspec.Struct]) -> None:
-        rows = [{"session_id": session, **msgspec.structs.asdict(s)} for s in structs]
-        if rows:
-            connection.execute(insert(table), rows)
-
-    insert_all(tables.values, entry.values)
-    states = [
-        {"session_id": session, "name": name, "status": status}
-        for name, status in entry.tasks.items()
-    ]
-    if states:
-        connection.execute(insert(tables.tasks), states)
+    rows: dict[Table, list[dict[str, Any]]] = {
+        tables.values: [msgspec.structs.asdict(value) for value in entry.values],
+        tables.tasks: [{"name": n, "status": s} for n, s in entry.tasks.items()],
+    }
     if entry.scored is not None:
-        row = msgspec.structs.asdict(entry.scored)
-        del row["parts"]
-        connection.execute(insert(tables.assessments), [{"session_id": session, **row}])
-        insert_all(tables.parts, entry.scored.parts)
+        scored = msgspec.structs.asdict(entry.scored)
+        rows[tables.parts] = [msgspec.structs.asdict(p) for p in scored.pop("parts")]
+        rows[tables.assessments] = [scored]
+    for table, told in rows.items():
+        if told:
+            of_session = [{"session_id": session, **row} for row in told]
+            connection.execute(insert(table), of_session)
 
 
 def _forget_empty(connection: Connection) -> None:
@@ -345,29 +328,24 @@ def _forget_empty(connection: Connection) -> None:
     )
 
 
+def _named(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return a row by its columns' names, which are no plain texts in SQLAlchemy."""
+    return {str(name): value for name, value in row.items()}
+
+
 def _entry(connection: Connection, row: Any) -> SessionEntry:
-    def rows_of(table: Any) -> list[dict[str, Any]]:
+    def rows_of(table: Table) -> list[dict[str, Any]]:
         wanted = select(*(c for c in table.c if c.name != "session_id")).where(
             table.c.session_id == row["id"]
         )
         found = connection.execute(wanted.order_by(literal_column("rowid"))).all()
-        return [dict(each._mapping) for each in found]
+        return [_named(each._mapping) for each in found]
 
-    scored = None
-    for assessed in rows_of(tables.assessments):
-        parts = tuple(PartPoints(**part) for part in rows_of(tables.parts))
-        scored = Scored(**assessed, parts=parts)
-    return SessionEntry(
-        row["trainee"],
-        row["sha256"],
-        row["bundle"],
-        row["exercise"],
-        row["title"],
-        row["begun"],
-        row["duration_s"],
-        row["is_complete"],
-        row["has_passed"],
-        tuple(Value(**value) for value in rows_of(tables.values)),
-        {task["name"]: task["status"] for task in rows_of(tables.tasks)},
-        scored,
-    )
+    told = {
+        **_named(row),
+        "values": rows_of(tables.values),
+        "tasks": {task["name"]: task["status"] for task in rows_of(tables.tasks)},
+    }
+    for scored in rows_of(tables.assessments):
+        told["scored"] = {**scored, "parts": rows_of(tables.parts)}
+    return msgspec.convert(told, SessionEntry)
