@@ -52,27 +52,26 @@ def standings(
     for entry in entries:
         groups.setdefault((entry.exercise, entry.trainee), []).append(entry)
     sign = 1.0 if is_more_better(figure) else -1.0
-    middles: dict[tuple[str, str], float] = {}
-    found: dict[tuple[str, str], list[float]] = {}
-    units: dict[tuple[str, str], str] = {}
-    for key, group in groups.items():
-        values = [v for e in group if (v := e.value(figure, role)) is not None]
-        figures = [v.value for v in values if v.value is not None]
-        found[key] = figures
-        units[key] = values[0].unit if values else ""
-        if figures:
-            middles[key] = median(figures)
+    found = {
+        key: [v for entry in group if (v := entry.value(figure, role)) is not None]
+        for key, group in groups.items()
+    }
+    figures = {
+        key: [v.value for v in values if v.value is not None]
+        for key, values in found.items()
+    }
+    middles = {key: median(known) for key, known in figures.items() if known}
     rows = []
     for key in sorted(groups):
         exercise, trainee = key
-        group, figures = groups[key], found[key]
+        group, known = groups[key], figures[key]
         others = [sign * m for k, m in middles.items() if k[0] == exercise]
         percentile = None
         if key in middles and len(others) > 1:
-            own = sign * middles[key]
             # here, as statistics take a second to load
             from scipy.stats import percentileofscore
 
+            own = sign * middles[key]
             percentile = float(percentileofscore(others, own, kind="mean"))
         judged = [e.has_passed for e in group if e.has_passed is not None]
         rows.append(
@@ -82,10 +81,10 @@ def standings(
                 len(group),
                 len(judged),
                 sum(judged),
-                sign * max(sign * f for f in figures) if figures else None,
+                sign * max(sign * f for f in known) if known else None,
                 middles.get(key),
                 percentile,
-                units[key],
+                found[key][0].unit if found[key] else "",
                 max(entry.begun for entry in group),
             )
         )
