@@ -90,6 +90,63 @@ class GuidedHead:
     parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class _Seeker:
+    """Hold who goes to a place: see `goal_of`."""
+
+    head: GuidedHead
+    tip_mm: _Doubles
+    eye_mm: _Doubles
+    view: View | None
+
+    def grip(self) -> Callable[[_Doubles], _Doubles] | None:
+        """Return what the tool in hand is worth at places; None without a tool."""
+        head, view, eye_mm = self.head, self.view, self.eye_mm
+        plan = head.plan
+        if plan is None or view is None or view.instrument == NO_TOOL:
+            return None
+        held, scope, camera = view.instrument, view.world_from_tip, view.camera
+
+        def worth(some: _Doubles) -> _Doubles:
+            found = np.zeros(len(some))
+            away = np.array([_off_middle(camera, place) for place in some])
+            is_in, up = away < WELL_INSIDE, camera.frame[2]
+            found[is_in] = plan.worth(
+                held, some[is_in], scope, head.scope_mm, up, eye_mm
+            )
+            return found
+
+        return worth
+
+    def bite(self, places: _Doubles) -> BitePlace | None:
+        """Return where of some places to bite next; see `bite_place`."""
+        head = self.head
+        assert head.structures is not None
+        return bite_place(
+            head.distance,
+            head.structures.labels,
+            places,
+            self.tip_mm,
+            self.eye_mm,
+            head.nostril_mm,
+            head.spared,
+            head.hazards,
+            self.grip(),
+            head.gripped,
+            head.kept_mm,
+        )
+
+    def nearest_seen(self, places: _Doubles) -> _Doubles:
+        """Return of places ``(n, 3)`` the nearest that the eye sees, or any."""
+        order = np.argsort(np.linalg.norm(places - self.tip_mm, axis=1))
+        for number in order[:: max(len(order) // LOOKED_AT, 1)]:
+            if is_in_sight(self.head.distance, self.eye_mm, places[number]):
+                seen: _Doubles = places[number]
+                return seen
+        nearest: _Doubles = places[order[0]]
+        return nearest
+
+
 def open_task(
     every: Sequence[Task], states: Sequence[TaskState]
 ) -> tuple[Task, TaskState] | None:
@@ -117,20 +174,20 @@ def goal_of(
     taken. eye_mm: ``(3,)`` of the lens; tissue that it sees goes before the rest. view:
     tells which tool is in hand: it is sent where it can work.
     """
-    eye_mm = tip_mm if eye_mm is None else eye_mm
+    seeker = _Seeker(head, tip_mm, tip_mm if eye_mm is None else eye_mm, view)
     match task:
         case tasks.Follow():
             return _ring(task, state, head, tip_mm)
         case tasks.Remove():
-            return _left(task, head, tip_mm, eye_mm, view)
+            return _left(task, seeker)
         case tasks.Open():
-            return _narrowest(task, head, tip_mm, eye_mm, view)
+            return _narrowest(task, seeker)
         case tasks.Survey():
             return _unseen(task, head, tip_mm)
         case tasks.KeepAway():
             return None
         case tasks.Inject():
-            place, worth = _injected(task, head, tip_mm, eye_mm, view)
+            place, worth = _injected(task, seeker)
             return Goal(_name(task.place, task.name), place, worth)
         case _:
             return Goal(_name(task.place, task.name), _at(task.place, head))
@@ -168,20 +225,15 @@ def _ring(
     return Goal(f"back before {name}", middle - BEFORE_MM * axis)
 
 
-def _left(
-    task: tasks.Remove,
-    head: GuidedHead,
-    tip_mm: _Doubles,
-    eye_mm: _Doubles,
-    view: View | None,
-) -> Goal | None:
+def _left(task: tasks.Remove, seeker: _Seeker) -> Goal | None:
     """Return where of the tissue that is to be taken to bite next."""
+    head = seeker.head
     if head.structures is None:
         return None
     if task.parts:
-        return _left_of_parts(task, head, tip_mm, eye_mm, view)
+        return _left_of_parts(task, seeker)
     places = _wanted_tissue(task, head, head.structures)
-    best = _bite(head, places, tip_mm, eye_mm, view) if len(places) else None
+    best = seeker.bite(places) if len(places) else None
     if best is None:
         return None
     return Goal(" and ".join(_wanted_names(task)), best.place_mm, best.worth)
@@ -210,26 +262,6 @@ def _wanted_tissue(
     return places
 
 
-def _grip(
-    head: GuidedHead, eye_mm: _Doubles, view: View | None
-) -> Callable[[_Doubles], _Doubles] | None:
-    """Return what the tool in hand is worth at places; None without a tool."""
-    plan = head.plan
-    if plan is None or view is None or view.instrument == NO_TOOL:
-        return None
-    held, scope, camera = view.instrument, view.world_from_tip, view.camera
-
-    def worth(some: _Doubles) -> _Doubles:
-        found = np.zeros(len(some))
-        away = np.array([_off_middle(camera, place) for place in some])
-        is_in = away < WELL_INSIDE
-        up = camera.frame[2]
-        found[is_in] = plan.worth(held, some[is_in], scope, head.scope_mm, up, eye_mm)
-        return found
-
-    return worth
-
-
 def _off_middle(camera: Camera, place_mm: _Doubles) -> float:
     """Return how far off a picture's middle a place lies; 1 at its rim."""
     (column, row), _ = camera.project(place_mm)
@@ -238,61 +270,20 @@ def _off_middle(camera: Camera, place_mm: _Doubles) -> float:
     return away if math.isfinite(away) else math.inf
 
 
-def _bite(
-    head: GuidedHead,
-    places: _Doubles,
-    tip_mm: _Doubles,
-    eye_mm: _Doubles,
-    view: View | None,
-) -> BitePlace | None:
-    """Return where of some places to bite next; see `bite_place`."""
-    assert head.structures is not None
-    return bite_place(
-        head.distance,
-        head.structures.labels,
-        places,
-        tip_mm,
-        eye_mm,
-        head.nostril_mm,
-        head.spared,
-        head.hazards,
-        _grip(head, eye_mm, view),
-        head.gripped,
-        head.kept_mm,
-    )
-
-
-def _nearest_seen(
-    distance: Volume, places: _Doubles, tip_mm: _Doubles, eye_mm: _Doubles
-) -> _Doubles:
-    """Return of places ``(n, 3)`` the nearest to a tip that an eye sees, or any."""
-    order = np.argsort(np.linalg.norm(places - tip_mm, axis=1))
-    for number in order[:: max(len(order) // LOOKED_AT, 1)]:
-        if is_in_sight(distance, eye_mm, places[number]):
-            seen: _Doubles = places[number]
-            return seen
-    nearest: _Doubles = places[order[0]]
-    return nearest
-
-
-def _left_of_parts(
-    task: tasks.Remove,
-    head: GuidedHead,
-    tip_mm: _Doubles,
-    eye_mm: _Doubles,
-    view: View | None,
-) -> Goal | None:
+def _left_of_parts(task: tasks.Remove, seeker: _Seeker) -> Goal | None:
     """Return where to bite of a task's parts: of what is seen, the nearest part."""
+    head = seeker.head
     known = Head(head.distance, head.structures)
     goals: list[tuple[bool, Goal]] = []
     for name, part in wanted_parts(task, head).items():
-        best = _bite(head, known.places(part.voxels), tip_mm, eye_mm, view)
+        best = seeker.bite(known.places(part.voxels))
         if best is not None:
             goal = Goal(name, best.place_mm, best.worth)
             goals.append((not best.is_seen, goal))
     if not goals:
         return None
-    return min(goals, key=lambda found: (found[0], _away_mm(found[1], tip_mm)))[1]
+    at_mm = seeker.tip_mm
+    return min(goals, key=lambda found: (found[0], _away_mm(found[1], at_mm)))[1]
 
 
 def wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, Part]:
@@ -315,21 +306,16 @@ def _away_mm(goal: Goal, place_mm: _Doubles) -> float:
     return float(np.linalg.norm(goal.place_mm - place_mm))
 
 
-def _injected(
-    task: tasks.Inject,
-    head: GuidedHead,
-    tip_mm: _Doubles,
-    eye_mm: _Doubles,
-    view: View | None,
-) -> tuple[_Doubles, float]:
+def _injected(task: tasks.Inject, seeker: _Seeker) -> tuple[_Doubles, float]:
     """Return where a needle may go in: of what is near enough what it gets to.
 
     Else the nearest in sight. And what it is worth there.
     """
+    head, tip_mm, eye_mm = seeker.head, seeker.tip_mm, seeker.eye_mm
     places = _injectable(task, head)
     if not len(places):
         return _at(task.place, head), math.inf
-    grip = _grip(head, eye_mm, view)
+    grip = seeker.grip()
     if grip is not None:
         some = places[:: max(len(places) // (8 * head.gripped), 1)]
         seen = [p for p in some if is_in_sight(head.distance, eye_mm, p)]
@@ -339,8 +325,7 @@ def _injected(
             good = np.array(seen)[worths > AS_GOOD * worths.max()]
             away = np.linalg.norm(good - tip_mm, axis=1)
             return good[int(np.argmin(away))], float(worths.max())
-    nearest = _nearest_seen(head.distance, places, tip_mm, eye_mm)
-    return nearest, math.inf if grip is None else 0.0
+    return seeker.nearest_seen(places), math.inf if grip is None else 0.0
 
 
 def _injectable(task: tasks.Inject, head: GuidedHead) -> _Doubles:
@@ -354,18 +339,13 @@ def _injectable(task: tasks.Inject, head: GuidedHead) -> _Doubles:
     return found
 
 
-def _narrowest(
-    task: tasks.Open,
-    head: GuidedHead,
-    tip_mm: _Doubles,
-    eye_mm: _Doubles,
-    view: View | None,
-) -> Goal:
+def _narrowest(task: tasks.Open, seeker: _Seeker) -> Goal:
     """Return where to widen a neck: with a tool in hand what it can bite there."""
+    head, view = seeker.head, seeker.view
     start, end = _at(task.start, head), _at(task.end, head)
     name = _name(task.end, task.name)
     if head.structures is not None and view is not None and view.instrument != NO_TOOL:
-        best = _bite(head, around_way(task, start, end), tip_mm, eye_mm, view)
+        best = seeker.bite(around_way(task, start, end))
         if best is not None:
             return Goal(name, best.place_mm, best.worth)
     count = max(int(np.linalg.norm(end - start) / SIGHT_STEP_MM), 1) + 1
