@@ -49,15 +49,9 @@ END_MM = 2.0
 LEAST_BACK_MM = 2.5
 """Less than this is not told: walls give way."""
 
-_AROUND = np.array(
-    [
-        (k, j, i)
-        for k in (-1, 0, 1)
-        for j in (-1, 0, 1)
-        for i in (-1, 0, 1)
-        if (k, j, i) != (0, 0, 0)
-    ]
-)
+_AROUND = np.delete(np.argwhere(np.ones((3, 3, 3))) - 1, 13, axis=0)
+"""Steps of z, y, x to the neighbours of a voxel."""
+
 _Doubles = NDArray[np.float64]
 
 
