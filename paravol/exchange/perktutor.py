@@ -24,7 +24,6 @@ from paravol.exchange.tool_motion import (
     Message,
     Motions,
     ToolMotion,
-    lps_from_ras,
     ras_from_lps,
 )
 
@@ -141,7 +140,7 @@ class _Log:
             valid = np.ones(len(times), np.bool_)
             tools.append(
                 ToolMotion(
-                    name.removesuffix("Transform"), times, lps_from_ras(matrices), valid
+                    name.removesuffix("Transform"), times, ras_from_lps(matrices), valid
                 )
             )
         self._messages.sort(key=lambda message: message.time_s)

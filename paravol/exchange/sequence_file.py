@@ -26,7 +26,6 @@ from paravol.exchange.tool_motion import (
     Doubles,
     Motions,
     ToolMotion,
-    lps_from_ras,
     ras_from_lps,
 )
 
@@ -36,6 +35,33 @@ _IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 
 _LONGEST_LINE = 1 << 16
 """Bytes; Slicer's own limit is a thousand, a list of kinds or values may be longer."""
+
+_META_HEAD = """\
+ObjectType = Image
+NDims = 3
+AnatomicalOrientation = RAI
+BinaryData = True
+BinaryDataByteOrderMSB = False
+CompressedData = False
+TransformMatrix = 1 0 0 0 1 0 0 0 1
+Offset = 0 0 0
+CenterOfRotation = 0 0 0
+ElementSpacing = 1 1 1
+DimSize = 0 0 {}
+ElementType = MET_UCHAR
+Kinds = domain domain list"""
+
+_NRRD_HEAD = """\
+NRRD0005
+type: unsigned char
+dimension: 4
+space: right-anterior-superior
+sizes: 1 1 1 {}
+space directions: (1,0,0) (0,1,0) (0,0,1) none
+kinds: domain domain domain list
+encoding: raw
+space origin: (0,0,0)"""
+"""NRRD has no empty pictures: each frame has one of a single pixel."""
 
 _FRAME = re.compile(rb"Seq_Frame(\d+)_(\w+?)\s*(?:=|:=)\s*(.*)")
 
@@ -63,7 +89,7 @@ def write_sequence(file: Path, motions: Motions) -> None:
         )
         for tool in tools
     ]
-    lines = _nrrd_head(count) if is_nrrd else _meta_head(count)
+    lines = [(_NRRD_HEAD if is_nrrd else _META_HEAD).format(count)]
     for frame in range(count):
         prefix = f"Seq_Frame{frame:04d}_"
         for name, matrices, valid in rows:
@@ -112,7 +138,7 @@ def read_sequence(file: Path) -> Motions:
             valid &= np.isfinite(times) & np.isfinite(matrices).all(axis=(1, 2))
             matrices[~valid] = np.eye(4)
             short = name.removesuffix("Transform")
-            tools.append(ToolMotion(short, times, lps_from_ras(matrices), valid))
+            tools.append(ToolMotion(short, times, ras_from_lps(matrices), valid))
         return Motions(tuple(tools))
 
 
@@ -151,36 +177,3 @@ def _matrix(words: bytes | None) -> Doubles:
     if len(numbers) != 16:
         raise UserError(f"a transform has {len(numbers)} numbers, not 16")
     return np.array(numbers).reshape(4, 4)
-
-
-def _meta_head(count: int) -> list[str]:
-    return [
-        "ObjectType = Image",
-        "NDims = 3",
-        "AnatomicalOrientation = RAI",
-        "BinaryData = True",
-        "BinaryDataByteOrderMSB = False",
-        "CompressedData = False",
-        "TransformMatrix = 1 0 0 0 1 0 0 0 1",
-        "Offset = 0 0 0",
-        "CenterOfRotation = 0 0 0",
-        "ElementSpacing = 1 1 1",
-        f"DimSize = 0 0 {count}",
-        "ElementType = MET_UCHAR",
-        "Kinds = domain domain list",
-    ]
-
-
-def _nrrd_head(count: int) -> list[str]:
-    # NRRD has no empty pictures: each frame has one of a single pixel
-    return [
-        "NRRD0005",
-        "type: unsigned char",
-        "dimension: 4",
-        "space: right-anterior-superior",
-        f"sizes: 1 1 1 {count}",
-        "space directions: (1,0,0) (0,1,0) (0,0,1) none",
-        "kinds: domain domain domain list",
-        "encoding: raw",
-        "space origin: (0,0,0)",
-    ]

@@ -84,15 +84,10 @@ class Motions:
 
 
 def ras_from_lps(matrices: Doubles) -> Doubles:
-    """Return world_ras_from_tool of world_lps_from_tool ``(n, 4, 4)``."""
+    """Return world_ras_from_tool of world_lps_from_tool ``(n, 4, 4)``, and back."""
     turned = matrices.copy()
     turned[:, :2] *= -1.0
     return turned
-
-
-def lps_from_ras(matrices: Doubles) -> Doubles:
-    """Return world_lps_from_tool of world_ras_from_tool; the same two signs."""
-    return ras_from_lps(matrices)
 
 
 def are_poses(matrices: Doubles) -> NDArray[np.bool_]:

@@ -11,7 +11,6 @@ from paravol.exchange.tool_motion import (
     INSTRUMENT,
     SCOPE,
     are_poses,
-    lps_from_ras,
     motions_of,
     ras_from_lps,
     tool_named,
@@ -32,7 +31,7 @@ def test_ras_is_right_and_anterior() -> None:
     assert turned[:3, 2].tolist() == [0.0, 1.0, 0.0]
     assert np.linalg.det(turned[:3, :3]) == pytest.approx(1.0)
     frames = motion("a").world_from_tool
-    assert np.array_equal(lps_from_ras(ras_from_lps(frames)), frames)
+    assert np.array_equal(ras_from_lps(ras_from_lps(frames)), frames)
     assert not np.array_equal(ras_from_lps(frames), frames)
 
 
