@@ -8,7 +8,7 @@ All that changes glides, and phases run on from block to block, so that nothing 
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -172,7 +172,6 @@ class _Phase:
         return np.asarray(phases, dtype=np.float64)
 
 
-@dataclass(slots=True)
 class Synthesizer:
     """Turn cues into samples, block by block.
 
@@ -180,29 +179,17 @@ class Synthesizer:
     into blocks. No sample exceeds the volume.
     """
 
-    _volume: _Glide = field(default_factory=lambda: _Glide(0.0, _step(1.0, LEVEL_S)))
-    _hazard: _Glide = field(
-        default_factory=lambda: _Glide(0.0, _step(HAZARD_LEVEL, LEVEL_S))
-    )
-    _hazard_hz: _Glide = field(
-        default_factory=lambda: _Glide(HAZARD_HZ, _step(HAZARD_HZ, PITCH_S))
-    )
-    _beat_hz: _Glide = field(
-        default_factory=lambda: _Glide(BEAT_HZ[0], _step(BEAT_HZ[1], PITCH_S))
-    )
-    _steady: _Glide = field(default_factory=lambda: _Glide(0.0, _step(1.0, LEVEL_S)))
-    _force: _Glide = field(
-        default_factory=lambda: _Glide(0.0, _step(FORCE_LEVEL, LEVEL_S))
-    )
-    _force_hz: _Glide = field(
-        default_factory=lambda: _Glide(
-            FORCE_HZ[0], _step(FORCE_HZ[1] - FORCE_HZ[0], PITCH_S)
-        )
-    )
-    _tone: _Phase = field(default_factory=_Phase)
-    _beat: _Phase = field(default_factory=_Phase)
-    _reed: _Phase = field(default_factory=_Phase)
-    _ticks: dict[Tick, int] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._volume = _Glide(0.0, _step(1.0, LEVEL_S))
+        self._hazard = _Glide(0.0, _step(HAZARD_LEVEL, LEVEL_S))
+        self._hazard_hz = _Glide(HAZARD_HZ, _step(HAZARD_HZ, PITCH_S))
+        self._beat_hz = _Glide(BEAT_HZ[0], _step(BEAT_HZ[1], PITCH_S))
+        self._steady = _Glide(0.0, _step(1.0, LEVEL_S))
+        self._force = _Glide(0.0, _step(FORCE_LEVEL, LEVEL_S))
+        low_hz, high_hz = FORCE_HZ
+        self._force_hz = _Glide(low_hz, _step(high_hz - low_hz, PITCH_S))
+        self._tone, self._beat, self._reed = _Phase(), _Phase(), _Phase()
+        self._ticks: dict[Tick, int] = {}
 
     def strike(self, tick: Tick) -> None:
         """Begin a tick with the next block; one that still sounds is left alone."""
