@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
+from paravol.feedback.shaft_heading import place_in_picture
 from paravol.feedback.touch_signs import MARGIN_MM
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
@@ -79,8 +80,7 @@ def _in_picture(
     camera = view.camera
     if not float((point_mm - camera.frame[0]) @ camera.frame[3]) > 0.0:
         return None
-    (column, row), _ = camera.project(point_mm)
-    x, y = float(column) / camera.width, float(row) / camera.height
-    if not (x - 0.5) ** 2 + (y - 0.5) ** 2 <= 0.25:
+    at = place_in_picture(camera, point_mm)
+    if at is None or not (at[0] - 0.5) ** 2 + (at[1] - 0.5) ** 2 <= 0.25:
         return None
-    return x, y
+    return at
