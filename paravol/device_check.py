@@ -1,5 +1,9 @@
 """Which devices this user may open here, and what gives the right to the others."""
 
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
 from devices import DeviceError
 from devices.controls.gamepad import layout_of
 from devices.controls.linux_input import InputDevice, input_devices
@@ -88,6 +92,21 @@ def serial_permission(adapters: list[SerialAdapter]) -> Finding:
     return Finding(name, f"you are not in the group {known}", remedy=remedy, why=why)
 
 
+def pads_among(files: Sequence[Path]) -> tuple[dict[Path, str], int]:
+    """Return the names of the gamepads and 3D mice, and how many files are closed."""
+    names, closed = {}, 0
+    for file in files:
+        try:
+            device = InputDevice(file)
+        except DeviceError:
+            closed += 1
+            continue
+        with closing(device):
+            if layout_of(device.description) is not None:
+                names[file] = device.description.name
+    return names, closed
+
+
 def gamepads() -> Finding:
     """Say which gamepads and 3D mice there are, and what hides others."""
     why = "--input gamepad steers the scope by one, --instrument the tool"
@@ -95,17 +114,8 @@ def gamepads() -> Finding:
         files = input_devices()
     except DeviceError as error:
         return Finding("gamepads", "not on this system", remedy=str(error), why=why)
-    names, closed = [], 0
-    for file in files:
-        try:
-            device = InputDevice(file)
-        except DeviceError:
-            closed += 1
-            continue
-        if layout_of(device.description) is not None:
-            names.append(f"{device.description.name} ({file})")
-        device.close()
-    told = "\n".join(names) or "none"
+    names, closed = pads_among(files)
+    told = "\n".join(f"{name} ({file})" for file, name in names.items()) or "none"
     if not closed:
         return Finding("gamepads", told, why=why)
     remedy = (

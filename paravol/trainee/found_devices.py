@@ -7,11 +7,10 @@ tenths of a second; nothing is sent to a serial port.
 from dataclasses import dataclass, replace
 
 from devices import DeviceError
-from devices.controls.gamepad import layout_of
-from devices.controls.linux_input import InputDevice, input_devices
+from devices.controls.linux_input import input_devices
 from devices.haptics.force_dimension import library_file
-from devices.microscribe.driver.driver import SerialPorts
-from devices.serial_adapters import permission_remedy, serial_adapters
+from devices.serial_adapters import permission_remedy
+from paravol.device_check import known_adapters, pads_among
 from paravol.training_setup import DeviceSetup
 
 ARM = "arm:"
@@ -72,28 +71,17 @@ def find_devices() -> list[FoundDevice]:
 
 
 def _pads() -> list[FoundDevice]:
-    found = []
     try:
-        candidates = input_devices()
+        # keyboards and mice of others are no business of ours
+        found, _ = pads_among(input_devices())
     except DeviceError:
         return []
-    for candidate in candidates:
-        try:
-            device = InputDevice(candidate)
-        except DeviceError:
-            continue  # keyboards and mice of others are no business of ours
-        try:
-            if layout_of(device.description) is not None:
-                words = f"gamepad:{candidate}"
-                found.append(FoundDevice(words, device.description.name))
-        finally:
-            device.close()
-    return found
+    return [FoundDevice(f"gamepad:{file}", name) for file, name in found.items()]
 
 
 def _arms() -> list[FoundDevice]:
     found = []
-    for adapter in serial_adapters(SerialPorts().names()):
+    for adapter in known_adapters():
         problem = ""
         if not adapter.is_allowed:
             problem = f"{adapter.name}: {permission_remedy(adapter.name)}."
