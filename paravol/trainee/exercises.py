@@ -1,6 +1,6 @@
 """The exercises as a trainee sees them: what is open, was done, and comes next."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -166,23 +166,19 @@ def in_order(exercises: Sequence[Scenario]) -> list[Scenario]:
     """Return exercises so that each comes after those it needs, by level and name."""
     known = {exercise.name: exercise for exercise in exercises}
     depths: dict[str, int] = {}
-    for name in known:
-        _depth(name, known, depths)
+
+    def depth(name: str) -> int:
+        """Return how many exercises come before one, at the longest."""
+        if name not in depths:
+            depths[name] = 0  # a circle ends here
+            needs = [need for need in known[name].needs if need in known]
+            depths[name] = max((depth(need) + 1 for need in needs), default=0)
+        return depths[name]
+
     levels = list(Level)
-
-    def place(exercise: Scenario) -> tuple[int, int, str]:
-        return levels.index(exercise.level), depths[exercise.name], exercise.name
-
-    return sorted(exercises, key=place)
-
-
-def _depth(name: str, known: Mapping[str, Scenario], depths: dict[str, int]) -> int:
-    """Return how many exercises come before one, at the longest."""
-    if name not in depths:
-        depths[name] = 0  # a circle ends here
-        needs = [need for need in known[name].needs if need in known]
-        depths[name] = max((_depth(n, known, depths) + 1 for n in needs), default=0)
-    return depths[name]
+    return sorted(
+        exercises, key=lambda e: (levels.index(e.level), depth(e.name), e.name)
+    )
 
 
 def short_title(scenario: Scenario) -> str:
