@@ -28,20 +28,15 @@ from paravol.registration.walk import Guide
 LOOK_S = 15.0
 """Encoders and clocks are judged by five seconds and more."""
 
-
 PATIENCE_S = 5.0
-
 
 STANDING = 0.5
 """An arm's timer that passes less than this share of the host's time stands still."""
 
-
 FULL_RATE = max(RATES)
-
 
 FULL_POSES_HZ = 90.0
 """The driver asks for 100 poses a second; a line that keeps up brings nearly all."""
-
 
 PEDALS = ("right", "left")
 
@@ -90,11 +85,8 @@ def check_arm(
 
 def _about(arm: ArmDescription) -> Finding:
     about = arm.identity
-    return Finding(
-        "arm",
-        f"{about.product_name} {about.model}, serial number {about.serial}, "
-        f"firmware {about.firmware}",
-    )
+    told = f"{about.product_name} {about.model}, serial number {about.serial}"
+    return Finding("arm", f"{told}, firmware {about.firmware}")
 
 
 def _home(state: HomeState) -> Finding:
@@ -109,14 +101,9 @@ def _home(state: HomeState) -> Finding:
 
 def _line(counters: Mapping[str, int]) -> Finding:
     faults = [f"{n} {name}" for name, n in counters.items() if n and name != "packets"]
-    told = f"{counters['packets']} packets"
-    if not faults:
-        return Finding("line", f"{told}, no faults")
-    return Finding(
-        "line",
-        f"{told}, {', '.join(faults)}",
-        remedy="What was damaged was left out; try another cable or adapter.",
-    )
+    told = f"{counters['packets']} packets, {', '.join(faults) or 'no faults'}"
+    remedy = "What was damaged was left out; try another cable or adapter."
+    return Finding("line", told, remedy=remedy if faults else "")
 
 
 def _clock(drift: float) -> Finding:
@@ -218,11 +205,8 @@ def pedals_finding(maxima: Maxima, pressed: int) -> Finding:
     """Report which pedals the arm has and which of them were pressed (bits)."""
     built_in = [name for bit, name in enumerate(PEDALS) if maxima.buttons >> bit & 1]
     if not built_in:
-        return Finding(
-            "pedals",
-            "the arm states none",
-            remedy="Registration and touches need one.",
-        )
+        remedy = "Registration and touches need one."
+        return Finding("pedals", "the arm states none", remedy=remedy)
     seen = [name for bit, name in enumerate(PEDALS) if pressed >> bit & 1]
     unseen = [name for name in built_in if name not in seen]
     told = f"{' and '.join(built_in)}; pressed: {' and '.join(seen) or 'none'}"

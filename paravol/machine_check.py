@@ -45,12 +45,9 @@ def program_findings() -> list[Finding]:
 
 def _python() -> Finding:
     is_old = sys.version_info < (3, 11)
-    return Finding(
-        "Python",
-        f"{platform.python_version()} in {sys.prefix}",
-        is_old,
-        "Python 3.11 or newer is needed." if is_old else "",
-    )
+    remedy = "Python 3.11 or newer is needed." if is_old else ""
+    value = f"{platform.python_version()} in {sys.prefix}"
+    return Finding("Python", value, is_old, remedy)
 
 
 def _processor() -> Finding:
@@ -73,13 +70,9 @@ def _memory() -> Finding:
     if told.endswith(" kB"):
         free = f", {float(told.removesuffix(' kB')) * 1024 / 1e9:.1f} GB available"
     is_small = total < LEAST_MEMORY_GB
-    return Finding(
-        "memory",
-        f"{total:.1f} GB{free}",
-        is_small,
-        f"At least {LEAST_MEMORY_GB:g} GB are needed." if is_small else "",
-        "head, picture and recording lie in it",
-    )
+    remedy = f"At least {LEAST_MEMORY_GB:g} GB are needed." if is_small else ""
+    why = "head, picture and recording lie in it"
+    return Finding("memory", f"{total:.1f} GB{free}", is_small, remedy, why)
 
 
 def _packages() -> list[Finding]:
@@ -98,16 +91,8 @@ def _packages() -> list[Finding]:
 
 
 OUR_PACKAGES = (
-    "anatomy",
-    "app",
-    "benchmarks",
-    "devices",
-    "disk",
-    "machine",
-    "paravol",
-    "renderers",
-    "scenarios",
-    "surgery",
+    *("anatomy", "app", "benchmarks", "devices", "disk", "machine", "paravol"),
+    *("renderers", "scenarios", "surgery"),
 )
 """Top-level packages of this distribution."""
 
@@ -127,13 +112,9 @@ def _package_names() -> Finding:
     if not others:
         return Finding("package names", "no other distribution has them", why=why)
     told = "; ".join(f"{name} by {', '.join(by)}" for name, by in others.items())
-    return Finding(
-        "package names",
-        f"brought by others too: {told}",
-        is_missing=True,
-        remedy="Install paravol-ess into an environment of its own.",
-        why=why,
-    )
+    told = f"brought by others too: {told}"
+    remedy = "Install paravol-ess into an environment of its own."
+    return Finding("package names", told, True, remedy, why)
 
 
 _COMPILED = "made in the first minutes of use; the folder may be removed at any time"
@@ -178,12 +159,8 @@ def _mpi() -> Finding:
     except TransportError as error:
         return Finding("MPI", "not to be used", remedy=str(error), why=why)
     if launcher is None:
-        return Finding(
-            "MPI",
-            "no mpiexec",
-            remedy="Snapshots use one rank; pip install 'paravol-ess[mpi]' brings MPI.",
-            why=why,
-        )
+        remedy = "Snapshots use one rank; pip install 'paravol-ess[mpi]' brings MPI."
+        return Finding("MPI", "no mpiexec", remedy=remedy, why=why)
     version = _first_line([launcher.path, "--version"])
     told, remedy = two_ranks(launcher)
     return Finding("MPI", f"{launcher.path}: {version}; {told}", remedy=remedy, why=why)
@@ -196,13 +173,7 @@ def two_ranks(launcher: Launcher) -> tuple[str, str]:
     """Start two ranks that count each other; return what came of it and the remedy."""
     command = [*launcher.command(2), sys.executable, "-c", _COUNT_RANKS]
     try:
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_RANKS_PATIENCE_S,
-        )
+        done = _run(command, _RANKS_PATIENCE_S)
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"two ranks do not start ({error})", "Use --ranks 1, or mend mpiexec."
     # two ranks print at once, so that their line ends may come later
@@ -264,27 +235,22 @@ def _ffmpeg() -> Finding:
     try:
         program = get_ffmpeg_exe()
     except RuntimeError:
-        return Finding(
-            "ffmpeg",
-            "none",
-            is_missing=True,
-            remedy="On Debian, apt install ffmpeg brings it.",
-        )
-    return Finding(
-        "ffmpeg", _first_line([program, "-version"]), why="it writes the films"
+        remedy = "On Debian, apt install ffmpeg brings it."
+        return Finding("ffmpeg", "none", is_missing=True, remedy=remedy)
+    version = _first_line([program, "-version"])
+    return Finding("ffmpeg", version, why="it writes the films")
+
+
+def _run(command: list[str], patience_s: float) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, capture_output=True, text=True, errors="replace", timeout=patience_s
     )
 
 
 def _first_line(command: list[str]) -> str:
     """Return the first line about a version."""
     try:
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_VERSION_PATIENCE_S,
-        )
+        done = _run(command, _VERSION_PATIENCE_S)
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"does not answer ({error})"
     lines = [line.strip() for line in done.stdout.splitlines()]
