@@ -5,7 +5,6 @@ linear transfer function that it means.
 """
 
 import re
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -64,19 +63,9 @@ class VolumeLook(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return PhongMaterial(self.ambient, self.diffuse, self.specular)
 
 
-@dataclass(frozen=True, slots=True)
-class _Range:
-    low: float
-    high: float
-
-    def demand(self, name: str, value: float) -> None:
-        if not self.low <= value <= self.high:
-            raise UserError(
-                f"{name} must lie between {self.low:g} and {self.high:g}, got {value:g}"
-            )
-
-
-_SHARE, _LIGHT = _Range(0.0, 1.0), _Range(0.0, 2.0)
+def _demand(name: str, value: float, most: float = 1.0) -> None:
+    if not 0.0 <= value <= most:
+        raise UserError(f"{name} must lie between 0 and {most:g}, got {value:g}")
 
 
 def check(look: VolumeLook) -> None:
@@ -84,7 +73,7 @@ def check(look: VolumeLook) -> None:
     if len(look.points) < 2:
         raise UserError(f"a look needs at least two points, got {len(look.points)}")
     for point in look.points:
-        _SHARE.demand(f"the opacity at density {point.density:g}", point.opacity)
+        _demand(f"the opacity at density {point.density:g}", point.opacity)
         linear_of(point.colour)
         if not np.isfinite(point.density):
             raise UserError(f"a point's density must be a number, got {point.density}")
@@ -96,9 +85,9 @@ def check(look: VolumeLook) -> None:
             )
     if not np.isfinite(look.surface):
         raise UserError(f"surface must be a density, got {look.surface}")
-    _SHARE.demand("threshold", look.threshold)
+    _demand("threshold", look.threshold)
     for name in ("ambient", "diffuse", "specular"):
-        _LIGHT.demand(name, getattr(look, name))
+        _demand(name, getattr(look, name), 2.0)
 
 
 def linear_of(colour: str) -> tuple[float, float, float]:

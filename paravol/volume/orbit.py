@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from paravol.side_letters import looks_towards
 from renderers.scene import Camera, Projection, Volume
 
 STEEPEST_DEG = 85.0
@@ -80,10 +81,7 @@ class Orbit:
         One of R, L, A and P: towards which the horizontal axis points most.
         """
         _, along, _ = self._axes()
-        right = "L" if along[0] > 0 else "R"
-        if abs(along[1]) > abs(along[0]):
-            right = "P" if along[1] > 0 else "A"
-        return {"L": "R", "R": "L", "P": "A", "A": "P"}[right], right
+        return looks_towards(-along)[0], looks_towards(along)[0]
 
     def _axes(self) -> tuple[NDArray[np.float64], ...]:
         """Return unit vectors to the eye, to the picture's right, and up in it."""
