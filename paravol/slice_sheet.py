@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from anatomy import classic_transfer_function
 from anatomy.case import Case
@@ -101,20 +101,19 @@ def _panel(
     for a, b in ((12, 4), (-12, -4)):
         draw.line([(x + a, y), (x + b, y)], fill=CROSS, width=2)
         draw.line([(x, y + a), (x, y + b)], fill=CROSS, width=2)
-    font = ImageFont.load_default(size=18)
     middle, end = PANEL_PX / 2, PANEL_PX - 6
     places = ((6, middle, "lm"), (end, middle, "rm"), (middle, 4, "mt"))
     for letter, (u, v, anchor) in zip(
         plane.letters, (*places, (middle, end, "mb")), strict=True
     ):
-        draw.text((u, v), letter, fill=INK, font=font, anchor=anchor)
+        draw.text((u, v), letter, fill=INK, font_size=18, anchor=anchor)
     sources = case.record.sources
     shown = "CT and MR" if show is Show.BOTH else show.value.upper()
     if show is Show.CT and sources:
         # a case made of an MR alone keeps it on the scale of CT
         shown = sources[0].modality
     name = f"{plane.name.lower()}, {shown}"
-    draw.text((6, 4), name, fill=QUIET, font=ImageFont.load_default(size=14))
+    draw.text((6, 4), name, fill=QUIET, font_size=14)
     return panel
 
 
@@ -165,7 +164,6 @@ def _legend(
     high = rows * LEGEND_ROW_PX + MARGIN_PX if rows else 0
     legend = Image.new("RGB", (wide, high))
     draw = ImageDraw.Draw(legend)
-    font = ImageFont.load_default(size=14)
     colors = np.rint(label_colors()).astype(int).tolist()
     for number, value in enumerate(sorted(shown)):
         column, row = divmod(number, rows)
@@ -175,7 +173,7 @@ def _legend(
         draw.rectangle(box, fill=tuple(colors[value]))
         place = (x + SWATCH_PX + 6, y + SWATCH_PX / 2)
         name = names.get(str(value), f"label {value}")
-        draw.text(place, name, fill=INK, font=font, anchor="lm")
+        draw.text(place, name, fill=INK, font_size=14, anchor="lm")
     return legend
 
 
@@ -184,7 +182,6 @@ def _histogram(case: Case, transfer: TransferFunction) -> Image.Image:
     centers, shares = counts_of(case.ct)
     panel = Image.new("RGB", (PANEL_PX, PANEL_PX))
     draw = ImageDraw.Draw(panel)
-    small = ImageFont.load_default(size=13)
     left, right, top, bottom = 14, PANEL_PX - 14, 40, PANEL_PX - 36
     low, high = float(centers[0]), float(centers[-1])
 
@@ -214,9 +211,9 @@ def _histogram(case: Case, transfer: TransferFunction) -> Image.Image:
         center, y = across(node), bottom - extinction / most * (bottom - top)
         draw.ellipse([center - 4, y - 4, center + 4, y + 4], outline=INK, width=2)
         row = bottom + 4 + 14 * (number % 2)
-        draw.text((center, row), f"{node:.0f}", fill=INK, font=small, anchor="mt")
-    draw.text((6, 4), "histogram (log) and transfer function, HU", fill=QUIET,
-              font=ImageFont.load_default(size=14))  # fmt: skip
+        draw.text((center, row), f"{node:.0f}", fill=INK, font_size=13, anchor="mt")
+    title = "histogram (log) and transfer function, HU"
+    draw.text((6, 4), title, fill=QUIET, font_size=14)
     note = f"line: extinction, up to {most:.0f} per mm"
-    draw.text((6, 22), note, fill=CROSS, font=small)
+    draw.text((6, 22), note, fill=CROSS, font_size=13)
     return panel
