@@ -34,19 +34,13 @@ NO_LIBRARY = (
 )
 NO_DEVICE = "No sound: this machine has no loudspeaker."
 
-
 BACKENDS = "WASAPI", "COREAUDIO", "PULSEAUDIO", "ALSA"
 """Sound systems that are tried, in this order. Not the null device, which swallows
 samples: whoever hears nothing is to be told so. Not JACK, which writes to the terminal
 where no server runs."""
 
-
 ALSA_NULL = "Discard all samples"
 """What ALSA calls its null device, which plays nothing."""
-
-
-def _untold(text: str) -> None:
-    """Tell nobody."""
 
 
 class SoundPlayer:
@@ -61,7 +55,7 @@ class SoundPlayer:
         *,
         is_on: bool = True,
         volume: float = 1.0,
-        told: Callable[[str], None] = _untold,
+        told: Callable[[str], object] = lambda text: None,
         open_device: Callable[[], Any] | None = None,
     ) -> None:
         """Begin silent; see `start`.
@@ -168,10 +162,8 @@ def loudspeakers() -> list[str]:
         import miniaudio
     except ImportError as error:
         raise UserError(NO_LIBRARY) from error
-    _silence_alsa()
-    backends = [getattr(miniaudio.Backend, name) for name in BACKENDS]
     try:
-        found = miniaudio.Devices(backends).get_playbacks()
+        found = miniaudio.Devices(_backends(miniaudio)).get_playbacks()
     except miniaudio.MiniaudioError as error:
         said = error.args[0] if error.args else error
         raise UserError(f"{NO_DEVICE} ({said})") from error
@@ -183,16 +175,19 @@ def _open_device() -> Any:
     """Open the system's loudspeaker; ImportError or miniaudio's error without one."""
     import miniaudio
 
-    _silence_alsa()
-    backends = [getattr(miniaudio.Backend, name) for name in BACKENDS]
     return miniaudio.PlaybackDevice(
         output_format=miniaudio.SampleFormat.FLOAT32,
         nchannels=1,
         sample_rate=RATE_HZ,
         buffersize_msec=BUFFER_MS,
-        backends=backends,
+        backends=_backends(miniaudio),
         app_name="PARAVOL",
     )
+
+
+def _backends(miniaudio: Any) -> list[Any]:
+    _silence_alsa()
+    return [getattr(miniaudio.Backend, name) for name in BACKENDS]
 
 
 # kept, since the library calls it at any time
