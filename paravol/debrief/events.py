@@ -1,6 +1,6 @@
 """What happened in a session, in order: tasks, cuts, injuries, nearness, contacts."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from paravol.debrief.findings import Findings
 from scenarios.bundle import EventRecord
-from scenarios.metrics.measured import HazardGaps, Taken
+from scenarios.metrics.measured import Taken
 from scenarios.tasks.engine import Status
 
 APART_S = 0.5
@@ -69,15 +69,11 @@ def events_of(findings: Findings) -> list[Event]:
     """Return all that happened, in order of time, the told ones numbered from 1."""
     found = [
         *_tasks(findings),
-        *_injuries(findings),
-        *_breaks(findings),
+        *_hurts(findings),
         *_gravest(_approaches(findings)),
         *_gravest(_cuts(findings.metrics.measured.edits or ())),
         *_gravest(_contacts(findings)),
-        *_frozen(findings),
-        *_scopes(findings),
-        *_recorded(findings),
-        *_moments(findings),
+        *_noted(findings),
     ]
     found.sort(key=lambda event: (event.shown_s, URGENCY.index(event.kind)))
     numbers = iter(range(1, len(found) + 1))
@@ -131,75 +127,62 @@ def _tasks(findings: Findings) -> list[Event]:
     return found
 
 
-def _injuries(findings: Findings) -> list[Event]:
+def _at(
+    kind: Kind, time_s: float, title: str, detail: str = "", gravity: float = 0.0
+) -> Event:
+    """Return an event that is over at once."""
+    return Event(kind, time_s, time_s, time_s, title, detail, gravity)
+
+
+def _hurts(findings: Findings) -> list[Event]:
+    """Return injuries and broken walls."""
     operation = findings.score.operation
-    return [
-        Event(
+    if operation is None:
+        return []
+    injuries = [
+        _at(
             Kind.INJURY,
-            injury.time_s,
-            injury.time_s,
             injury.time_s,
             f"Injury: {injury.structure}, {injury.side}",
             f"{injury.depth_mm:.1f} mm deep by the {injury.by}"
             + (f", through the {injury.wall}" if injury.wall else ""),
             injury.depth_mm,
         )
-        for injury in (() if operation is None else operation.injuries)
+        for injury in operation.injuries
+    ]
+    return injuries + [
+        _at(Kind.BREAK, broken.time_s, f"Broken: {broken}", gravity=broken.force_n)
+        for broken in operation.breaks
     ]
 
 
-def _breaks(findings: Findings) -> list[Event]:
-    operation = findings.score.operation
-    return [
-        Event(
-            Kind.BREAK,
-            broken.time_s,
-            broken.time_s,
-            broken.time_s,
-            f"Broken: {broken}",
-            gravity=broken.force_n,
-        )
-        for broken in (() if operation is None else operation.breaks)
-    ]
+def _lasting(
+    time_s: NDArray[np.float64], gap_mm: NDArray[np.float64], margin_mm: float
+) -> Iterator[tuple[int, float, float]]:
+    """Yield of each stretch below a margin the place of the least gap and its ends."""
+    gap_mm = np.nan_to_num(gap_mm, nan=np.inf)
+    for begin, end in spans(time_s, gap_mm < margin_mm):
+        place = begin + int(np.argmin(gap_mm[begin : end + 1]))
+        yield place, float(time_s[begin]), float(time_s[end])
 
 
 def _approaches(findings: Findings) -> list[Event]:
     measured = findings.metrics.measured
     found = []
-    sides = ("scope", measured.hazards), ("tool", measured.tool_hazards)
-    for role, gaps in sides:
+    for role, gaps in (("scope", measured.hazards), ("tool", measured.tool_hazards)):
         if gaps is None:
             continue
         for name, gap_mm in gaps.gap_mm.items():
             margin_mm = measured.settings.margin_of(name)
-            found += _approach(role, name, gaps, gap_mm, margin_mm)
-    return found
-
-
-def _approach(
-    role: str,
-    name: str,
-    gaps: HazardGaps,
-    gap_mm: NDArray[np.float64],
-    margin_mm: float,
-) -> list[Event]:
-    found = []
-    for begin, end in spans(gaps.time_s, np.nan_to_num(gap_mm, nan=np.inf) < margin_mm):
-        place = begin + int(np.nanargmin(gap_mm[begin : end + 1]))
-        nearest_mm = float(gap_mm[place])
-        begin_s, end_s = float(gaps.time_s[begin]), float(gaps.time_s[end])
-        lasting = f"nearer than {margin_mm:g} mm for {end_s - begin_s:.1f} s"
-        found.append(
-            Event(
-                Kind.HAZARD,
-                begin_s,
-                end_s,
-                float(gaps.time_s[place]),
-                f"{role} {nearest_mm:.1f} mm from the {name}".capitalize(),
-                lasting,
-                margin_mm - nearest_mm,
-            )
-        )
+            for place, begin_s, end_s in _lasting(gaps.time_s, gap_mm, margin_mm):
+                nearest_mm = float(gap_mm[place])
+                title = f"{role} {nearest_mm:.1f} mm from the {name}".capitalize()
+                for_s = f"nearer than {margin_mm:g} mm for {end_s - begin_s:.1f} s"
+                shown_s = float(gaps.time_s[place])
+                gravity = margin_mm - nearest_mm
+                found.append(
+                    Event(Kind.HAZARD, begin_s, end_s, shown_s, title, for_s, gravity)
+                )
     return found
 
 
@@ -231,65 +214,45 @@ def _contacts(findings: Findings) -> list[Event]:
     if contacts is None:
         return []
     found = []
-    for begin, end in spans(contacts.time_s, contacts.gap_mm < 0.0):
-        place = begin + int(np.argmin(contacts.gap_mm[begin : end + 1]))
+    for place, begin_s, end_s in _lasting(contacts.time_s, contacts.gap_mm, 0.0):
         depth_mm = float(-contacts.gap_mm[place])
-        begin_s, end_s = float(contacts.time_s[begin]), float(contacts.time_s[end])
         code = int(contacts.touched[place])
-        where = contacts.names[code] if code >= 0 else "tissue"
+        title = f"Scope touches {contacts.names[code] if code >= 0 else 'tissue'}"
+        detail = f"{depth_mm:.2f} mm deep, {end_s - begin_s:.1f} s"
+        shown_s = float(contacts.time_s[place])
         found.append(
-            Event(
-                Kind.CONTACT,
-                begin_s,
-                end_s,
-                float(contacts.time_s[place]),
-                f"Scope touches {where}",
-                f"{depth_mm:.2f} mm deep, {end_s - begin_s:.1f} s",
-                depth_mm,
-            )
+            Event(Kind.CONTACT, begin_s, end_s, shown_s, title, detail, depth_mm)
         )
     return found
 
 
-def _frozen(findings: Findings) -> list[Event]:
-    return [
+def _noted(findings: Findings) -> list[Event]:
+    """Return what was written down in flight, and the moments that are named."""
+    kinds = {"device": Kind.DEVICE, "aid": Kind.AID, "snapshot": Kind.SNAPSHOT}
+    frozen = [
         Event(Kind.FROZEN, a, b, a, "Trainer frozen", f"{b - a:.1f} s, not scored")
         for a, b in findings.followed.frozen
     ]
-
-
-def _scopes(findings: Findings) -> list[Event]:
-    return [
-        Event(Kind.SCOPE, at_s, at_s, at_s, f"Scope of {angle_deg:g}° put in")
+    scopes = [
+        _at(Kind.SCOPE, at_s, f"Scope of {angle_deg:g}° put in")
         for at_s, angle_deg in findings.metrics.measured.scope_changes
     ]
-
-
-def _recorded(findings: Findings) -> list[Event]:
-    """Return what was written down in flight: of the device, aids and snapshots."""
-    kinds = {"device": Kind.DEVICE, "aid": Kind.AID, "snapshot": Kind.SNAPSHOT}
-    last_s = findings.end_s
-    return [
-        Event(
+    recorded = [
+        _at(
             kinds[record.kind],
-            min(record.time_s, last_s),
-            min(record.time_s, last_s),
-            min(record.time_s, last_s),
-            f"{record.kind}".capitalize(),
+            min(record.time_s, findings.end_s),
+            record.kind.capitalize(),
             record.text,
         )
         for record in findings.recording.records
         if isinstance(record, EventRecord) and record.kind in kinds
     ]
-
-
-def _moments(findings: Findings) -> list[Event]:
-    """Return the moments that the scenario names."""
-    return [
-        Event(Kind.MOMENT, m.time_s, m.time_s, m.time_s, m.name.capitalize())
-        for m in findings.scenario.moments
-        if findings.begin_s <= m.time_s <= findings.end_s
+    moments = [
+        _at(Kind.MOMENT, moment.time_s, moment.name.capitalize())
+        for moment in findings.scenario.moments
+        if findings.begin_s <= moment.time_s <= findings.end_s
     ]
+    return [*frozen, *scopes, *recorded, *moments]
 
 
 def spans(
