@@ -49,22 +49,6 @@ SLICES = ("middle turbinate head", "ethmoid bulla", "choana")
 
 
 @dataclass(frozen=True, slots=True)
-class SeenPatches:
-    """Hold the patches of mucosa and for how long each was in sight.
-
-    places, normals: ``(n, 3)`` LPS mm and unit into the air. area_mm2, seconds:
-    ``(n,)``. is_seen: ``(n,)``, long enough. site: ``(n,)`` names with their sides.
-    """
-
-    places: Doubles
-    normals: Doubles
-    area_mm2: Doubles
-    seconds: Doubles
-    is_seen: NDArray[np.bool_]
-    site: NDArray[np.str_]
-
-
-@dataclass(frozen=True, slots=True)
 class SessionCoverage:
     """Hold what a recorded session saw of a head.
 
@@ -107,20 +91,6 @@ def session_coverage(
     return SessionCoverage(session.coverage, distance, patient.landmarks)
 
 
-def seen_patches(watch: CoverageWatch) -> SeenPatches:
-    """Return what was seen so far, patch by patch."""
-    mucosa = watch.mucosa
-    names = np.array(mucosa.sites or ("",))
-    return SeenPatches(
-        mucosa.places,
-        mucosa.normals,
-        mucosa.area_mm2,
-        watch.seconds,
-        watch.seen,
-        names[mucosa.site],
-    )
-
-
 def seconds_at(watch: CoverageWatch, places: Doubles, normals: Doubles) -> Doubles:
     """Return for how long places of the surface were in sight, s; NaN outside it.
 
@@ -141,18 +111,19 @@ def coverage_picture(
     row: the walls without turbinates, and the sinuses seen from the middle. Lower row:
     slices from the front to the back. distance: signed, mm, negative in air.
     """
-    patches = seen_patches(watch)
-    base = np.array([name.partition(", ")[0] for name in patches.site])
-    is_left = np.char.endswith(patches.site, "left")
+    mucosa = watch.mucosa
+    site = np.array(mucosa.sites or ("",))[mucosa.site]
+    base = np.array([name.partition(", ")[0] for name in site])
+    is_left = np.char.endswith(site, "left")
     nose = ~np.isin(base, SINUSES)
     bare = nose & ~np.isin(base, TURBINATES)
     septum = base == "septum"
-    middle = patches.places[septum, 0].mean() if septum.any() else 0.0
+    middle = mucosa.places[septum, 0].mean() if septum.any() else 0.0
     # the olfactory cleft's and the choana's parts of it too
-    septum = nose & (np.abs(patches.places[:, 0] - middle) < SEPTUM_MM)
-    septum &= (patches.normals[:, 0] > 0.3) == is_left
-    septum &= np.abs(patches.normals[:, 0]) > 0.3
-    box = _box(patches.places)
+    septum = nose & (np.abs(mucosa.places[:, 0] - middle) < SEPTUM_MM)
+    septum &= (mucosa.normals[:, 0] > 0.3) == is_left
+    septum &= np.abs(mucosa.normals[:, 0]) > 0.3
+    box = _box(mucosa.places)
     panels: list[list[Pixels]] = [[], []]
     titles: list[list[str]] = [[], []]
     for side, chosen in (("right", ~is_left), ("left", is_left)):
@@ -164,7 +135,7 @@ def coverage_picture(
         ):
             # walls are seen from the middle, the septum from its side
             from_left = (side == "right") != (title == "septum")
-            picture = _sagittal(patches, chosen & which, box, from_left)
+            picture = _sagittal(watch, chosen & which, box, from_left)
             panels[row].append(picture)
             titles[row].append(f"{title}, {side}")
     rows = [_joined(_cropped(p), t) for p, t in zip(panels, titles, strict=True)]
@@ -204,25 +175,24 @@ def _colours(seconds: Doubles, is_seen: NDArray[np.bool_]) -> Doubles:
 
 
 def _sagittal(
-    patches: SeenPatches, chosen: NDArray[np.bool_], box: Doubles, from_left: bool
+    watch: CoverageWatch, chosen: NDArray[np.bool_], box: Doubles, from_left: bool
 ) -> Pixels:
     """Draw patches as discs, seen along x; the nearest is in front.
 
     from_left: the eye is on the patient's left, so the face looks to the left.
     """
-    chosen = chosen & ((patches.normals[:, 0] > -0.2) == from_left) | (
-        chosen & (np.abs(patches.normals[:, 0]) < 0.2)
-    )
-    places, normals = patches.places[chosen], patches.normals[chosen]
+    mucosa, facing = watch.mucosa, watch.mucosa.normals[:, 0]
+    chosen = chosen & (((facing > -0.2) == from_left) | (np.abs(facing) < 0.2))
+    places, normals = mucosa.places[chosen], mucosa.normals[chosen]
     size = np.ceil(SCALE * (box[1] - box[0])).astype(int)
     picture = PilImage.new("RGB", (int(size[1]), int(size[2])), GROUND)
     draw = ImageDraw.Draw(picture)
     across = places[:, 1] - box[0, 1] if from_left else box[1, 1] - places[:, 1]
     x, y = SCALE * across, SCALE * (box[1, 2] - places[:, 2])
     light = 0.45 + 0.55 * np.abs(normals[:, 0])
-    colours = _colours(patches.seconds[chosen], patches.is_seen[chosen])
+    colours = _colours(watch.seconds[chosen], watch.seen[chosen])
     colours = (colours * light[:, None]).astype(int)
-    radius = SCALE * np.sqrt(np.maximum(patches.area_mm2[chosen], 0.5) / np.pi) * 1.25
+    radius = SCALE * np.sqrt(np.maximum(mucosa.area_mm2[chosen], 0.5) / np.pi) * 1.25
     order = np.argsort(places[:, 0] if from_left else -places[:, 0], kind="stable")
     for n in order.tolist():
         r = radius[n]

@@ -2,12 +2,7 @@
 
 import numpy as np
 
-from paravol.coverage_map import (
-    UNSEEN,
-    coverage_picture,
-    seconds_at,
-    seen_patches,
-)
+from paravol.coverage_map import UNSEEN, coverage_picture, seconds_at
 from scenarios import Endoscope, tip_frame
 from scenarios.coverage import CoverageWatch, mucosa_of
 from tests.scenarios.coverage.rooms import sphere_room
@@ -29,9 +24,8 @@ def test_each_place_has_the_seconds_of_what_looked_at_it() -> None:
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     assert seconds_at(watch, 10.0 * ways, -ways).tolist() == [2.0, 0.0, 0.0]
     assert np.isnan(seconds_at(watch, 2.0 * ways, -ways)).all()
-    patches = seen_patches(watch)
-    assert patches.seconds.max() == 2.0
-    assert patches.is_seen.sum() == (patches.seconds >= 0.4).sum()
+    assert watch.seconds.max() == 2.0
+    assert watch.seen.sum() == (watch.seconds >= 0.4).sum()
 
 
 def test_what_is_seen_takes_colour_from_what_is_not() -> None:
