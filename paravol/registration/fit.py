@@ -229,18 +229,16 @@ def _refuse_landmarks(
         f"The landmarks fit to {residual_mm:.2f} mm rms, {worse:.1f} times as badly as "
         "this arm and a careful hand leave"
     )
-    culprit = judged.culprit
-    if culprit is not None:
-        raise RegistrationError(
-            RegistrationReason.RESIDUAL,
-            f"{told}; without {names[culprit]!r} the others agree. Register again and "
-            "rest the tip in the middle of that one.",
-        )
-    raise RegistrationError(
-        RegistrationReason.RESIDUAL,
-        f"{told}. Register again with care; where that does not help, look at the arm "
-        "by `paravol doctor --device`: its constants or an encoder may be wrong.",
+    advice = (
+        ". Register again with care; where that does not help, look at the arm by "
+        "`paravol doctor --device`: its constants or an encoder may be wrong."
     )
+    if judged.culprit is not None:
+        advice = (
+            f"; without {names[judged.culprit]!r} the others agree. Register again and "
+            "rest the tip in the middle of that one."
+        )
+    raise RegistrationError(RegistrationReason.RESIDUAL, told + advice)
 
 
 def _triple(point: NDArray[np.float64]) -> tuple[float, float, float]:
