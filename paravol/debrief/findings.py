@@ -16,7 +16,6 @@ from scenarios import Sample, Scenario, Score, Session, load_scenario, tip_frame
 from scenarios.bundle import Recording
 from scenarios.coverage import CoverageWatch
 from scenarios.metrics import Measured, Metric, Settings, Track, measure
-from scenarios.tasks import TaskEvent
 
 Interval = tuple[float, float]
 
@@ -31,14 +30,13 @@ class Followed:
     """Look on while a session is stepped, and keep what its end does not tell.
 
     time_s, clock_s: of each sample, and what the score's clock showed. blood: times and
-    millilitres bled so far. task_events: with the session's time. frozen: spans.
-    coverage: of the mucosa, as at the last sample.
+    millilitres bled so far. frozen: spans. coverage: of the mucosa, as at the last
+    sample.
     """
 
     time_s: list[float] = field(default_factory=list)
     clock_s: list[float] = field(default_factory=list)
     blood: list[tuple[float, float]] = field(default_factory=list)
-    task_events: list[tuple[float, TaskEvent]] = field(default_factory=list)
     frozen: list[Interval] = field(default_factory=list)
     coverage: CoverageWatch | None = None
     _frozen_s: float | None = None
@@ -48,8 +46,6 @@ class Followed:
         self.time_s.append(sample.time_s)
         self.clock_s.append(session.clock_s)
         self.coverage = session.coverage
-        told = session.take_task_events()
-        self.task_events += [(sample.time_s, event) for event in told]
         if sample.is_frozen and self._frozen_s is None:
             self._frozen_s = sample.time_s
         elif not sample.is_frozen and self._frozen_s is not None:
