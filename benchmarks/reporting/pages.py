@@ -3,15 +3,14 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from benchmarks.reporting.section import Section, Table
 from benchmarks.reporting.survey import survey
 from benchmarks.schema import Results
 from disk import whole_file
-from paravol.debrief.page import TEMPLATES as DEBRIEF
-from paravol.debrief.page import colours
+from paravol.debrief.colours import TEMPLATES as DEBRIEF
+from paravol.debrief.colours import templates
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -29,17 +28,10 @@ pictures by every mode, light and peer are in [gallery.md](gallery.md).
 
 def html_page(results: Results) -> str:
     """Return the whole HTML file; the same results give the same text."""
-    environment = Environment(
-        # the debrief's style sheet, and what only this page has
-        loader=FileSystemLoader([TEMPLATES, DEBRIEF]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    # the debrief's style sheet, and what only this page has
+    environment = templates(TEMPLATES, DEBRIEF)
     sheets = [
-        environment.get_template(name).render(colour=colours())
-        for name in ("page.css", "report.css")
+        environment.get_template(name).render() for name in ("page.css", "report.css")
     ]
     # ours, with nothing from any file in them
     style = Markup("\n".join(sheets))

@@ -1,6 +1,14 @@
-"""The page's colours; the tests compute how well one can be read on another."""
+"""The pages' colours, and the templates in which they stand.
+
+The tests compute how well one colour can be read on another.
+"""
 
 from enum import StrEnum
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+TEMPLATES = Path(__file__).parent / "templates"
 
 
 class Colour(StrEnum):
@@ -29,3 +37,18 @@ HAZARD_LINES = (
     *(Colour.CONTACT, Colour.QUIET, Colour.INK),
 )
 """Of hazards in a figure, with a dash of their own each."""
+
+
+def templates(*folders: Path) -> Environment:
+    """Return the templates of folders: text is escaped, `colour` is the palette."""
+    environment = Environment(
+        loader=FileSystemLoader(folders),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    # two names may be of one colour
+    colours = {name.lower(): c.value for name, c in Colour.__members__.items()}
+    environment.globals["colour"] = colours
+    return environment

@@ -7,8 +7,8 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from paravol.cutaway import Cutaway
+from paravol.debrief.charts import head
 from paravol.debrief.pictures import Picture
-from paravol.debrief.svg import Figure, path_data
 from paravol.patient import PatientScene
 from renderers.scene import Camera, Projection
 
@@ -46,21 +46,8 @@ def head_picture(
         pixels, depth = cutaway.draw(camera)
     finally:
         cutaway.close()
-    picture = Picture.of(pixels)
-    width, height = SIZE
-    figure = Figure(
-        width,
-        height,
-        "The way through the opened head",
-        "Seen from the middle of the head; parts of the way behind tissue are dashed.",
-    )
-    figure.add("image", href=picture.url, width=width, height=height)
-    for piece in own:
-        for points, is_hidden in _seen(camera, depth, piece):
-            line = path_data(points.tolist())
-            figure.add("path", d=line, class_="casing")
-            figure.add("path", d=line, class_="hidden" if is_hidden else "shown")
-    return figure.markup()
+    pieces = [part for piece in own for part in _seen(camera, depth, piece)]
+    return head(SIZE, Picture.of(pixels).url, pieces)
 
 
 def _seen(

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from paravol.debrief import charts
 from paravol.debrief.advice import advice, amount
-from paravol.debrief.colours import Colour
+from paravol.debrief.colours import TEMPLATES, templates
 from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
@@ -20,21 +19,16 @@ from paravol.metric_texts import metric_figure
 from paravol.score_table import score_rows
 from paravol.verdict_texts import headline_text, points_text, verdict_text
 from scenarios.hazard_watch import ALWAYS_NEAR
-from scenarios.metrics import HazardGaps, Track
+from scenarios.metrics import Track
 from scenarios.metrics.value_text import value_text
 from scenarios.passing import goals_of
 from scenarios.rubrics import Assessment
-from scenarios.tasks.engine import Status
-
-TEMPLATES = Path(__file__).parent / "templates"
 
 QUALITIES = {
     None: "No pictures were drawn.",
     Quality.FAST: "Pictures are those of the live renderer, drawn again.",
     Quality.FINE: "Pictures are drawn by the ray tracer, finer than they were live.",
 }
-
-NOTHING = "\N{EN DASH}"
 
 LEAST_MM3 = 0.05
 """Tissues of which less was taken are left out of the figure."""
@@ -58,75 +52,56 @@ class Material:
 
 def page(material: Material) -> str:
     """Return the whole HTML file; the same material gives the same text."""
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    sheet, script = environment.get_template("page.css"), TEMPLATES / "page.js"
+    environment = templates(TEMPLATES)
     # ours, with nothing from any file in them
-    style = Markup(sheet.render(colour=colours()))
+    style = Markup(environment.get_template("page.css").render())
     return environment.get_template("page.html").render(
         style=style,
-        script=Markup(script.read_text("utf-8")),
+        script=Markup((TEMPLATES / "page.js").read_text("utf-8")),
         **_told(material),
     )
 
 
-def colours() -> dict[str, str]:
-    """Return the palette as a style sheet's template names it."""
-    # two names may be of one colour
-    return {name.lower(): c.value for name, c in Colour.__members__.items()}
-
-
 def _told(material: Material) -> dict[str, Any]:
     findings, events = material.findings, material.events
-    info, score = findings.recording.info, findings.score
+    score = findings.score
     measured = findings.metrics.measured
     gaps = nearest_gaps(findings)
     pieces = tip_pieces(measured.scope)
     other = [] if findings.compared is None else tip_pieces(findings.compared.track)
     return {
-        "name": findings.name,
-        "title": findings.scenario.title,
-        "info": info,
+        "material": material,
+        "findings": findings,
         "head_words": _head_words(findings),
-        "is_complete": findings.metrics.is_complete,
-        "damages": findings.recording.damages,
         "figures": score_rows(score, findings.metrics.metrics),
-        "assessment": material.assessment,
         "amount": amount,
         "points_text": points_text,
         "headline": headline_text(material.assessment)
         if material.assessment.exercise is not None
         else verdict_text(material.assessment),
-        "tasks": _tasks(findings),
+        "titles": {task.name: task.title for task in findings.scenario.tasks},
+        "goals": goals_of(findings.scenario),
         "timeline": charts.timeline(findings, events),
         "told": [event for event in events if event.is_told],
         "untold": sum(not event.is_told for event in events),
-        "pictures": material.pictures,
         "picture_words": QUALITIES[material.pictures.quality],
         "hazard_chart": charts.hazards(findings, gaps, measured.settings.margin_mm)
         if gaps
         else "",
-        "hazards": _approaches(findings),
+        "hazards": sorted(
+            (score.hazards or {}).items(), key=lambda item: item[1].nearest_mm
+        ),
+        "always_near": ALWAYS_NEAR,
+        "margin_of": findings.metrics.settings.margin_of,
+        "far_mm": charts.CLIPPED_MM,
         "paths": charts.paths(pieces, other, _marks(findings, events))
         if pieces
         else [],
         "has_other": bool(other),
-        "head": material.head,
         "removed": _removed(findings),
-        "coverage": score.coverage,
-        "seen": material.seen,
-        "metrics": findings.metrics.metrics,
-        "noise": findings.metrics.noise,
         "bands": _bands(material.assessment),
         "figure": metric_figure,
         "value_text": value_text,
-        "compared": findings.compared,
-        "why_alone": findings.why_alone,
         "advice": advice(findings, events, material.assessment),
     }
 
@@ -136,15 +111,11 @@ def nearest_gaps(findings: Findings) -> dict[str, NDArray[np.float64]]:
     measured = findings.metrics.measured
     found: dict[str, NDArray[np.float64]] = {}
     for gaps in (measured.hazards, measured.tool_hazards):
-        for name, mm in {} if gaps is None else _gaps(gaps).items():
+        for name, mm in {} if gaps is None else gaps.gap_mm.items():
             found[name] = np.fmin(found[name], mm) if name in found else mm
     known = {name: mm for name, mm in found.items() if np.isfinite(mm).any()}
     order = sorted(known, key=lambda name: float(np.nanmin(known[name])))
     return {name: known[name] for name in order[: charts.MOST_HAZARDS]}
-
-
-def _gaps(gaps: HazardGaps) -> dict[str, NDArray[np.float64]]:
-    return dict(gaps.gap_mm)
 
 
 def _head_words(findings: Findings) -> str:
@@ -158,60 +129,6 @@ def _head_words(findings: Findings) -> str:
     angles = dict.fromkeys((scope.angle_deg, *(angle for _, angle in changes)))
     told = ", ".join(f"{angle:g}°" for angle in angles)
     return f"{patient}; scope {told}, {scope.diameter_mm:g} mm"
-
-
-def _tasks(findings: Findings) -> list[dict[str, Any]]:
-    titles = {task.name: task.title for task in findings.scenario.tasks}
-    words = {Status.DONE: "good", Status.FAILED: "danger"}
-    goals = goals_of(findings.scenario)
-    return [
-        {
-            "title": titles.get(state.name, state.name),
-            "status": "kept"
-            if state.status is Status.DONE and state.name not in goals
-            else str(state.status),
-            "style": words.get(state.status, "quiet"),
-            "progress": f"{state.progress:.0%}",
-            "opened": _seconds(state.opened_s),
-            "ended": _seconds(state.ended_s),
-            "why": state.why,
-        }
-        for state in findings.score.tasks
-    ]
-
-
-def _seconds(time_s: float | None) -> str:
-    return NOTHING if time_s is None else f"{time_s:.1f} s"
-
-
-def _approaches(findings: Findings) -> list[dict[str, Any]]:
-    margin = findings.metrics.settings.margin_of
-    rows = sorted(
-        (findings.score.hazards or {}).items(), key=lambda item: item[1].nearest_mm
-    )
-    return [
-        {
-            "name": name,
-            "margin": f"{margin(name):g} mm",
-            "scope": _near(at.shaft_mm, at.shaft_s),
-            "tool": _near(at.instrument_mm, at.instrument_s),
-            "verdict": "beside every scope"
-            if name in ALWAYS_NEAR
-            else "inside the margin"
-            if at.nearest_mm < margin(name)
-            else "kept",
-        }
-        for name, at in rows
-    ]
-
-
-def _near(gap_mm: float | None, time_s: float | None) -> str:
-    """Return a distance and when it was; far ones are all alike."""
-    if gap_mm is None:
-        return NOTHING
-    if gap_mm >= charts.CLIPPED_MM:
-        return f"over {charts.CLIPPED_MM:g} mm"
-    return f"{gap_mm:.1f} mm at {time_s:.1f} s"
 
 
 def _removed(findings: Findings) -> dict[str, Any] | None:

@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from paravol.debrief.colours import HAZARD_LINES, Colour
-from paravol.debrief.page import TEMPLATES
+from paravol.debrief.colours import HAZARD_LINES, TEMPLATES, Colour
 
 BACKGROUNDS = {Colour.PAPER, Colour.PANEL}
 TEXTS = {
