@@ -4,6 +4,7 @@
 draws figures, `page` writes the file.
 """
 
-from paravol.debrief.debrief_file import DebriefOrder, WrittenDebrief, write_debrief
+from paravol.debrief.debrief_file import WrittenDebrief, write_debrief
+from paravol.debrief.pictures import DebriefOrder
 
 __all__ = ["DebriefOrder", "WrittenDebrief", "write_debrief"]

@@ -12,37 +12,17 @@ from paravol.debrief.events import events_of, worth_a_picture
 from paravol.debrief.findings import Findings, gather
 from paravol.debrief.head_picture import head_picture
 from paravol.debrief.page import Material, page, tip_pieces
-from paravol.debrief.pictures import NO_PICTURES, Picture, Quality, draw_pictures
+from paravol.debrief.pictures import (
+    NO_PICTURES,
+    DebriefOrder,
+    Picture,
+    draw_pictures,
+)
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_scoring import assessment_of, fitting_rubric
 from paravol.session_setup import flown_scenario
 from scenarios.bundle import read_recording
 from scenarios.rubrics import load_rubric
-
-MOST_PICTURES = 16
-PICTURE_SIZE = 320
-
-
-@dataclass(frozen=True, slots=True)
-class DebriefOrder:
-    """Say what is wanted.
-
-    folder: the session. out: the HTML file. compare: another session of the same head;
-    None for the scenario's own path. quality: who draws; None draws nothing. pictures,
-    size: how many events get one, and its width and height in pixels. case: where the
-    case that was flown through lies now. rubric: name or file; "" for the one that
-    comes with the program for what was done.
-    """
-
-    folder: Path
-    out: Path
-    compare: Path | None = None
-    quality: Quality | None = Quality.FAST
-    pictures: int = MOST_PICTURES
-    size: int = PICTURE_SIZE
-    threads: int = 1
-    case: Path | None = None
-    rubric: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,17 +76,8 @@ def write_debrief(
         head = _head(findings, order.threads)
         # before the pictures, for which the session goes back
         seen = _seen(findings)
-        pictures = draw_pictures(
-            order.folder,
-            findings,
-            worth_a_picture(events, order.pictures),
-            quality=order.quality,
-            size=order.size,
-            threads=order.threads,
-            case=order.case,
-            progress=progress,
-            say=say,
-        )
+        drawn = worth_a_picture(events, order.pictures)
+        pictures = draw_pictures(order, findings, drawn, progress, say)
     assessment = assessment_of(order.folder, rubric, findings.metrics)
     text = page(Material(findings, events, pictures, head, assessment, seen))
     with whole_file(order.out) as beside:

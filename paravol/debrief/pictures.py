@@ -34,6 +34,32 @@ class Quality(StrEnum):
     FINE = "fine"
 
 
+MOST_PICTURES = 16
+PICTURE_SIZE = 320
+
+
+@dataclass(frozen=True, slots=True)
+class DebriefOrder:
+    """Say what is wanted.
+
+    folder: the session. out: the HTML file. compare: another session of the same head;
+    None for the scenario's own path. quality: who draws; None draws nothing. pictures,
+    size: how many events get one, and its width and height in pixels. case: where the
+    case that was flown through lies now. rubric: name or file; "" for the one that
+    comes with the program for what was done.
+    """
+
+    folder: Path
+    out: Path
+    compare: Path | None = None
+    quality: Quality | None = Quality.FAST
+    pictures: int = MOST_PICTURES
+    size: int = PICTURE_SIZE
+    threads: int = 1
+    case: Path | None = None
+    rubric: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class Picture:
     """Hold a picture as the page has it; url: ``data:`` with the whole JPEG."""
@@ -79,40 +105,34 @@ NO_PICTURES = Pictures({}, None, None)
 
 
 def draw_pictures(
-    folder: Path,
+    order: DebriefOrder,
     findings: Findings,
     events: Sequence[Event],
-    *,
-    quality: Quality,
-    size: int,
-    threads: int,
-    case: Path | None,
     progress: Progress,
     say: Callable[[str], None],
 ) -> Pictures:
     """Draw what was seen at events, and the wound before and after.
 
-    size: width and height, pixels. The findings' timeline is elsewhere afterwards.
+    The findings' timeline is elsewhere afterwards.
     """
     edits = findings.metrics.measured.edits
     wound_s = edits[-1].time_s if edits else None
-    if quality is Quality.FAST:
-        return _live(findings, events, wound_s, size, threads, progress)
-    return _traced(folder, findings, events, wound_s, size, case, progress, say)
+    if order.quality is Quality.FAST:
+        return _live(order, findings, events, wound_s, progress)
+    return _traced(order, findings, events, wound_s, progress, say)
 
 
 def _live(
+    order: DebriefOrder,
     findings: Findings,
     events: Sequence[Event],
     wound_s: float | None,
-    size: int,
-    threads: int,
     progress: Progress,
 ) -> Pictures:
     """Draw with the live renderer, the tissue as it was at each moment."""
     info = findings.recording.info
     timeline = findings.timeline
-    timeline.resize((size, size))
+    timeline.resize((order.size, order.size))
     # what it did on its way to the end is in the tissue that is drawn first
     timeline.go_to(max(findings.end_s, 0.0))
     drawn = build_view(
@@ -121,7 +141,7 @@ def _live(
         tier=info.tier,
         seed=info.seed,
         has_instrument=info.has_instrument or info.operated,
-        threads=threads,
+        threads=order.threads,
     )
 
     def picture(time_s: float, bare_at_s: float | None = None) -> Picture:
@@ -162,12 +182,10 @@ def _live(
 
 
 def _traced(
-    folder: Path,
+    order: DebriefOrder,
     findings: Findings,
     events: Sequence[Event],
     wound_s: float | None,
-    size: int,
-    case: Path | None,
     progress: Progress,
     say: Callable[[str], None],
 ) -> Pictures:
@@ -177,7 +195,9 @@ def _traced(
         times += [wound_s, findings.end_s]
     if not times:
         return NO_PICTURES
-    head, views = session_views(folder, np.array(times), size, case, progress)
+    head, views = session_views(
+        order.folder, np.array(times), order.size, order.case, progress
+    )
     if wound_s is not None:
         bare = msgspec.structs.replace(views[-2], instruments=())
         assert isinstance(bare.look, ScopeLook)
