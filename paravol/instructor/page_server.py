@@ -23,11 +23,9 @@ from pathlib import Path
 from socketserver import TCPServer
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from devices.port import Closing
 from disk import UserError
-from paravol.debrief.colours import Colour
+from paravol.debrief.colours import templates
 from paravol.instructor.flight_watcher import FlightWatcher
 from scenarios import Scenario
 
@@ -234,11 +232,9 @@ class _Handler(BaseHTTPRequestHandler):
         _, _, rest = self.path.partition("?")[0].partition("/")
         token, slash, name = rest.partition("/")
         parts: dict[str, Callable[[], None]] = {
-            "": lambda: self._say("text/html", _filled("instructor.html")),
-            "instructor.css": lambda: self._say("text/css", _filled("instructor.css")),
-            "instructor.js": lambda: self._say(
-                "text/javascript", _filled("instructor.js")
-            ),
+            "": lambda: self._fill("html"),
+            "instructor.css": lambda: self._fill("css"),
+            "instructor.js": lambda: self._fill("javascript"),
             "picture.jpg": self._picture,
             "pictures": self._pictures,
             "state.json": self._state,
@@ -273,6 +269,12 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(content)))
         self.end_headers()
         self.wfile.write(content)
+
+    def _fill(self, kind: str) -> None:
+        """Send one of the page's files; its colours are those of the debrief."""
+        name = f"instructor.{kind.replace('javascript', 'js')}"
+        content = templates(_TEMPLATES).get_template(name).render()
+        self._say(f"text/{kind}", content.encode())
 
     def _picture(self) -> None:
         watcher = self.owner.shown
@@ -338,12 +340,3 @@ class _Handler(BaseHTTPRequestHandler):
 def _text_of(watcher: FlightWatcher | None) -> str:
     told = {"stage": "No flight yet"} if watcher is None else watcher.state()
     return json.dumps(told, allow_nan=False)
-
-
-def _filled(name: str) -> bytes:
-    """Return one of the page's files; its colours are those of the debrief."""
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined
-    )
-    colours = {each.lower(): c.value for each, c in Colour.__members__.items()}
-    return environment.get_template(name).render(colour=colours).encode()
