@@ -75,8 +75,9 @@ class InstructorPage(Closing):
         Raises UserError where nobody can listen there.
         """
         self._token = secrets.token_urlsafe(18)
-        self._watcher: FlightWatcher | None = None
-        self._is_closed = False
+        self.shown: FlightWatcher | None = None
+        """The flight that is shown now."""
+        self.is_closed = False
         page = self
 
         class Handler(_Handler):
@@ -112,31 +113,21 @@ class InstructorPage(Closing):
         return FlightWatcher(scenario, self._show)
 
     def _show(self, watcher: FlightWatcher) -> None:
-        before, self._watcher = self._watcher, watcher
+        before, self.shown = self.shown, watcher
         if before is not None:
             before.wake()
 
     def close(self) -> None:
         """End all answers and stop listening; harmless when repeated."""
-        if self._is_closed:
+        if self.is_closed:
             return
-        self._is_closed = True
-        if self._watcher is not None:
-            self._watcher.wake()
+        self.is_closed = True
+        if self.shown is not None:
+            self.shown.wake()
         self._server.shutdown()
         self._server.server_close()
         self._server.drop_all()
         self._thread.join()
-
-    @property
-    def shown(self) -> FlightWatcher | None:
-        """Return the flight that is shown now."""
-        return self._watcher
-
-    @property
-    def is_closed(self) -> bool:
-        """Return whether it ended."""
-        return self._is_closed
 
     def knows(self, token: str) -> bool:
         """Return whether that is the page's path; the time taken tells nothing."""
