@@ -49,19 +49,12 @@ class FaceFit:
     used: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WholeSkin:
+class WholeSkin(Skin):
     """Leave out where a scan ends: there its distance jumps and has no direction."""
-
-    skin: Skin
-
-    def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return signed distances ``(n,)``."""
-        return self.skin.distance(points)
 
     def normal(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return unit normals ``(n, 3)``, zero where there is no skin to speak of."""
-        slope = self.skin.normal(points)
+        slope = super().normal(points)
         steepness = np.linalg.norm(slope, axis=1, keepdims=True)
         low, high = SLOPES
         sure = (steepness > low) & (steepness < high)
@@ -95,7 +88,7 @@ def register_face(
     weights = np.repeat(np.eye(3)[None] / LANDMARK_MM**2, len(names), axis=0)
     landmarks = Landmarks(theirs, mine, weights)
     points = _spread(face.vertices)
-    transform, whole = start.world_from_device, WholeSkin(skin)
+    transform, whole = start.world_from_device, WholeSkin(skin.field)
     fit, used = 0.0, np.zeros(len(points), bool)
     near = 2 * NEAR_MM
     for _ in range(ROUNDS):
