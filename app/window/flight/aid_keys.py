@@ -34,7 +34,6 @@ class AidKeys(QObject):
         self._picture = picture
         self._notify = notify
         self._switched = switched
-        thread.laid.connect(self._tell_laid)
         self._has_tasks = bool(thread.flight.order.scenario.tasks)
         window.installEventFilter(self)
 
@@ -96,7 +95,8 @@ class AidKeys(QObject):
         else:
             self._notify(tr("No tool is needed now"), "")
 
-    def _tell_laid(self, is_found: bool, other: str) -> None:
+    def tell_laid(self, is_found: bool, other: str) -> None:
+        """Say whether there is a place for the scope, and what other tool has one."""
         if is_found:
             self._notify(tr("The assistant lays the scope"), "")
         else:

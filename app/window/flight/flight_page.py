@@ -5,7 +5,6 @@ import time
 from collections.abc import Mapping
 from functools import partial
 from threading import Thread
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,18 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.window.flight.aid_keys import AidKeys
 from app.window.flight.flight_actions import FlightActions
-from app.window.flight.flight_thread import DisplayedFrame, FlightThread
+from app.window.flight.flight_thread import (
+    DisplayedFrame,
+    FlightThread,
+    FrameReady,
+    HeadModelled,
+    HeadUnseen,
+    ScopeLaid,
+    SlicesReady,
+    SoundFailed,
+    ThreadEnding,
+    WindowEvent,
+)
 from app.window.flight.help_overlay import HelpOverlay
 from app.window.flight.keys import HandEvents
 from app.window.flight.large_view import LargeView
@@ -37,16 +47,27 @@ from app.window.texts import later, tr
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
-from paravol.flight import FlightEnd
+from paravol.flight_events import (
+    DeviceBack,
+    DeviceLost,
+    FlightEnd,
+    Injured,
+    MomentKept,
+    Progressed,
+    RecordingBegan,
+    RecordingStopped,
+    StoodStill,
+    ToolDeviceNews,
+    Touching,
+    ViewSaved,
+)
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
-from paravol.slice_views import SliceViews
+from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.contact_shape import works_at_mm
-
-if TYPE_CHECKING:
-    from app.vtk.head_model import HeadModel
+from scenarios.tasks import Status, TaskEvent
 
 AHEAD_MM = 14.0
 """How far before the eye a place moves that tells whether the scope has turned."""
@@ -171,27 +192,8 @@ class FlightPage(Page):
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
-        thread.staged.connect(self._on_stage)
-        thread.head_ready.connect(self._on_head)
-        thread.unseen.connect(self._on_unseen)
-        thread.slices_ready.connect(self._on_slices)
-        thread.touching.connect(self._on_touching)
-        thread.registered.connect(self._on_registered)
-        thread.arrived.connect(self._on_frame)
-        thread.moment_kept.connect(self._on_moment)
-        thread.view_kept.connect(self._on_view_kept)
-        thread.pictured.connect(self._moments.show_moment)
-        thread.injured.connect(self._on_injury)
-        thread.unheard.connect(self._sound.fail)
-        thread.tool_device.connect(self._on_tool_device)
-        thread.late.connect(self._on_late)
-        thread.unrecorded.connect(self._on_unrecorded)
-        thread.task_ended.connect(self._on_task)
-        thread.away.connect(self._on_away)
-        thread.back.connect(self._on_back)
-        thread.landed.connect(self._on_landed)
-        thread.finished.connect(self._on_finished)
-        self._on_stage("Starting", 0.0)
+        thread.told.connect(self._hear)
+        self._hear(Progressed("Starting", 0.0))
 
     def _lay_out(self) -> QVBoxLayout:
         middle = QWidget()
@@ -413,29 +415,66 @@ class FlightPage(Page):
         else:
             self._notices.say("")
 
-    @Slot(str, bool, str)
-    def _on_task(self, name: str, is_done: bool, text: str) -> None:
-        title = tr("Done") if is_done else tr("Failed: {name}", name=tr(name))
-        self._notices.notify(title, tr(text))
+    @Slot(object)
+    def _hear(self, event: WindowEvent) -> None:
+        """Show what happens."""
+        notify = self._notices.notify
+        match event:
+            case FrameReady():
+                self._show_frame()
+            case Progressed(stage, share):
+                how = tr("This is quick once it was done before.")
+                self._notices.say(tr(stage), how, share)
+            case SlicesReady(views):
+                self._slices.show_head(views)
+            case HeadModelled(model):
+                self._overview.show_head(model)
+            case HeadUnseen(why):
+                self._overview.tell(tr(why))
+                self._begin()
+            case Touching(_, share):
+                self._ask_to_touch(share)
+            case RecordingBegan(residual_mm):
+                self._begin_flight(residual_mm)
+            case MomentKept(frame):
+                notify(
+                    tr("Kept the moment at {time_s:.1f} s", time_s=frame.sample.time_s),
+                    tr("It is being drawn at high quality, beside the flight."),
+                )
+            case MomentPicture():
+                self._moments.show_moment(event)
+            case ViewSaved(said, where):
+                notify(tr(said), tr(where))
+            case Injured(text):
+                self._tell_injury(text)
+            case TaskEvent(status=Status.DONE):
+                notify(tr("Done"), tr(event.text))
+            case TaskEvent(status=Status.FAILED):
+                notify(tr("Failed: {name}", name=tr(event.task)), tr(event.text))
+            case SoundFailed(why):
+                self._sound.fail(why)
+            case ScopeLaid(is_found, other):
+                self._aids.tell_laid(is_found, other)
+            case ToolDeviceNews(text):
+                notify(tr("The tool's device"), tr(text))
+            case StoodStill(text):
+                notify(tr("The flight stood still"), tr(text))
+            case RecordingStopped(why):
+                notify(tr("Nothing more is recorded"), tr(why))
+            case DeviceLost():
+                self._wait_for_device()
+            case DeviceBack(away_s):
+                self._go_on(away_s)
+            case FlightEnd():
+                self._show_end(event)
+            case ThreadEnding():
+                self._is_under_way = False
+                if self._thread.error is not None:
+                    self._leave()
 
     @Slot()
     def _on_overview_changed(self) -> None:
         self._is_overview_stale = True
-
-    @Slot(str, float)
-    def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(
-            tr(stage), tr("This is quick once it was done before."), share
-        )
-
-    @Slot(object)
-    def _on_head(self, head: "HeadModel") -> None:
-        self._overview.show_head(head)
-
-    @Slot(str)
-    def _on_unseen(self, why: str) -> None:
-        self._overview.tell(tr(why))
-        self._begin()
 
     def _begin(self) -> None:
         """Let the clock run: there is all to see that there will be."""
@@ -450,16 +489,13 @@ class FlightPage(Page):
             )
         self.begun.emit()
 
-    @Slot(object)
-    def _on_slices(self, views: SliceViews) -> None:
-        self._slices.show_head(views)
-
-    @Slot(int)
-    def _on_touching(self, touched: int) -> None:
+    def _ask_to_touch(self, share: float) -> None:
+        """Ask for the next fiducial; share: of them that were touched."""
         if not self._is_under_way:
             self._overview_due_s = 0.0
         self._is_under_way = True
         fiducials = self._order.scenario.fiducials
+        touched = round(share * len(fiducials))
         positions = self._order.scenario.fiducial_positions()
         if touched < len(fiducials):
             how = self._order.input.touch_hint
@@ -476,8 +512,7 @@ class FlightPage(Page):
             )
         self._overview.show_fiducials(positions, touched)
 
-    @Slot(object)
-    def _on_registered(self, residual_mm: float | None) -> None:
+    def _begin_flight(self, residual_mm: float | None) -> None:
         self._registration_mm = residual_mm
         self._is_under_way = True
         # what was prepared is done
@@ -498,8 +533,7 @@ class FlightPage(Page):
             )
         self.picture.mark_recording(self._flight.recording.folder is not None)
 
-    @Slot()
-    def _on_frame(self) -> None:
+    def _show_frame(self) -> None:
         frame = self._thread.take()
         if frame is None:
             return
@@ -589,39 +623,14 @@ class FlightPage(Page):
                 tr("Point elsewhere, or make room: move the scope aside or back."),
             )
 
-    @Slot(float)
-    def _on_moment(self, time_s: float) -> None:
-        self._notices.notify(
-            tr("Kept the moment at {time_s:.1f} s", time_s=time_s),
-            tr("It is being drawn at high quality, beside the flight."),
-        )
-
-    @Slot(str, str)
-    def _on_view_kept(self, said: str, where: str) -> None:
-        self._notices.notify(tr(said), tr(where))
-
-    @Slot(str)
-    def _on_injury(self, text: str) -> None:
+    def _tell_injury(self, text: str) -> None:
         what, how = (tr(part) for part in text.split(": ", 1))
         self._injury = tr("injury: {what}", what=what)
         self._injured_until_s = time.monotonic() + INJURY_S
         self._notices.notify(tr("Injury: {what}", what=what), how)
         self._warn()
 
-    @Slot(str)
-    def _on_tool_device(self, text: str) -> None:
-        self._notices.notify(tr("The tool's device"), tr(text))
-
-    @Slot(str)
-    def _on_late(self, text: str) -> None:
-        self._notices.notify(tr("The flight stood still"), tr(text))
-
-    @Slot(str)
-    def _on_unrecorded(self, problem: str) -> None:
-        self._notices.notify(tr("Nothing more is recorded"), tr(problem))
-
-    @Slot()
-    def _on_away(self) -> None:
+    def _wait_for_device(self) -> None:
         """Leave the picture as it is and say that it is not live."""
         self._is_away = True
         self._warn()
@@ -633,8 +642,7 @@ class FlightPage(Page):
             ),
         )
 
-    @Slot(float)
-    def _on_back(self, away_s: float) -> None:
+    def _go_on(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
         self._notices.notify(
@@ -642,19 +650,12 @@ class FlightPage(Page):
             tr("It was away for {away_s:.1f} s.", away_s=away_s),
         )
 
-    @Slot(object)
-    def _on_landed(self, end: FlightEnd) -> None:
+    def _show_end(self, end: FlightEnd) -> None:
         self._is_under_way = False
         self._notices.answered()
         self.picture.mark_recording(False)
         self.picture.warn("")
         self.picture.show_result(end)
-
-    @Slot()
-    def _on_finished(self) -> None:
-        self._is_under_way = False
-        if self._thread.error is not None:
-            self._leave()
 
     def _warn(self) -> None:
         """Ring the picture when something is hurt or pressed, or it is not live.

@@ -28,7 +28,7 @@ from app.window.panels.side_marks import paint_heading, paint_letters, paint_pla
 from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.feedback.hazard_pointer import HazardPointer
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.guide import GuideMark, NameMark
 from paravol.side_letters import SideLetter
 

@@ -23,7 +23,7 @@ from app.window.plain_label import PlainLabel
 from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
 from app.window.texts import tr
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.score_table import score_rows
 from paravol.trainee import Exercise
 from paravol.trainee.exercises import short_title
