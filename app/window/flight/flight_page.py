@@ -8,7 +8,7 @@ from threading import Thread
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
@@ -32,11 +32,12 @@ from app.window.flight.large_view import LargeView
 from app.window.flight.scope_keys import ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
+from app.window.flight.slice_keys import slice_commands
 from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys
-from app.window.flight.view_keys import ViewKeys
 from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
@@ -61,6 +62,7 @@ from paravol.flight_events import (
     Touching,
     ViewSaved,
 )
+from paravol.inputs.pose_completer import CameraHead, KeyboardRoll
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
 from paravol.snapshots.snapshot_queue import MomentPicture
@@ -150,30 +152,37 @@ class FlightPage(Page):
             controls = order.instrument.controls
         if controls is not None:
             self._hand = HandEvents(
-                controls, self, self.picture, lambda: self._flight.hand.is_pointing
+                controls, self.picture, lambda: self._flight.hand.is_pointing
             )
         told = self._notices.notify
         self._tools: ToolKeys | None = None
         if not order.has_own_tool:
             self._tools = ToolKeys(
                 self._flight.hand,
-                self,
                 self.picture,
                 told,
                 is_steered=order.input.controls is not None,
             )
-        self._sound = SoundKeys(thread.sound, self, told)
-        self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
+        self._sound = SoundKeys(thread.sound, told)
+        self._aids = AidKeys(thread, self.picture, told, self.guide_switched.emit)
+        scopes = ScopeKeys(self._flight.scopes, told)
+        self._commands = {
+            **self._own_commands(),
+            **scopes.commands(),
+            **self._sound.commands(),
+            **self._aids.commands(),
+            **slice_commands(self._slices, told),
+            **({} if self._tools is None else self._tools.commands()),
+            **({} if self._hand is None else self._hand.commands()),
+        }
+        self._held: set[Act] = set()
         self._actions = FlightActions(
-            self,
-            ScopeKeys(self._flight.scopes, self, told),
+            self._commands,
+            scopes,
             self._tools,
             self._sound,
             is_steered=controls is not None,
-            has_tasks=bool(order.scenario.tasks),
-            has_assistant=order.input.can_lay,
         )
-        self._view_keys = ViewKeys(self, self._slices, self, told)
         self._large = LargeView(self._lay_out(), self.picture, self._side)
         self._help = HelpOverlay(self, self._all_keys)
         self._help.switched.connect(partial(self.stand, HELP))
@@ -246,14 +255,14 @@ class FlightPage(Page):
             groups[Group.TOOL] = []
         return {group.value: told for group, told in groups.items()}
 
-    def switch_large(self) -> None:
+    def _switch_large(self) -> None:
         """Make the next view large: the scope's picture, slices or the overview."""
         self._notices.notify(
             tr(self._large.next()),
             tr("{key} makes the next view large.", key=KEYS.label(Act.LARGE)),
         )
 
-    def switch_second_screen(self) -> None:
+    def _switch_second_screen(self) -> None:
         """Show the scope's picture on another screen, or take it away."""
         if self._screen is not None:
             self._screen.close()
@@ -288,46 +297,82 @@ class FlightPage(Page):
                 self.full_screen_wanted.emit()
             case Qt.Key.Key_Escape:
                 self._ask_to_leave()
-            case _ if not self._obey(KEYS.action(event)):
-                super().keyPressEvent(event)
-
-    def _obey(self, act: Act | None) -> bool:
-        """Do what a key asks of the page; return whether it is the page's."""
-        match act:
-            case Act.END:
-                self._ask_to_leave()
-            case Act.FULL_SCREEN:
-                self.full_screen_wanted.emit()
-            # that get here where no hand at this keyboard tilts the scope
-            case Act.TURN_LEFT | Act.TILT_LEFT | Act.TILT_DOWN:
-                self._flight.roll.turn_deg -= ROLL_STEP_DEG
-            case Act.TURN_RIGHT | Act.TILT_RIGHT | Act.TILT_UP:
-                self._flight.roll.turn_deg += ROLL_STEP_DEG
-            case Act.HEAD_LEFT:
-                self._flight.camera_head.turn_deg -= ROLL_STEP_DEG
-            case Act.HEAD_RIGHT:
-                self._flight.camera_head.turn_deg += ROLL_STEP_DEG
-            case Act.SCOPE_OUT:
-                self._order.input.go_out()
-            case Act.IMAGING:
-                self._notices.notify(self._slices.switch(), tr("Slices at the tip"))
-            case Act.OPEN_HEAD:
-                self._notices.notify(
-                    self._overview.switch(), tr("The side wall of the nose")
-                )
-            case Act.MOMENT:
-                self._keep_moment()
-            case Act.ENLARGE if self._moments.times_s:
-                self._moments.enlarge(self._moments.times_s[0])
-            case Act.FREEZE if self._order.scenario.tasks:
-                self._freeze()
-            case Act.HINT if self._order.scenario.tasks:
-                self._side.tasks.switch_hint()
-            case Act.KEEP_VIEW if self._frame is not None:
-                self._flight.keep_view()
             case _:
-                return False
-        return True
+                self._obey(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Let go of what counts while its key is held."""
+        act = KEYS.action(event)
+        if act not in self._commands:
+            super().keyReleaseEvent(event)
+        elif not event.isAutoRepeat():
+            self._let_go(act)
+
+    def event(self, event: QEvent) -> bool:
+        """Let go of all keys as the window loses them: they are lifted unseen."""
+        if event.type() == QEvent.Type.WindowDeactivate:
+            for act in tuple(self._held):
+                self._let_go(act)
+        return super().event(event)
+
+    def _obey(self, event: QKeyEvent) -> None:
+        act = KEYS.action(event)
+        if act not in self._commands:
+            super().keyPressEvent(event)
+            return
+        command = self._commands[act]
+        if command.repeats or not event.isAutoRepeat():
+            self._held.add(act)
+            command.press()
+
+    def _let_go(self, act: Act) -> None:
+        self._held.discard(act)
+        release = self._commands[act].release
+        if release is not None:
+            release()
+
+    def _own_commands(self) -> Commands:
+        """Return what can be done with the page; the hand's steering goes before."""
+        flight = self._flight
+
+        def turn(what: KeyboardRoll | CameraHead, by_deg: float) -> Command:
+            def press() -> None:
+                what.turn_deg += by_deg
+
+            return Command(press, repeats=True)
+
+        left, right = (turn(flight.roll, d) for d in (-ROLL_STEP_DEG, ROLL_STEP_DEG))
+        commands = {
+            Act.END: Command(self._ask_to_leave),
+            Act.FULL_SCREEN: Command(self.full_screen_wanted.emit),
+            **dict.fromkeys((Act.TURN_LEFT, Act.TILT_LEFT, Act.TILT_DOWN), left),
+            **dict.fromkeys((Act.TURN_RIGHT, Act.TILT_RIGHT, Act.TILT_UP), right),
+            Act.HEAD_LEFT: turn(flight.camera_head, -ROLL_STEP_DEG),
+            Act.HEAD_RIGHT: turn(flight.camera_head, ROLL_STEP_DEG),
+            Act.SCOPE_OUT: Command(self._order.input.go_out),
+            Act.HELP: Command(self.switch_help),
+            Act.LARGE: Command(self._switch_large),
+            Act.SECOND_SCREEN: Command(self._switch_second_screen),
+            Act.OPEN_HEAD: Command(self._open_head),
+            Act.MOMENT: Command(self._keep_moment),
+            Act.ENLARGE: Command(self._enlarge),
+            Act.KEEP_VIEW: Command(self._keep_view),
+        }
+        if self._order.scenario.tasks:
+            commands[Act.FREEZE] = Command(self._freeze)
+            commands[Act.HINT] = Command(self._side.tasks.switch_hint)
+        return commands
+
+    def _open_head(self) -> None:
+        self._notices.notify(self._overview.switch(), tr("The side wall of the nose"))
+
+    def _enlarge(self) -> None:
+        if self._moments.times_s:
+            self._moments.enlarge(self._moments.times_s[0])
+
+    def _keep_view(self) -> None:
+        if self._frame is not None:
+            self._flight.keep_view()
 
     def _ask_to_leave(self) -> None:
         if self.may_leave():
