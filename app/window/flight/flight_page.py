@@ -224,13 +224,6 @@ class FlightPage(Page):
         rows.addWidget(self._gauges)
         return column
 
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        for part in (self.picture, self._bars, self._side, self._gauges, self._help):
-            part.set_scale(scale)
-        self._actions.bar.set_scale(scale)
-        self.update()
-
     def switch_help(self) -> None:
         """Show all keys, or hide them."""
         self._help.switch()

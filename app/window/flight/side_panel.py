@@ -10,6 +10,7 @@ from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import tr
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
@@ -52,7 +53,7 @@ class SideColumn(QWidget):
             + tr(" · {help}: all keys", help=KEYS.label(Act.HELP))
         )
         about.setWordWrap(True)
-        self._column = QVBoxLayout(self)
+        self._column = lay(QVBoxLayout(self), 16, 10, 16, 8, gap=5)
         self._column.addWidget(title)
         self._column.addWidget(about)
         self._column.addWidget(self.tasks)
@@ -75,10 +76,3 @@ class SideColumn(QWidget):
             if self._column.indexOf(widget) >= 0:
                 is_fixed = widget is self.slices
                 self._column.setStretchFactor(widget, 0 if is_fixed else 1)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setContentsMargins(*(round(n * scale) for n in (16, 10, 16, 8)))
-        self._column.setSpacing(round(5 * scale))
-        for part in (self.tasks, self.overview, self.slices, self.moments):
-            part.set_scale(scale)

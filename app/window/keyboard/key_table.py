@@ -8,12 +8,13 @@ from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
 from app.window.keyboard.actions import FIXED, NAMED, Act, Group
 from app.window.keyboard.key_map import KEYS
+from app.window.scaling import Scaled
 from app.window.texts import later, tr
 
 WAITS = later("press a key…")
 
 
-class KeyTable(QTreeWidget):
+class KeyTable(QTreeWidget, Scaled):
     """Show the table of actions; what is chosen holds at once."""
 
     chosen = Signal(object)
@@ -41,10 +42,13 @@ class KeyTable(QTreeWidget):
                     item.setData(0, Qt.ItemDataRole.UserRole, act.value)
                     self._items[act] = item
         self.expandAll()
-        self.resizeColumnToContents(0)
         self.itemDoubleClicked.connect(self._ask)
         KEYS.changed.connect(self._show_keys)
         self._show_keys()
+
+    def take_scale(self) -> None:
+        """Give each action the room that its letters need."""
+        self.resizeColumnToContents(0)
 
     def take(self, keys: Mapping[str, str]) -> None:
         """Take other keys altogether."""

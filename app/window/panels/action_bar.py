@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QGridLayout, QMenu, QToolButton, QWidget
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.keyboard.page_commands import Commands
+from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, EDGE, INK, PANEL, QUIET, READY
 from app.window.texts import tr
 
@@ -35,7 +36,7 @@ class Choice:
     take: Callable[[], object]
 
 
-class ActionBar(QWidget):
+class ActionBar(QWidget, Scaled):
     """Show buttons in two columns; they never take the keyboard.
 
     There are no focus rings: everything here has a key of its own.
@@ -46,7 +47,6 @@ class ActionBar(QWidget):
         super().__init__()
         self.setObjectName("actions")
         self._commands = commands
-        self._scale = 1.0
         self._buttons: dict[Act, QToolButton] = {}
         self._menus: dict[Act, QMenu] = {}
         self._grid = QGridLayout(self)
@@ -61,7 +61,7 @@ class ActionBar(QWidget):
             place += span
         self._grid.setRowStretch(len(labels), 1)
         KEYS.changed.connect(self._tell_keys)
-        self.set_scale(1.0)
+        self.take_scale()
 
     def button(self, act: Act) -> QToolButton | None:
         """Return the button of an action; None where there is none."""
@@ -110,9 +110,9 @@ class ActionBar(QWidget):
         for act in self._buttons:
             self._tell(act)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the bar; 1 is the designed size."""
-        self._scale = scale
+    def take_scale(self) -> None:
+        """Scale buttons and menus."""
+        scale = self.scale
         margin, gap = round(6 * scale), max(round(4 * scale), 1)
         self._grid.setContentsMargins(margin, 2 * margin, margin, 2 * margin)
         self._grid.setSpacing(gap)

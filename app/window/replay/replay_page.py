@@ -33,6 +33,7 @@ from app.window.replay.replay_thread import ReplayThread
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
 from app.window.replay.welcome_card import WelcomeCard
+from app.window.scaling import scale_all
 from app.window.texts import later, tr
 from devices.port import HostClock
 from paravol.player import Player
@@ -61,6 +62,8 @@ class ReplayPage(Page):
     shown = Signal()
     """A picture is there."""
 
+    sheet = staticmethod(replay_sheet)
+
     def __init__(self, bundles: Sequence[Path] = (), *, edge_samples: int = 0) -> None:
         """Open one bundle, or two to compare; none waits for one to be dropped.
 
@@ -85,7 +88,6 @@ class ReplayPage(Page):
         self._side: ReplaySide | None = None
         self._is_stale = False
         self._overview_due_s = 0.0
-        self._scale = 1.0
         self.picture, self.beside = PictureView(), PictureView()
         self._captions = caption(), caption()
         self._notices = Notices(self.picture)
@@ -171,18 +173,6 @@ class ReplayPage(Page):
         self.welcome.open.clicked.connect(self._ask_bundle)
         self.welcome.leave.clicked.connect(self.left)
         self.welcome.chosen.connect(lambda folder: self.open([folder]))
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self._scale = scale
-        self.setStyleSheet(replay_sheet(scale))
-        for part in (self.picture, self.beside, self._bars, self._gauges):
-            part.set_scale(scale)
-        self.line.set_scale(scale)
-        self.welcome.set_scale(scale)
-        self.transport.set_scale(scale)
-        if self._side is not None:
-            self._side.set_scale(scale)
 
     # What is replayed
 
@@ -273,7 +263,6 @@ class ReplayPage(Page):
         """Make the column anew: overview and tasks belong to one exercise."""
         before = self._side
         self._side = side = ReplaySide(opened.scenario, self._edge_samples)
-        side.set_scale(self._scale)
         side.overview.changed.connect(self._on_overview_changed)
         side.overview.drawn.connect(self._on_overview_drawn)
         side.events.sought.connect(self.seek)
@@ -288,6 +277,7 @@ class ReplayPage(Page):
             before.overview.release()
             before.deleteLater()
         self._middle.addWidget(side, 3)
+        scale_all(side, self.scale)
 
     @Slot(str, bool)
     def _on_failed(self, problem: str, lacks_case: bool) -> None:

@@ -26,6 +26,7 @@ from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel, plain_tip
 from app.window.replay.time_line import clock_text
+from app.window.scaling import lay
 from app.window.texts import later, tr
 from paravol.readings import tool_text
 from paravol.replays.replay_worker import Row
@@ -208,7 +209,7 @@ class ReplaySide(QWidget):
         self.tabs.addTab(self.book, tr("Notes"))
         self._keys = _keys()
         self.tabs.addTab(self._keys, tr("Keys"))
-        column = self._column = QVBoxLayout(self)
+        column = lay(QVBoxLayout(self), 12, 8, 12, 8, gap=6)
         column.addWidget(title)
         column.addWidget(self.tasks)
         column.addWidget(self._tool)
@@ -217,13 +218,6 @@ class ReplaySide(QWidget):
         column.addWidget(self._info)
         column.addWidget(self.tabs, 4)
         column.addWidget(self.moments)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setContentsMargins(*(round(n * scale) for n in (12, 8, 12, 8)))
-        self._column.setSpacing(round(6 * scale))
-        for part in (self.overview, self.slices, self.tasks, self.moments):
-            part.set_scale(scale)
 
     def show_tool(self, tool: InstrumentState) -> None:
         """Say which tool was in hand, and what it did."""

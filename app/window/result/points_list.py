@@ -4,34 +4,21 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import Scaled, hold, lay, scale_all
 from app.window.texts import tr
 from paravol.debrief.advice import amount
 from paravol.verdict_texts import points_text
 from scenarios.rubrics import Assessment, Part, Standing
 
 
-class PointsList(QFrame):
+class PointsList(QFrame, Scaled):
     """Show an assessment's parts, and what bounds its total."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("card")
-        self._grid = QGridLayout(self)
+        self._grid = lay(QGridLayout(self), 12, gap=(12, 3))
         self._grid.setColumnStretch(1, 1)
-        self._scale = 1.0
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._scale = scale
-        margin = round(12 * scale)
-        self._grid.setContentsMargins(margin, margin, margin, margin)
-        self._grid.setHorizontalSpacing(round(12 * scale))
-        self._grid.setVerticalSpacing(round(3 * scale))
-        for place in range(self._grid.count()):
-            item = self._grid.itemAt(place)
-            bar = None if item is None else item.widget()
-            if isinstance(bar, QProgressBar):
-                bar.setFixedWidth(round(110 * scale))
 
     def show_assessment(self, assessment: Assessment) -> None:
         """Show every part with its points and its reason."""
@@ -51,6 +38,7 @@ class PointsList(QFrame):
             row += 1
             bar = QProgressBar()
             bar.setTextVisible(False)
+            hold(bar, setFixedWidth=110)
             bar.setRange(0, 1000)
             share = part.points / part.most_points if part.most_points else 0.0
             bar.setValue(round(1000 * share))
@@ -67,7 +55,7 @@ class PointsList(QFrame):
                 continue
             row += 1
             self._put(_label(tr(remark)), row, 0, 3)
-        self.set_scale(self._scale)
+        scale_all(self, self.scale)
 
     def _put(
         self, widget: QLabel | QProgressBar, row: int, at: int, span: int = 1
