@@ -21,26 +21,10 @@ import numpy as np
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
+from paravol import flight_events as events
 from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
-from paravol.flight_events import (
-    DeviceBack,
-    DeviceLost,
-    FlightEnd,
-    FlightEvent,
-    FlightOver,
-    HeadLoaded,
-    Hear,
-    Injured,
-    MomentKept,
-    Progressed,
-    RecordingBegan,
-    RecordingStopped,
-    StoodStill,
-    ToolDeviceNews,
-    Touching,
-    ViewSaved,
-)
+from paravol.flight_events import FlightEnd, FlightEvent, Hear
 from paravol.flight_loop import FrameEvent, Listeners, Pace, Timing, fly
 from paravol.guide.goals import open_task
 from paravol.inputs.flight_input import FlightInput
@@ -186,7 +170,9 @@ class Flight:
         self.hand = OperatingHand(
             self.camera_head, scope.endoscope(), order.scenario.tools
         )
-        self.recording = Recording(order)
+        self.recording = Recording(
+            order, lambda why: self._tell(events.RecordingStopped(why))
+        )
         self._keyframes = Keyframes()
         self.head: PatientScene | None = None
         self.picture = PictureSize(order.size) if order.follows_window else None
@@ -232,7 +218,7 @@ class Flight:
         except EndedError:
             return None
         finally:
-            self._tell(FlightOver(self.result))
+            self._tell(events.FlightOver(self.result))
 
     def _run(self) -> FinishedFlight | None:
         order = self.order
@@ -253,7 +239,7 @@ class Flight:
         # tissue at rest holds a tool: what is shown has given way to it already
         rest = operation.patient.surface.distance
         self.hand.pointed = pointed_tool(patient, rest, self.path, scenario)
-        self._tell(HeadLoaded(patient))
+        self._tell(events.HeadLoaded(patient))
 
         # much of it lets go of the interpreter, as much of what is beside it
         rehearsal = Rehearsal(self._demand_open)
@@ -286,8 +272,8 @@ class Flight:
             source = ReconnectingSource(
                 reached,
                 order.patience_s,
-                lambda loss: self._tell(DeviceLost(loss)),
-                lambda away_s: self._tell(DeviceBack(away_s)),
+                lambda loss: self._tell(events.DeviceLost(loss)),
+                lambda away_s: self._tell(events.DeviceBack(away_s)),
             )
             registration, residual_mm = self._register(source)
             order.input.placed(registration)
@@ -304,7 +290,6 @@ class Flight:
             session = build_session(scenario, patient, matrix, size, operation)
             self.session = session
             self.hand.open_task = partial(_open_name, scenario.tasks, session)
-            self.recording.on_problem = lambda why: self._tell(RecordingStopped(why))
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
                 second.reach = Reach.of(before.surface.distance, np.eye(4))
@@ -312,7 +297,7 @@ class Flight:
                 second.on_loss = second.on_return = partial(
                     self._on_tool_device, recorder, session
                 )
-            self._tell(RecordingBegan(residual_mm))
+            self._tell(events.RecordingBegan(residual_mm))
             completer: PoseCompleter = PedalListener(
                 self.hand, partial(self._on_pedal, recorder)
             )
@@ -355,7 +340,7 @@ class Flight:
 
     def _progress(self, stage: str, share: float) -> None:
         self._demand_open()
-        self._tell(Progressed(stage, share))
+        self._tell(events.Progressed(stage, share))
 
     def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:
         """Ask for the fiducials to be touched, unless the input lies in the patient.
@@ -367,7 +352,9 @@ class Flight:
             return known, None
         fiducials = self.order.scenario.fiducial_positions()
         registration = register_by_touch(
-            source, fiducials, lambda stage, share: self._tell(Touching(stage, share))
+            source,
+            fiducials,
+            lambda stage, share: self._tell(events.Touching(stage, share)),
         )
         return registration, registration.residual_rms_mm
 
@@ -388,7 +375,7 @@ class Flight:
     ) -> None:
         """Record that the tool's device was lost, or is back."""
         recorder.add(EventRecord(session.last_s, "device", text))
-        self._tell(ToolDeviceNews(text))
+        self._tell(events.ToolDeviceNews(text))
 
     def _follow(
         self,
@@ -407,15 +394,15 @@ class Flight:
 
         def on_loss(loss: DeviceError) -> None:
             note(str(loss))
-            tell(DeviceLost(loss))
+            tell(events.DeviceLost(loss))
 
         def on_return(away_s: float) -> None:
             note(f"The device is back after {away_s:.1f} s.", away_s)
-            tell(DeviceBack(away_s))
+            tell(events.DeviceBack(away_s))
 
         def on_late(text: str) -> None:
             note(text)
-            tell(StoodStill(text))
+            tell(events.StoodStill(text))
 
         def keeps(time_s: float) -> bool:
             asked = self._moment_wanted.is_set() or self._view_wanted.is_set()
@@ -430,10 +417,10 @@ class Flight:
                 self._moment_wanted.clear()
                 text = f"frame {event.number}"
                 recorder.add(EventRecord(event.sample.time_s, "snapshot", text))
-                tell(MomentKept(event))
+                tell(events.MomentKept(event))
             if self._view_wanted.is_set() and event.tissue is not None:
                 self._view_wanted.clear()
-                tell(ViewSaved(*save_frame_view(self.order, patient, event)))
+                tell(events.ViewSaved(*save_frame_view(self.order, patient, event)))
             tell(event)
 
         source.on_loss, source.on_return = on_loss, on_return
@@ -454,7 +441,9 @@ class Flight:
                 on_frame=on_frame,
                 keeps=keeps,
                 listeners=Listeners(
-                    lambda text: tell(Injured(text)), tell, self.order.input.changed
+                    lambda text: tell(events.Injured(text)),
+                    tell,
+                    self.order.input.changed,
                 ),
                 pace=Pace(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,
@@ -486,12 +475,12 @@ class Recording:
     folder: None where none is kept. problem: why, one sentence.
     """
 
-    def __init__(self, order: FlightOrder) -> None:
+    def __init__(self, order: FlightOrder, on_problem: Callable[[str], None]) -> None:
+        """Prepare; on_problem: told what ends it while the flight goes on."""
         self._order = order
+        self._on_problem = on_problem
         self.folder: Path | None = None
         self.problem = ""
-        self.on_problem: Callable[[str], None] = lambda _: None
-        """Is told what ends the recording while the flight goes on."""
 
     def open(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
         """Begin to record; the stack closes it.
@@ -528,7 +517,7 @@ class Recording:
             f"{self.folder} cannot be written on ({error.strerror or error}); what was "
             "flown before that is there."
         )
-        self.on_problem(self.problem)
+        self._on_problem(self.problem)
 
     def end(self, title: str, score: Score) -> FlightEnd:
         """Return how the flight ended."""

@@ -8,16 +8,10 @@ from typing import Any
 from app.cli.terminal import Stages, print_json, print_table
 from devices import ProbePath
 from disk import UserError
+from paravol import flight_events as events
 from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
 from paravol.exercise_path import recorded_path
 from paravol.flight import FinishedFlight, Flight, FlightOrder
-from paravol.flight_events import (
-    DeviceLost,
-    FlightEvent,
-    Injured,
-    Progressed,
-    Touching,
-)
 from paravol.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
 from paravol.inputs.open_arm import demand_port
@@ -64,17 +58,17 @@ class _Watch:
         self._duration_s = path.duration_s
         self._stages = stages
 
-    def hear(self, event: FlightEvent) -> None:
+    def hear(self, event: events.FlightEvent) -> None:
         match event:
-            case Progressed(stage, share) | Touching(stage, share):
+            case events.Progressed(stage, share) | events.Touching(stage, share):
                 self._stages(stage, share)
             case FrameEvent(view, frame, sample, number):
                 self._stages("Flying", sample.time_s / self._duration_s)
                 for selected in self.kept:
                     selected.offer(number, view, frame, sample.time_s, event.tissue)
-            case Injured(text):
+            case events.Injured(text):
                 self._stages.say(f"Injury: {text}.")
-            case DeviceLost(loss):
+            case events.DeviceLost(loss):
                 self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 
     def keeps_tissue(self, time_s: float) -> bool:

@@ -8,20 +8,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from paravol.flight_events import (
-    DeviceBack,
-    DeviceLost,
-    FlightEnd,
-    FlightEvent,
-    FlightOver,
-    HeadLoaded,
-    Injured,
-    Progressed,
-    RecordingBegan,
-    StoodStill,
-    ToolDeviceNews,
-    Touching,
-)
+from paravol import flight_events as events
+from paravol.flight_events import FlightEnd
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
 from paravol.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
@@ -73,30 +61,30 @@ class FlightWatcher:
         self._measuring = threading.Lock()
         self._gaps: tuple[FrameEvent, list[dict[str, Any]]] | None = None
 
-    def hear(self, event: FlightEvent) -> None:
+    def hear(self, event: events.FlightEvent) -> None:
         """Keep what is newest."""
         match event:
-            case Progressed(stage, share):
+            case events.Progressed(stage, share):
                 self._tell_stage(stage, share)
-            case Touching(_, share):
+            case events.Touching(_, share):
                 self._tell_stage("Registering", share)
-            case HeadLoaded(patient):
+            case events.HeadLoaded(patient):
                 self._tell(_patient=patient)
-            case RecordingBegan(residual_mm):
+            case events.RecordingBegan(residual_mm):
                 self._tell(_stage="Flying", _residual_mm=residual_mm)
             case FrameEvent():
                 self._tell(_event=event)
-            case Injured(text):
+            case events.Injured(text):
                 self._keep_injury(text)
-            case DeviceLost(loss):
+            case events.DeviceLost(loss):
                 self._tell(_device=f"away: {loss}")
-            case DeviceBack(away_s):
+            case events.DeviceBack(away_s):
                 self._tell(_device=f"there again after {away_s:.1f} s")
-            case StoodStill(text):
+            case events.StoodStill(text):
                 self._tell(_device=text)
-            case ToolDeviceNews(text):
+            case events.ToolDeviceNews(text):
                 self._tell(_tool_device=text)
-            case FlightOver(result):
+            case events.FlightOver(result):
                 self._tell(_result=result, _is_over=True, _stage="The flight is over")
 
     def _tell_stage(self, stage: str, share: float) -> None:

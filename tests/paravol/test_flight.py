@@ -21,16 +21,9 @@ from app.__main__ import main
 from app.window.style import ALARM
 from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
+from paravol import flight_events as events
 from paravol import keyframes
 from paravol.flight import Flight, FlightOrder, save_frame_view
-from paravol.flight_events import (
-    FlightEvent,
-    HeadLoaded,
-    MomentKept,
-    RecordingBegan,
-    RecordingStopped,
-    ViewSaved,
-)
 from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import FlightInput, in_the_patient
@@ -509,11 +502,11 @@ class Kept:
         self.frames: list[FrameEvent] = []
         self.view = ""
 
-    def hear(self, event: FlightEvent) -> None:
+    def hear(self, event: events.FlightEvent) -> None:
         match event:
-            case HeadLoaded():
+            case events.HeadLoaded():
                 self.heard.append("patient")
-            case RecordingBegan(residual_mm):
+            case events.RecordingBegan(residual_mm):
                 assert residual_mm is None
                 self.heard.append("start")
                 # of the first frame: a busy machine may not come to many
@@ -522,16 +515,16 @@ class Kept:
                     self.flight.keep_view()
             case FrameEvent():
                 self.frames.append(event)
-            case MomentKept(frame):
+            case events.MomentKept(frame):
                 self.heard.append(f"moment of frame {frame.number}")
-            case ViewSaved(_, where):
+            case events.ViewSaved(_, where):
                 self.view = where
 
 
 class Exchanging(Kept):
     """Puts in an angled scope as soon as something was seen by the straight one."""
 
-    def hear(self, event: FlightEvent) -> None:
+    def hear(self, event: events.FlightEvent) -> None:
         super().hear(event)
         if isinstance(event, FrameEvent):
             assert self.flight is not None
@@ -551,8 +544,8 @@ def test_a_flight_goes_on_when_its_recording_cannot(
     heard: list[str] = []
     flush = SessionRecorder.flush
 
-    def hear(event: FlightEvent) -> None:
-        if isinstance(event, RecordingStopped):
+    def hear(event: events.FlightEvent) -> None:
+        if isinstance(event, events.RecordingStopped):
             heard.append(event.why)
         if is_removed and isinstance(event, FrameEvent) and event.number == 1:
             shutil.rmtree(record)
@@ -684,7 +677,7 @@ def first_bite(folder: Path) -> Path:
 class Biting(Kept):
     """Takes the forceps, and closes them for half a second."""
 
-    def hear(self, event: FlightEvent) -> None:
+    def hear(self, event: events.FlightEvent) -> None:
         super().hear(event)
         if isinstance(event, FrameEvent):
             assert self.flight is not None

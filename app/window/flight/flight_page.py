@@ -45,23 +45,11 @@ from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.style import OVER
 from app.window.texts import later, tr
+from paravol import flight_events as events
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
-from paravol.flight_events import (
-    DeviceBack,
-    DeviceLost,
-    FlightEnd,
-    Injured,
-    MomentKept,
-    Progressed,
-    RecordingBegan,
-    RecordingStopped,
-    StoodStill,
-    ToolDeviceNews,
-    Touching,
-    ViewSaved,
-)
+from paravol.flight_events import FlightEnd
 from paravol.inputs.pose_completer import CameraHead, KeyboardRoll
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
@@ -202,7 +190,7 @@ class FlightPage(Page):
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
         thread.told.connect(self._hear)
-        self._hear(Progressed("Starting", 0.0))
+        self._hear(events.Progressed("Starting", 0.0))
 
     def _lay_out(self) -> QVBoxLayout:
         middle = QWidget()
@@ -460,7 +448,7 @@ class FlightPage(Page):
         match event:
             case FrameReady():
                 self._show_frame()
-            case Progressed(stage, share):
+            case events.Progressed(stage, share):
                 how = tr("This is quick once it was done before.")
                 self._notices.say(tr(stage), how, share)
             case SlicesReady(views):
@@ -470,20 +458,20 @@ class FlightPage(Page):
             case HeadUnseen(why):
                 self._overview.tell(tr(why))
                 self._begin()
-            case Touching(_, share):
+            case events.Touching(_, share):
                 self._ask_to_touch(share)
-            case RecordingBegan(residual_mm):
+            case events.RecordingBegan(residual_mm):
                 self._begin_flight(residual_mm)
-            case MomentKept(frame):
+            case events.MomentKept(frame):
                 notify(
                     tr("Kept the moment at {time_s:.1f} s", time_s=frame.sample.time_s),
                     tr("It is being drawn at high quality, beside the flight."),
                 )
             case MomentPicture():
                 self._moments.show_moment(event)
-            case ViewSaved(said, where):
+            case events.ViewSaved(said, where):
                 notify(tr(said), tr(where))
-            case Injured(text):
+            case events.Injured(text):
                 self._tell_injury(text)
             case TaskEvent(status=Status.DONE):
                 notify(tr("Done"), tr(event.text))
@@ -493,15 +481,15 @@ class FlightPage(Page):
                 self._sound.fail(why)
             case ScopeLaid(is_found, other):
                 self._aids.tell_laid(is_found, other)
-            case ToolDeviceNews(text):
+            case events.ToolDeviceNews(text):
                 notify(tr("The tool's device"), tr(text))
-            case StoodStill(text):
+            case events.StoodStill(text):
                 notify(tr("The flight stood still"), tr(text))
-            case RecordingStopped(why):
+            case events.RecordingStopped(why):
                 notify(tr("Nothing more is recorded"), tr(why))
-            case DeviceLost():
+            case events.DeviceLost():
                 self._wait_for_device()
-            case DeviceBack(away_s):
+            case events.DeviceBack(away_s):
                 self._go_on(away_s)
             case FlightEnd():
                 self._show_end(event)

@@ -18,20 +18,12 @@ from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import words_for
 from disk import UserError
+from paravol import flight_events as events
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
 from paravol.flight import Flight, FlightOrder
-from paravol.flight_events import (
-    DeviceLost,
-    FlightEnd,
-    FlightEvent,
-    HeadLoaded,
-    MomentKept,
-    Progressed,
-    RecordingBegan,
-    Touching,
-)
+from paravol.flight_events import FlightEnd, FlightEvent
 from paravol.flight_loop import FrameEvent
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
 from paravol.guide.goals import GuidedHead
@@ -230,24 +222,24 @@ class FlightThread(QObject):
         match event:
             case FrameEvent():
                 self._keep_frame(event)
-            case Progressed(stage, share):
-                self._tell_news(Progressed(stage, round(share, 2)))
-            case Touching(stage, share):
+            case events.Progressed(stage, share):
+                self._tell_news(events.Progressed(stage, round(share, 2)))
+            case events.Touching(stage, share):
                 self._begin_model()
                 count = len(self.flight.order.scenario.fiducials) or 1
-                self._tell_news(Touching(stage, round(share * count) / count))
-            case HeadLoaded(patient):
+                self._tell_news(events.Touching(stage, round(share * count) / count))
+            case events.HeadLoaded(patient):
                 self._patient = patient
                 self.told.emit(SlicesReady(patient.slice_views()))
             case _:
                 self.told.emit(event)
         match event:
-            case RecordingBegan():
+            case events.RecordingBegan():
                 self._begin_guide()
                 self._begin_snapshots()
-            case MomentKept(frame):
+            case events.MomentKept(frame):
                 self._draw_moment(frame)
-            case DeviceLost():
+            case events.DeviceLost():
                 # what is not live is neither heard nor felt
                 self._feedback.quiet()
 

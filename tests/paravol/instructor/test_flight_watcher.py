@@ -14,15 +14,7 @@ import pytest
 from PIL import Image
 
 from devices.port import DeviceError, DeviceReason
-from paravol.flight_events import (
-    DeviceBack,
-    DeviceLost,
-    FlightOver,
-    HeadLoaded,
-    Injured,
-    Progressed,
-    RecordingBegan,
-)
+from paravol import flight_events as events
 from paravol.instructor.flight_watcher import (
     LARGEST_PIXELS,
     MOST_INJURIES,
@@ -90,7 +82,7 @@ def test_nobody_encodes_or_measures_where_nobody_looks(
 ) -> None:
     monkeypatch.setattr(Image, "fromarray", None)
     hazards = SimpleNamespace(names=None)
-    watcher.hear(HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
+    watcher.hear(events.HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
     for number in range(5):
         watcher.hear(frame(number))
 
@@ -100,7 +92,7 @@ def test_hazards_are_told_nearest_first_without_the_septum_and_what_is_far(
 ) -> None:
     assert told(watcher, frame(1))["hazards"] is None
     hazards = Hazards(orbit=5.0, septum=0.1, **{"optic nerve": 2.5}, artery=22.0)
-    watcher.hear(HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
+    watcher.hear(events.HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
     found = told(watcher, frame(2))["hazards"]
     # a tool's tip is one point, the shaft is thicker than a line
     radius_mm = watcher.scenario.scope.diameter_mm / 2
@@ -110,9 +102,9 @@ def test_hazards_are_told_nearest_first_without_the_septum_and_what_is_far(
 
 def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     assert watcher.state()["stage"] == "Preparing"
-    watcher.hear(Progressed("Building the head", 0.4))
+    watcher.hear(events.Progressed("Building the head", 0.4))
     assert watcher.state()["stage"] == "Building the head: 40 %"
-    watcher.hear(RecordingBegan(0.31))
+    watcher.hear(events.RecordingBegan(0.31))
     state = told(watcher, frame(123))
     assert state["stage"] == "Flying"
     sides = {
@@ -134,20 +126,20 @@ def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     view = SimpleNamespace(**vars(frame(1).view) | {"clearance_mm": math.inf})
     assert told(watcher, frame(1, view=view))["clearance_mm"] is None
     watcher.hear(
-        DeviceLost(DeviceError(DeviceReason.DISCONNECTED, "The arm went away."))
+        events.DeviceLost(DeviceError(DeviceReason.DISCONNECTED, "The arm went away."))
     )
     assert watcher.state()["device"] == "away: The arm went away."
-    watcher.hear(DeviceBack(2.0))
+    watcher.hear(events.DeviceBack(2.0))
     assert watcher.state()["device"] == "there again after 2.0 s"
     assert watcher.state()["is_over"] is False
-    watcher.hear(FlightOver(None))
+    watcher.hear(events.FlightOver(None))
     assert watcher.state()["is_over"] is True
     assert watcher.state()["stage"] == "The flight is over"
 
 
 def test_all_injuries_count_and_the_newest_are_told(watcher: FlightWatcher) -> None:
     for number in range(MOST_INJURIES + 7):
-        watcher.hear(Injured(f"injury {number}"))
+        watcher.hear(events.Injured(f"injury {number}"))
     state = watcher.state()
     assert state["injury_count"] == MOST_INJURIES + 7
     assert len(state["injuries"]) == MOST_INJURIES
