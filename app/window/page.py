@@ -102,9 +102,7 @@ class TextPage(Page):
 
 def problem_label() -> QLabel:
     """Return a box, hidden at first, for what went wrong; its text can be copied."""
-    label = PlainLabel()
-    label.setObjectName("problem")
-    label.setWordWrap(True)
+    label = PlainLabel(name="problem", wraps=True)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     label.hide()
     return label

@@ -67,8 +67,7 @@ class SettingsDialog(QDialog):
         self.keys = KeyTable(before.keys, self)
         hold(self.keys, setMinimumWidth=500, setMinimumHeight=320)
         self.keys.chosen.connect(self._tell)
-        self.told = PlainLabel()
-        self.told.setWordWrap(True)
+        self.told = PlainLabel(wraps=True)
         self.keys.told.connect(self.told.setText)
         tabs = self.tabs = QTabWidget()
         tabs.addTab(

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPlainTextEdit,
     QProgressBar,
     QPushButton,
@@ -24,7 +23,7 @@ from PySide6.QtWidgets import (
 from app.window.connection.arm_thread import HEAD, ArmThread
 from app.window.page import Page, problem_label
 from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
 from app.window.scaling import lay
 from app.window.texts import later, tr
 from devices.registration.registration_file import save_registration
@@ -87,10 +86,10 @@ class ConnectionPage(Page):
         self.chooser.addItems(titles)
         if chosen is not None and chosen in self._ports:
             self.chooser.setCurrentIndex(self._ports.index(chosen))
-        self.figures = {name: _label(NONE, "figure") for name in ROWS}
+        self.figures = {name: paragraph(NONE, "figure") for name in ROWS}
         self.problem = problem_label()
-        self.state = _label(tr("Not registered"), "heading")
-        self.step = _label("", "body")
+        self.state = paragraph(tr("Not registered"), "heading")
+        self.step = paragraph("", "body")
         self.share = QProgressBar()
         self.share.setTextVisible(False)
         self.log = QPlainTextEdit()
@@ -137,7 +136,7 @@ class ConnectionPage(Page):
         table.setRowStretch(len(ROWS), 1)
         steps = QVBoxLayout()
         steps.addWidget(self.state)
-        steps.addWidget(_label(tr(ABOUT)))
+        steps.addWidget(paragraph(tr(ABOUT)))
         choices = QHBoxLayout()
         choices.addWidget(self.pivot)
         choices.addWidget(self.trace)
@@ -277,13 +276,6 @@ class ConnectionPage(Page):
             self._set_registering(False)
             if not self.problem.text():
                 self.arm.watch(self.port)
-
-
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label
 
 
 def _card(layout: QGridLayout | QVBoxLayout) -> QWidget:

@@ -21,9 +21,8 @@ class EndedPage(TextPage):
         """Lay the page out; title: of the exercise."""
         super().__init__()
         self.title = f"PARAVOL: {tr(title)}"
-        heading, about = PlainLabel(tr("This flight has ended")), PlainLabel(tr(title))
-        heading.setObjectName("verdict")
-        about.setObjectName("heading")
+        heading = PlainLabel(tr("This flight has ended"), "verdict")
+        about = PlainLabel(tr(title), "heading")
         self.again, self.home = (
             QPushButton(tr("Again (A)")),
             QPushButton(tr("Home (H)")),

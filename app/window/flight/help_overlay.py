@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWi
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
 from app.window.scaling import Scaled, lay
 from app.window.texts import tr
 
@@ -35,8 +35,7 @@ class HelpOverlay(QWidget, Scaled):
         self.setObjectName("help")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         rows = lay(QVBoxLayout(self), 22, 14, 22, 14, gap=8)
-        title = PlainLabel(tr("Keys and mouse"))
-        title.setObjectName("title")
+        title = PlainLabel(tr("Keys and mouse"), "title")
         rows.addWidget(title)
         columns = lay(QHBoxLayout(), gap=22)
         rows.addLayout(columns)
@@ -67,16 +66,13 @@ class HelpOverlay(QWidget, Scaled):
     def _table(self, name: str, keys: Rows) -> QGridLayout:
         table = lay(QGridLayout(), 0, 0, 0, 10, gap=(4, 2))
         table.setColumnStretch(1, 1)
-        heading = PlainLabel(tr(name))
-        heading.setObjectName("task")
+        heading = PlainLabel(tr(name), "task")
         table.addWidget(heading, 0, 0, 1, 2)
         for row, (key, does) in enumerate(keys, 1):
-            left, right = PlainLabel(tr(key)), PlainLabel(tr(does))
-            left.setObjectName("key")
+            left = PlainLabel(tr(key), "key")
             self._keys.append(left)
-            right.setWordWrap(True)
             table.addWidget(left, row, 0, Qt.AlignmentFlag.AlignTop)
-            table.addWidget(right, row, 1, Qt.AlignmentFlag.AlignTop)
+            table.addWidget(paragraph(tr(does)), row, 1, Qt.AlignmentFlag.AlignTop)
         return table
 
     def take_scale(self) -> None:

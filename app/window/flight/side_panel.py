@@ -32,17 +32,11 @@ class SideColumn(QWidget):
         self.moments = MomentView()
         self.tasks = TaskPanel(order.scenario)
         second = order.instrument
-        self._tool = PlainLabel()
-        self._tool.setObjectName("tool")
-        self._tool.setWordWrap(True)
+        self._tool = PlainLabel(name="tool", wraps=True)
         self.show_tool(EMPTY_HAND)
-        self._info = PlainLabel()
-        self._info.setObjectName("status")
-        self._info.setWordWrap(True)
+        self._info = PlainLabel(name="status", wraps=True)
         self.slices.told.connect(self._info.setText)
-        title = PlainLabel(tr(order.scenario.title))
-        title.setObjectName("title")
-        title.setWordWrap(True)
+        title = PlainLabel(tr(order.scenario.title), "title", wraps=True)
         about = PlainLabel(
             tr(
                 "{diameter_mm:g} mm scope · {name}",

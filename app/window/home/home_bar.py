@@ -35,8 +35,7 @@ class HomeBar(QWidget, Scaled):
 
     def __init__(self) -> None:
         super().__init__()
-        brand = PlainLabel("PARAVOL")
-        brand.setObjectName("brand")
+        brand = PlainLabel("PARAVOL", "brand")
         self.trainee = QComboBox()
         self.trainee.setEditable(True)
         self.trainee.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

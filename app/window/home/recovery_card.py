@@ -26,9 +26,7 @@ class RecoveryCard(QFrame):
         self.setObjectName("card")
         self.setProperty("marked", True)
         self._left: list[UnfinishedSession] = []
-        self._text = PlainLabel()
-        self._text.setObjectName("body")
-        self._text.setWordWrap(True)
+        self._text = PlainLabel(name="body", wraps=True)
         self.recover = QPushButton(tr("Recover"))
         self.keep = QPushButton(tr("Keep as it is"))
         self.discard = QPushButton(tr("Discard"))

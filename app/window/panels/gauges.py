@@ -22,14 +22,10 @@ class Gauges(QWidget, Scaled):
         row = lay(QHBoxLayout(self), 14, 4, 14, 4, gap=8)
         self._figures: dict[str, QLabel] = {}
         for caption in SHOWN:
-            before, figure = PlainLabel(tr(caption)), PlainLabel(UNKNOWN)
-            before.setObjectName("caption")
-            figure.setObjectName("figure")
-            row.addWidget(before)
-            row.addWidget(figure)
-            self._figures[caption] = figure
-        self.status = PlainLabel()
-        self.status.setObjectName("status")
+            self._figures[caption] = PlainLabel(UNKNOWN, "figure")
+            row.addWidget(PlainLabel(tr(caption), "caption"))
+            row.addWidget(self._figures[caption])
+        self.status = PlainLabel(name="status")
         # it has room to become longer at once
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         self.status.setAlignment(right)

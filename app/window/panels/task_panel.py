@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
 from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from paravol.guide import GuideMark
@@ -29,24 +29,19 @@ class TaskPanel(QWidget):
         self._states: tuple[TaskState, ...] = ()
         self._has_hint = False
         self._column = lay(QVBoxLayout(self), 0, gap=3)
-        self._count = PlainLabel()
-        self._count.setObjectName("caption")
-        self._count.setWordWrap(True)
+        self._count = PlainLabel(name="caption", wraps=True)
         self._way = ""
         self._lines: list[tuple[QLabel, QProgressBar]] = []
         self._column.addWidget(self._count)
         for _ in range(SHOWN):
-            line, bar = PlainLabel(), QProgressBar()
-            line.setObjectName("task")
-            line.setWordWrap(True)
+            line, bar = paragraph("", "task"), QProgressBar()
             bar.setTextVisible(False)
             hold(bar, setFixedHeight=5)
             bar.setRange(0, 100)
             self._column.addWidget(line)
             self._column.addWidget(bar)
             self._lines.append((line, bar))
-        self._hint = PlainLabel()
-        self._hint.setWordWrap(True)
+        self._hint = PlainLabel(wraps=True)
         self._column.addWidget(self._hint)
         self.setVisible(bool(scenario.tasks))
         self.show_states(tuple(TaskState(task.name) for task in scenario.tasks))

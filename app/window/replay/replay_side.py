@@ -186,16 +186,10 @@ class ReplaySide(QWidget):
         self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
         self.slices = SlicesView()
         self.tasks = TaskPanel(scenario)
-        self._tool = PlainLabel()
-        self._tool.setObjectName("tool")
-        self._tool.setWordWrap(True)
-        self._info = PlainLabel()
-        self._info.setObjectName("status")
-        self._info.setWordWrap(True)
+        self._tool = PlainLabel(name="tool", wraps=True)
+        self._info = PlainLabel(name="status", wraps=True)
         self.slices.told.connect(self._info.setText)
-        title = PlainLabel(tr(scenario.title))
-        title.setObjectName("title")
-        title.setWordWrap(True)
+        title = PlainLabel(tr(scenario.title), "title", wraps=True)
         self.moments = MomentView()
         self.events = EventList()
         self.metrics = MetricTable()
@@ -252,7 +246,6 @@ def _keys() -> QWidget:
 
 def caption() -> QLabel:
     """Return a line below a picture that says which session it is, and when."""
-    label = PlainLabel()
-    label.setObjectName("caption")
+    label = PlainLabel(name="caption")
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     return label

@@ -40,10 +40,8 @@ class Transport(QWidget):
             self.speed.addItem(f"{speed:g}x", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.speed.activated.connect(lambda _: self._speed())
-        self.clock = PlainLabel(clock_text(0.0))
-        self.clock.setObjectName("clock")
-        self.state = PlainLabel()
-        self.state.setObjectName("caption")
+        self.clock = PlainLabel(clock_text(0.0), "clock")
+        self.state = PlainLabel(name="caption")
         self.own = self._button(
             tr("Own view"), tr("Leave the recorded view, come back (V)")
         )

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
 from app.window.scaling import Scaled, lay
 from app.window.texts import later, tr
 
@@ -48,16 +48,13 @@ class WelcomeCard(QWidget, Scaled):
         self.leave = QPushButton(tr("Leave (Q)"))
         card = QFrame()
         card.setObjectName("card")
-        title, how = PlainLabel(tr(WELCOME)), PlainLabel(tr(HOW))
-        title.setObjectName("heading")
-        how.setWordWrap(True)
         buttons = QHBoxLayout()
         buttons.addWidget(self.leave)
         buttons.addStretch(1)
         buttons.addWidget(self.open)
         column = lay(QVBoxLayout(card), 16, gap=10)
-        column.addWidget(title)
-        column.addWidget(how)
+        column.addWidget(PlainLabel(tr(WELCOME), "heading"))
+        column.addWidget(paragraph(tr(HOW)))
         column.addWidget(self.recent, 1)
         column.addLayout(buttons)
         around = lay(QHBoxLayout(self), 16, 48, 16, 48)

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import paragraph
 from app.window.scaling import Scaled, hold, lay, scale_all
 from app.window.texts import tr
 from paravol.debrief.advice import amount
@@ -23,9 +23,9 @@ class PointsList(QFrame, Scaled):
     def show_assessment(self, assessment: Assessment) -> None:
         """Show every part with its points and its reason."""
         row = 0
-        self._put(_label(tr("Where the points come from"), "subheading"), row, 0, 3)
+        self._put(paragraph(tr("Where the points come from"), "subheading"), row, 0, 3)
         row += 1
-        self._put(_label(tr(points_text(assessment))), row, 0, 3)
+        self._put(paragraph(tr(points_text(assessment))), row, 0, 3)
         for fail in assessment.fails:
             row += 1
             text = tr(
@@ -33,7 +33,7 @@ class PointsList(QFrame, Scaled):
                 why=tr(fail.why),
                 most_percent=fail.most_percent,
             )
-            self._put(_label(text, "alarm"), row, 0, 3)
+            self._put(paragraph(text, "alarm"), row, 0, 3)
         for part in assessment.parts:
             row += 1
             bar = QProgressBar()
@@ -44,17 +44,17 @@ class PointsList(QFrame, Scaled):
             bar.setValue(round(1000 * share))
             bar.setAccessibleName(f"{tr(part.title)}: {part_points_text(part)}")
             self._put(bar, row, 0)
-            self._put(_label(tr(part.title), "body"), row, 1)
-            points = _label(part_points_text(part), "figure")
+            self._put(paragraph(tr(part.title), "body"), row, 1)
+            points = paragraph(part_points_text(part), "figure")
             points.setAlignment(Qt.AlignmentFlag.AlignRight)
             self._put(points, row, 2)
             row += 1
-            self._put(_label(reason_text(part)), row, 1, 2)
+            self._put(paragraph(reason_text(part)), row, 1, 2)
         for remark in assessment.remarks:
             if remark in points_text(assessment):
                 continue
             row += 1
-            self._put(_label(tr(remark)), row, 0, 3)
+            self._put(paragraph(tr(remark)), row, 0, 3)
         scale_all(self, self.scale)
 
     def _put(
@@ -93,10 +93,3 @@ def reason_text(part: Part) -> str:
         if part.withheld
         else text
     )
-
-
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label

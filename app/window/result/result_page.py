@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -18,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from app.window.keyboard.places import american
 from app.window.page import TextPage
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import paragraph
 from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
 from app.window.scaling import lay
@@ -69,11 +68,11 @@ class ResultPage(TextPage):
         self.title = f"PARAVOL: {tr(scenario.title)}"
         self._end = end
         self._following = ""
-        self.verdict = _label(tr(end.title), "verdict")
-        self._about = _label(tr(scenario.title), "heading")
-        self.standing = _label("")
-        self.points = _label(_tasks_text(scenario, end), "verdict")
-        self.handling = _label("")
+        self.verdict = paragraph(tr(end.title), "verdict")
+        self._about = paragraph(tr(scenario.title), "heading")
+        self.standing = paragraph("")
+        self.points = paragraph(_tasks_text(scenario, end), "verdict")
+        self.handling = paragraph("")
         self.say(problem)
         self.written = DebriefRow()
         self.parts = PointsList()
@@ -82,7 +81,7 @@ class ResultPage(TextPage):
         self._advice.hide()
         self._tasks = _Card(tr("What was asked"))
         self._figures = _Card(tr("Figures"))
-        self._kept = _label("")
+        self._kept = paragraph("")
         self._fill_figures(scenario, end)
         self.debrief = QPushButton(tr("Debrief (D)"))
         self.replay = QPushButton(tr("Replay (R)"))
@@ -282,7 +281,7 @@ class _Card(QFrame):
         self._grid = lay(QGridLayout(self), 12, gap=(10, 4))
         self._grid.setColumnStretch(0, 1)
         self._grid.setColumnStretch(1, 1)
-        self._grid.addWidget(_label(title, "subheading"), 0, 0, 1, 2)
+        self._grid.addWidget(paragraph(title, "subheading"), 0, 0, 1, 2)
 
     def clear(self) -> None:
         """Take all but the title out."""
@@ -293,14 +292,14 @@ class _Card(QFrame):
                 label.deleteLater()
 
     def add(self, title: str, text: str) -> None:
-        for label in (_label(title, "body"), _label(text)):
+        for label in (paragraph(title, "body"), paragraph(text)):
             self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
 
     def add_row(self, name: str, text: str, *, is_alarm: bool = False) -> None:
         row = self._grid.rowCount()
         top = Qt.AlignmentFlag.AlignTop
-        self._grid.addWidget(_label(name), row, 0, top)
-        figure = _label(text, "alarm" if is_alarm else "figure")
+        self._grid.addWidget(paragraph(name), row, 0, top)
+        figure = paragraph(text, "alarm" if is_alarm else "figure")
         self._grid.addWidget(figure, row, 1, top)
 
 
@@ -321,10 +320,3 @@ def _scrolled(content: QWidget) -> QScrollArea:
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.viewport().setAutoFillBackground(False)
     return area
-
-
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label
