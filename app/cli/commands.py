@@ -3,7 +3,7 @@
 Nothing heavy is imported here: every command fetches its own modules when it runs.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -290,13 +290,15 @@ def debrief(
     case
         Where the case that was flown through lies now.
     """
-    from app.cli.debrief_command import beside, run_debrief
-    from paravol.debrief import DebriefOrder
+    from app.cli.terminal import Stages, print_json
+    from disk import demand_place
+    from paravol.debrief import DebriefOrder, write_debrief
     from paravol.debrief.pictures import Quality
 
+    name = session.name.removesuffix(".paravol")
     order = DebriefOrder(
         session,
-        out or beside(session),
+        out or session.with_name(f"{name}-debrief.html"),
         compare=compare,
         quality=None if no_pictures else Quality(quality),
         pictures=pictures,
@@ -304,7 +306,17 @@ def debrief(
         case=case,
         rubric=rubric,
     )
-    return run_debrief(order, as_json=json)
+    demand_place(order.out)
+    with Stages() as stages:
+        written = write_debrief(order, stages, stages.say)
+    if json:
+        print_json({**asdict(written), "out": str(written.out)})
+    else:
+        print(
+            f"{written.out}: {written.events} events, {written.pictures} pictures, "
+            f"{written.size_bytes / 1e6:.1f} MB in one file; open it in any browser."
+        )
+    return 0
 
 
 @app.command(group=FLY)

@@ -19,19 +19,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.flight.side_panel import SessionSide
 from app.window.keyboard import key_map
-from app.window.panels.moments import MomentView
-from app.window.panels.overview_panel import OverviewView
-from app.window.panels.slices_panel import SlicesView
-from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel, plain_tip
 from app.window.replay.time_line import clock_text
 from app.window.scaling import lay
 from app.window.texts import later, tr
-from paravol.readings import tool_text
 from paravol.replays.replay_worker import Row
 from paravol.replays.time_marks import TimeMark
-from scenarios import InstrumentState, Scenario
+from scenarios import Scenario
 from scenarios.bundle import Note
 from scenarios.bundle.notes import LONGEST_NOTE
 
@@ -176,21 +172,12 @@ class NoteBook(QWidget):
             self.removed.emit(self.notes.currentRow() + 1)
 
 
-class ReplaySide(QWidget):
+class ReplaySide(SessionSide):
     """Show overview, slices and tasks of one session, and its tabs."""
 
     def __init__(self, scenario: Scenario, edge_samples: int) -> None:
         """Lay out the column; edge_samples: for the overview."""
-        super().__init__()
-        self.setObjectName("side")
-        self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
-        self.slices = SlicesView()
-        self.tasks = TaskPanel(scenario)
-        self._tool = PlainLabel(name="tool", wraps=True)
-        self._info = PlainLabel(name="status", wraps=True)
-        self.slices.told.connect(self._info.setText)
-        title = PlainLabel(tr(scenario.title), "title", wraps=True)
-        self.moments = MomentView()
+        super().__init__(scenario, edge_samples)
         self.events = EventList()
         self.metrics = MetricTable()
         self.book = NoteBook()
@@ -204,7 +191,7 @@ class ReplaySide(QWidget):
         self._keys = _keys()
         self.tabs.addTab(self._keys, tr("Keys"))
         column = lay(QVBoxLayout(self), 12, 8, 12, 8, gap=6)
-        column.addWidget(title)
+        column.addWidget(self.title)
         column.addWidget(self.tasks)
         column.addWidget(self._tool)
         column.addWidget(self.overview, 3)
@@ -212,12 +199,6 @@ class ReplaySide(QWidget):
         column.addWidget(self._info)
         column.addWidget(self.tabs, 4)
         column.addWidget(self.moments)
-
-    def show_tool(self, tool: InstrumentState) -> None:
-        """Say which tool was in hand, and what it did."""
-        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
-        if self._tool.text() != text:
-            self._tool.setText(text)
 
     def show_keys(self) -> None:
         """Show what the keys do."""
