@@ -43,6 +43,7 @@ from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
+from app.window.scaling import lay
 from app.window.style import OVER
 from app.window.texts import later, tr
 from paravol import flight_events as events
@@ -194,20 +195,14 @@ class FlightPage(Page):
 
     def _lay_out(self) -> QVBoxLayout:
         middle = QWidget()
-        row = QHBoxLayout(middle)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
+        row = lay(QHBoxLayout(middle), 0, gap=0)
         row.addWidget(self._actions.bar)
-        column = QVBoxLayout()
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = lay(QVBoxLayout(), 0, gap=0)
         column.addWidget(self.picture, 1)
         column.addWidget(self._bars)
         row.addLayout(column, 5)
         row.addWidget(self._side, 3)
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
+        rows = lay(QVBoxLayout(self), 0, gap=0)
         rows.addWidget(middle, 1)
         rows.addWidget(self._gauges)
         return column

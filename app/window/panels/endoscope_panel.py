@@ -71,7 +71,6 @@ class PictureView(QWidget, Scaled):
         self._tip_words = ""
         self._result: FlightEnd | None = None
         hold(self, setMinimumWidth=LEAST_PX, setMinimumHeight=LEAST_PX)
-        self.setMinimumSize(LEAST_PX, LEAST_PX)
 
     @property
     def edge_px(self) -> int:

@@ -79,7 +79,6 @@ class TouchBars(QWidget, Scaled):
         self._is_bite = False
         self._bite_until_s = 0.0
         hold(self, setFixedHeight=HEIGHT)
-        self.setFixedHeight(HEIGHT)
 
     def sizeHint(self) -> QSize:
         """Return the height that is needed; any width will do."""

@@ -33,7 +33,7 @@ from app.window.replay.replay_thread import ReplayThread
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
 from app.window.replay.welcome_card import WelcomeCard
-from app.window.scaling import scale_all
+from app.window.scaling import lay, scale_all
 from app.window.texts import later, tr
 from devices.port import HostClock
 from paravol.player import Player
@@ -119,9 +119,7 @@ class ReplayPage(Page):
             (self.picture, self.beside), self._captions, strict=True
         ):
             half = QWidget()
-            column = QVBoxLayout(half)
-            column.setContentsMargins(0, 0, 0, 0)
-            column.setSpacing(0)
+            column = lay(QVBoxLayout(half), 0, gap=0)
             column.addWidget(picture, 1)
             column.addWidget(words)
             pictures.addWidget(half, 1)
@@ -130,19 +128,15 @@ class ReplayPage(Page):
         refusal = QHBoxLayout()
         refusal.addWidget(self.problem, 1)
         refusal.addWidget(self.find_case)
-        left = QVBoxLayout()
-        left.setSpacing(0)
+        left = lay(QVBoxLayout(), gap=0)
         left.addLayout(refusal)
         left.addWidget(self.welcome, 1)
         left.addWidget(self._pictures, 1)
         for part in (self._bars, self.line, self.transport):
             left.addWidget(part)
-        self._middle = QHBoxLayout()
-        self._middle.setSpacing(0)
+        self._middle = lay(QHBoxLayout(), gap=0)
         self._middle.addLayout(left, 5)
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
+        rows = lay(QVBoxLayout(self), 0, gap=0)
         rows.addLayout(self._middle, 1)
         rows.addWidget(self._gauges)
 
