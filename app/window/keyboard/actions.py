@@ -90,34 +90,25 @@ class Act(StrEnum):
     RIGHT_PEDAL = "right pedal", "@1", "Is the right pedal", _PEDALS
     LEFT_PEDAL = "left pedal", "@2", "Is the left pedal", _PEDALS
     SCOPE_OUT = (
-        "scope out",
-        "Backspace",
-        "Takes the scope back outside",
+        "scope out", "Backspace", "Takes the scope back outside",
         _scope("back outside"),
-    )
+    )  # fmt: skip
     ASSIST = (
-        "assist",
-        "R",
-        "Lets an assistant lay the scope for the tool; again: elsewhere",
+        "assist", "R", "Lets an assistant lay the scope for the tool; again: elsewhere",
         _scope("an assistant lays the scope for the tool"),
-    )
+    )  # fmt: skip
     HEAD_LEFT = "head left", "@[", "Turns the camera head to the left", _HEAD
     HEAD_RIGHT = "head right", "@]", "Turns the camera head to the right", _HEAD
     NEXT_SCOPE = "next scope", "@O", "Puts in a scope of another angle", _NEXT_SCOPE
     PREVIOUS_SCOPE = (
-        "previous scope",
-        "Shift+@O",
-        "Puts in the scope before",
-        _NEXT_SCOPE,
-    )
+        "previous scope", "Shift+@O", "Puts in the scope before", _NEXT_SCOPE,
+    )  # fmt: skip
     NEXT_TOOL = "next tool", "@T", "Puts another tool into the second hand", _NEXT_TOOL
     PREVIOUS_TOOL = "previous tool", "Shift+@T", "Puts in the tool before", _NEXT_TOOL
     WORK = (
-        "work",
-        "@B",
-        "Bites, cuts or injects while held",
+        "work", "@B", "Bites, cuts or injects while held",
         _tool("bite or cut, while pressed"),
-    )
+    )  # fmt: skip
     SUCTION = "suction", "@N", "Turns the tool's suction on or off", _SUCTION
     WASH = "wash", "@L", "Washes the lens", _SUCTION
     UNDO = "undo", "Z Ctrl+Z", "Takes the last cut back", _tool("undo the last cut")
@@ -126,19 +117,15 @@ class Act(StrEnum):
     TOOL_LEFT = "tool left", "Home", "Turns the tool to the left", _ROUND
     TOOL_RIGHT = "tool right", "End", "Turns the tool to the right", _ROUND
     HOLD = (
-        "hold",
-        "@H",
-        "Gives the mouse, or the scope's device, to the tool or back",
+        "hold", "@H", "Gives the mouse, or the scope's device, to the tool or back",
         _tool("mouse to the tool, or the scope"),
-    )
+    )  # fmt: skip
     FREEZE = "freeze", "P", "Stops the clock; nothing counts", _flight("freeze, go on")
     HINT = "hint", "I", "Says what helps now", _flight("hint")
     GUIDE = (
-        "guide",
-        "G",
-        "Shows the way to the task's place, or hides it",
+        "guide", "G", "Shows the way to the task's place, or hides it",
         _flight("show the way, or hide it"),
-    )
+    )  # fmt: skip
     MOMENT = "moment", "Space", "Keeps this moment, drawn at high quality", _KEEP
     ENLARGE = "enlarge", "K", "Enlarges the last moment", _KEEP
     KEEP_VIEW = "keep view", "V", "Saves this view", _flight("save this view")
@@ -148,60 +135,40 @@ class Act(StrEnum):
     END = "end", "Q", "Ends the flight and shows its result", _flight("end the flight")
     HELP = "help", "F1 ?", "Shows all keys", _views("these keys")
     NAMES = (
-        "names",
-        "E",
-        "Names what is seen while held",
+        "names", "E", "Names what is seen while held",
         _views("names of what is seen, while held"),
-    )
+    )  # fmt: skip
     SETTINGS = (
-        "settings",
-        "F2",
-        "Opens the settings",
-        _views("settings: looks, mouse, keys"),
-    )
+        "settings", "F2", "Opens the settings", _views("settings: looks, mouse, keys"),
+    )  # fmt: skip
     SECOND_SCREEN = (
-        "second screen",
-        "F3",
-        "Shows the scope's picture on a second screen",
+        "second screen", "F3", "Shows the scope's picture on a second screen",
         _views("the scope's picture on a second screen"),
-    )
+    )  # fmt: skip
     LARGE = (
-        "large",
-        "F4",
-        "Makes the next view large",
+        "large", "F4", "Makes the next view large",
         _views("large: scope, slices, overview"),
-    )
+    )  # fmt: skip
     FULL_SCREEN = (
-        "full screen",
-        "F",
-        "Fills the screen, or no longer",
-        _views("full screen"),
-    )
+        "full screen", "F", "Fills the screen, or no longer", _views("full screen"),
+    )  # fmt: skip
     OPEN_HEAD = (
-        "open head",
-        "C",
-        "Opens the head in the overview",
+        "open head", "C", "Opens the head in the overview",
         _views("open the head; drag turns it, wheel zooms"),
-    )
+    )  # fmt: skip
     IMAGING = "imaging", "M", "Shows CT, MR or both", _slices("CT, MR, both")
     FOLLOW = (
-        "follow",
-        "F5",
-        "Lets the slices stay, or follow the scope",
+        "follow", "F5", "Lets the slices stay, or follow the scope",
         _slices("stay at a place; follow the scope"),
-    )
+    )  # fmt: skip
     PLANE = (
-        "plane",
-        "F6",
-        "Chooses the slices that keys go through",
+        "plane", "F6", "Chooses the slices that keys go through",
         _slices("choose axial, coronal, sagittal"),
-    )
+    )  # fmt: skip
     WINDOW = (
-        "window",
-        "F7",
-        "Shows bone, soft tissue, or air to bone",
+        "window", "F7", "Shows bone, soft tissue, or air to bone",
         _slices("bone, soft tissue, air to bone"),
-    )
+    )  # fmt: skip
     NARROW = "narrow", "Ctrl+Left", "Narrows the window of grey levels", _WIDTH
     WIDE = "wide", "Ctrl+Right", "Widens the window of grey levels", _WIDTH
     BRIGHTER = "brighter", "Ctrl+Up", "Makes the slices brighter", _LEVEL
