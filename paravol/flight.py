@@ -1,11 +1,10 @@
 """One flight: open the patient and the input, register, fly, close the recording.
 
 The demonstration and the trainee's window fly by the same `Flight`; what they do with
-it, they do as a `FlightObserver`.
+it, they do as they hear of its `FlightEvent`s.
 """
 
 import math
-import shlex
 import shutil
 import tempfile
 import threading
@@ -22,8 +21,10 @@ import numpy as np
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
 from disk import UserError
+from paravol import flight_events as events
 from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
+from paravol.flight_events import FlightEnd, FlightEvent, Hear
 from paravol.flight_loop import FrameEvent, Listeners, Pace, Timing, fly
 from paravol.guide.goals import open_task
 from paravol.inputs.flight_input import FlightInput
@@ -51,7 +52,6 @@ from paravol.picture_size import PictureSize
 from paravol.pose_streaming import StreamingCompleter, streaming
 from paravol.preparation import Preparation
 from paravol.registration.at_start import register_by_touch
-from paravol.score_table import score_rows
 from paravol.session_setup import (
     LIVE_TIER,
     SEED,
@@ -62,14 +62,14 @@ from paravol.session_setup import (
     first_views,
     operate_on,
 )
-from paravol.session_store import KEPT_BYTES, SessionStore
+from paravol.session_store import SessionStore
 from paravol.snapshots.view_file import save_view
 from paravol.snapshots.view_sources import mark_of, view_of
 from paravol.view import EndoscopeView
 from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 from scenarios.scenario import CameraHold
-from scenarios.tasks import Task, TaskEvent
+from scenarios.tasks import Task
 
 TOOL_PAUSE_S = 0.1
 """Before each tool that is made ready while the first frames are drawn."""
@@ -100,7 +100,7 @@ class FlightOrder:
     kept: SessionStore | None = None
     patience_s: float = math.inf
     instrument: InstrumentInput | None = None
-    watchers: "tuple[FlightObserver, ...]" = ()
+    watchers: tuple[Hear, ...] = ()
     follows_window: bool = False
 
     @property
@@ -113,47 +113,6 @@ class FlightOrder:
 
 
 @dataclass(frozen=True, slots=True)
-class FlightEnd:
-    """Hold a flight's result.
-
-    title: how it ended. record: folder of its recording, None where there is none.
-    problem: why, or why a part of the flight is not there. automatic: nobody named a
-    folder.
-    """
-
-    title: str
-    score: Score
-    record: Path | None = None
-    automatic: bool = False
-    problem: str = ""
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Return the figures' names and texts, in order."""
-        return score_rows(self.score)
-
-    def where(self) -> str:
-        """Return a line that says where the recording is."""
-        if self.record is None:
-            return f"Not recorded: {self.problem or 'nobody asked for it'}"
-        if self.problem:
-            return f"Recorded in part: {self.problem}"
-        return f"Recorded in {self.record}"
-
-    def lines(self) -> list[str]:
-        """Return what can be done with the recording, for a terminal."""
-        lines = [self.where()]
-        if self.record is not None:
-            command = f"paravol replay {shlex.quote(str(self.record))}"
-            lines.append(f"Fly it again: {command}")
-        if self.record is not None and self.automatic:
-            lines.append(
-                f"The newest {KEPT_BYTES / 1e9:g} GB of such flights are kept; "
-                "--record NAME.paravol keeps one for good."
-            )
-        return lines
-
-
-@dataclass(frozen=True, slots=True)
 class FinishedFlight:
     """Hold what a flight leaves: its parts, for reports and snapshots."""
 
@@ -162,69 +121,6 @@ class FinishedFlight:
     info: SessionInfo
     timing: Timing
     score: Score
-
-
-class FlightObserver:
-    """Hear of a flight while it goes on; override what is of interest.
-
-    All methods are called by the thread that flies, but for `on_frame` and `on_moment`,
-    which are called by the thread that finished the frame.
-    """
-
-    def on_progress(self, stage: str, share: float) -> None:
-        """Hear of a preparation and its done share, 0 to 1."""
-
-    def on_patient(self, patient: PatientScene) -> None:
-        """Hear that the head is there."""
-
-    def on_touch(self, stage: str, share: float) -> None:
-        """Hear of the share of fiducials that were touched; with every pose."""
-
-    def on_start(self, residual_mm: float | None) -> None:
-        """Hear that the recording begins.
-
-        residual_mm: of the registration, rms; None when nothing had to be touched.
-        """
-
-    def on_frame(self, event: FrameEvent) -> None:
-        """Hear of a finished frame, in order."""
-
-    def keeps_tissue(self, time_s: float) -> bool:
-        """Return whether a frame's event shall hold the tissue that it shows.
-
-        time_s: of the frame, which is not begun yet. A few ms where much was cut.
-        """
-        return False
-
-    def on_moment(self, event: FrameEvent) -> None:
-        """Hear that a snapshot of this frame was asked for."""
-
-    def on_view_saved(self, message: str, where: str) -> None:
-        """Hear that a view was saved as a file, or not, and where it is or why."""
-
-    def on_injury(self, text: str) -> None:
-        """Hear that something was hurt that must not be: what, and through what."""
-
-    def on_task(self, event: TaskEvent) -> None:
-        """Hear that a task was opened, done or failed."""
-
-    def on_loss(self, loss: DeviceError) -> None:
-        """Hear that the device went away; it is waited for."""
-
-    def on_return(self, away_s: float) -> None:
-        """Hear that the device is back, after `away_s` seconds."""
-
-    def on_late(self, text: str) -> None:
-        """Hear that the flight stood still, and what was left out by that."""
-
-    def on_tool_device(self, text: str) -> None:
-        """Hear that the tool's device was lost, or is back; the flight goes on."""
-
-    def on_unrecorded(self, problem: str) -> None:
-        """Hear that nothing more is recorded, and why; the flight goes on."""
-
-    def on_end(self, result: FlightEnd | None) -> None:
-        """Hear that the flight is over, however it ended; see `Flight.result`."""
 
 
 class DeviceLostError(UserError):
@@ -248,8 +144,20 @@ class Flight:
     session: None until it begins.
     """
 
-    def __init__(self, order: FlightOrder, observer: FlightObserver) -> None:
+    def __init__(
+        self,
+        order: FlightOrder,
+        hear: Hear,
+        keeps_tissue: Callable[[float], bool] = lambda time_s: False,
+    ) -> None:
+        """Prepare a flight; hear: is told of it, before those who look on.
+
+        keeps_tissue: returns whether the event of a frame that is not begun yet, of a
+        time in s, shall hold the tissue that it shows. A few ms where much was cut.
+        """
         self.order = order
+        self._hearers = (hear, *order.watchers)
+        self._keeps_tissue = keeps_tissue
         scope = order.scenario.scope
         self.scope = ScopeInHand(
             order.input.completer,
@@ -259,7 +167,9 @@ class Flight:
             camera_deg=scope.camera_roll_deg,
         )
         self.hand = OperatingHand(self.scope, scope.endoscope(), order.scenario.tools)
-        self.recording = Recording(order)
+        self.recording = Recording(
+            order, lambda why: self._tell(events.RecordingStopped(why))
+        )
         self._keyframes = Keyframes()
         self.head: PatientScene | None = None
         self.picture = PictureSize(order.size) if order.follows_window else None
@@ -267,7 +177,6 @@ class Flight:
         self.path = order.path
         self.result: FlightEnd | None = None
         self.session: Session | None = None
-        self._observer = observer
         self._closed = threading.Event()
         self._ended = threading.Event()
         self._moment_wanted = threading.Event()
@@ -306,10 +215,10 @@ class Flight:
         except EndedError:
             return None
         finally:
-            self._observer.on_end(self.result)
+            self._tell(events.FlightOver(self.result))
 
     def _run(self) -> FinishedFlight | None:
-        order, observer = self.order, self._observer
+        order = self.order
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
         check_fit(scenario, before)
@@ -327,7 +236,7 @@ class Flight:
         # tissue at rest holds a tool: what is shown has given way to it already
         rest = operation.patient.surface.distance
         self.hand.pointed = pointed_tool(patient, rest, self.path, scenario)
-        observer.on_patient(patient)
+        self._tell(events.HeadLoaded(patient))
 
         # much of it lets go of the interpreter, as much of what is beside it
         rehearsal = Rehearsal(self._demand_open)
@@ -360,8 +269,8 @@ class Flight:
             source = ReconnectingSource(
                 reached,
                 order.patience_s,
-                observer.on_loss,
-                observer.on_return,
+                lambda loss: self._tell(events.DeviceLost(loss)),
+                lambda away_s: self._tell(events.DeviceBack(away_s)),
             )
             registration, residual_mm = self._register(source)
             order.input.placed(registration)
@@ -378,7 +287,6 @@ class Flight:
             session = build_session(scenario, patient, matrix, size, operation)
             self.session = session
             self.hand.open_task = partial(_open_name, scenario.tasks, session)
-            self.recording.on_problem = observer.on_unrecorded
             recorder = self.recording.open(stack, info)
             if order.instrument is not None:
                 second.reach = Reach.of(before.surface.distance, np.eye(4))
@@ -386,7 +294,7 @@ class Flight:
                 second.on_loss = second.on_return = partial(
                     self._on_tool_device, recorder, session
                 )
-            observer.on_start(residual_mm)
+            self._tell(events.RecordingBegan(residual_mm))
             completer: PoseCompleter = PedalListener(
                 self.hand, partial(self._on_pedal, recorder)
             )
@@ -418,6 +326,10 @@ class Flight:
         with suppress(RuntimeError):
             threading.Thread(target=saving, name="keyframes").start()
 
+    def _tell(self, event: FlightEvent) -> None:
+        for hear in self._hearers:
+            hear(event)
+
     def _demand_open(self, stage: str = "", share: float = 0.0) -> None:
         """End a preparation that nobody waits for any more; it is told by no one."""
         if self._closed.is_set():
@@ -425,7 +337,7 @@ class Flight:
 
     def _progress(self, stage: str, share: float) -> None:
         self._demand_open()
-        self._observer.on_progress(stage, share)
+        self._tell(events.Progressed(stage, share))
 
     def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:
         """Ask for the fiducials to be touched, unless the input lies in the patient.
@@ -436,7 +348,11 @@ class Flight:
         if known is not None:
             return known, None
         fiducials = self.order.scenario.fiducial_positions()
-        registration = register_by_touch(source, fiducials, self._observer.on_touch)
+        registration = register_by_touch(
+            source,
+            fiducials,
+            lambda stage, share: self._tell(events.Touching(stage, share)),
+        )
         return registration, registration.residual_rms_mm
 
     def _on_pedal(
@@ -456,7 +372,7 @@ class Flight:
     ) -> None:
         """Record that the tool's device was lost, or is back."""
         recorder.add(EventRecord(session.last_s, "device", text))
-        self._observer.on_tool_device(text)
+        self._tell(events.ToolDeviceNews(text))
 
     def _follow(
         self,
@@ -468,26 +384,26 @@ class Flight:
         patient: PatientScene,
     ) -> Timing:
         """Fly until the path ends, somebody ends it or the device is lost for good."""
-        observer = self._observer
+        tell = self._tell
 
         def note(text: str, later_s: float = 0.0) -> None:
             recorder.add(EventRecord(session.last_s + later_s, "device", text))
 
         def on_loss(loss: DeviceError) -> None:
             note(str(loss))
-            observer.on_loss(loss)
+            tell(events.DeviceLost(loss))
 
         def on_return(away_s: float) -> None:
             note(f"The device is back after {away_s:.1f} s.", away_s)
-            observer.on_return(away_s)
+            tell(events.DeviceBack(away_s))
 
         def on_late(text: str) -> None:
             note(text)
-            observer.on_late(text)
+            tell(events.StoodStill(text))
 
         def keeps(time_s: float) -> bool:
             asked = self._moment_wanted.is_set() or self._view_wanted.is_set()
-            return asked or observer.keeps_tissue(time_s)
+            return asked or self._keeps_tissue(time_s)
 
         def on_frame(event: FrameEvent) -> None:
             while self._aids:
@@ -498,11 +414,11 @@ class Flight:
                 self._moment_wanted.clear()
                 text = f"frame {event.number}"
                 recorder.add(EventRecord(event.sample.time_s, "snapshot", text))
-                observer.on_moment(event)
+                tell(events.MomentKept(event))
             if self._view_wanted.is_set() and event.tissue is not None:
                 self._view_wanted.clear()
-                observer.on_view_saved(*save_frame_view(self.order, patient, event))
-            observer.on_frame(event)
+                tell(events.ViewSaved(*save_frame_view(self.order, patient, event)))
+            tell(event)
 
         source.on_loss, source.on_return = on_loss, on_return
         source.on_late = on_late
@@ -522,7 +438,9 @@ class Flight:
                 on_frame=on_frame,
                 keeps=keeps,
                 listeners=Listeners(
-                    observer.on_injury, observer.on_task, self.order.input.changed
+                    lambda text: tell(events.Injured(text)),
+                    tell,
+                    self.order.input.changed,
                 ),
                 pace=Pace(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,
@@ -554,12 +472,12 @@ class Recording:
     folder: None where none is kept. problem: why, one sentence.
     """
 
-    def __init__(self, order: FlightOrder) -> None:
+    def __init__(self, order: FlightOrder, on_problem: Callable[[str], None]) -> None:
+        """Prepare; on_problem: told what ends it while the flight goes on."""
         self._order = order
+        self._on_problem = on_problem
         self.folder: Path | None = None
         self.problem = ""
-        self.on_problem: Callable[[str], None] = lambda _: None
-        """Is told what ends the recording while the flight goes on."""
 
     def open(self, stack: ExitStack, info: SessionInfo) -> SessionRecorder:
         """Begin to record; the stack closes it.
@@ -596,7 +514,7 @@ class Recording:
             f"{self.folder} cannot be written on ({error.strerror or error}); what was "
             "flown before that is there."
         )
-        self.on_problem(self.problem)
+        self._on_problem(self.problem)
 
     def end(self, title: str, score: Score) -> FlightEnd:
         """Return how the flight ended."""

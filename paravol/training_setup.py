@@ -12,7 +12,8 @@ from devices import ProbePath
 from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.exercise_path import recorded_path, recorded_path_file
-from paravol.flight import FlightObserver, FlightOrder
+from paravol.flight import FlightOrder
+from paravol.flight_events import Hear
 from paravol.inputs import FlightInput, choose_input
 from paravol.inputs.instrument_choice import choose_instrument
 from paravol.inputs.instrument_input import InstrumentInput
@@ -102,7 +103,7 @@ class TrainingSetup:
     threads: int
     record: Path | None = None
     stream_igtl: str | None = None
-    watcher: Callable[[Scenario], FlightObserver] | None = None
+    watcher: Callable[[Scenario], Hear] | None = None
     sessions: SessionStore = field(default_factory=SessionStore.of_the_user)
 
     def order(self, scenario: str) -> FlightOrder:

@@ -13,7 +13,8 @@ from pathlib import Path
 from app.cli.root import thread_count
 from devices.microscribe.emulator.emulator_client import MicroScribeEmulator
 from paravol.exercise_path import recorded_path, recorded_path_file
-from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight import Flight, FlightOrder
+from paravol.flight_events import FlightEvent
 from paravol.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.inputs.hand import MouseInput
@@ -23,15 +24,17 @@ from scenarios import load_scenario
 FRAMES = 12
 
 
-class Pilot(FlightObserver):
+class Pilot:
     """Push the mouse's scope in while frames come, and end after some."""
 
     def __init__(self) -> None:
         self.flight: Flight | None = None
         self.depths: list[float] = []
 
-    def on_frame(self, event: FrameEvent) -> None:
-        """Turn the wheel."""
+    def hear(self, event: FlightEvent) -> None:
+        """Turn the wheel with each frame."""
+        if not isinstance(event, FrameEvent):
+            return
         assert self.flight is not None
         steered = self.flight.order.input
         if isinstance(steered, MouseInput) and steered.controls is not None:
@@ -49,7 +52,7 @@ def fly(words: str, scenario_file: str, store: SessionStore) -> dict[str, object
     flown = choose_input(words, None, scenario, path, file)
     pilot = Pilot()
     order = FlightOrder(scenario, path, flown, 64, thread_count(1), None, kept=store)
-    pilot.flight = Flight(order, pilot)
+    pilot.flight = Flight(order, pilot.hear)
     finished = pilot.flight.run()
     assert finished is not None
     assert pilot.flight.result is not None

@@ -3,7 +3,10 @@
 As in app/cli/commands.py, nothing heavy is imported before a command runs.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
+
+from cyclopts import Parameter
 
 from app.cli.root import DEVICES, Flag, Json, ScenarioName, Seed, app
 
@@ -27,22 +30,10 @@ def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
     return run_home(device, yes=yes, as_json=json)
 
 
-@app.command(group=DEVICES)
-def register(
-    *,
-    scenario: ScenarioName = "first_flight",
-    device: str | None = None,
-    emulated: Flag = False,
-    out: Path = Path("registration.json"),
-    pivot: bool = True,
-    trace: bool = True,
-    target: tuple[str, ...] = (),
-    seed: Seed = 1,
-    yes: Flag = False,
-    input: str | None = None,
-    json: Json = False,
-) -> int:
-    """Register an arm: turn the tip, touch the landmarks, trace the skin.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RegisterOptions:
+    """Options of a registration, as they were typed.
 
     Parameters
     ----------
@@ -65,9 +56,24 @@ def register(
     input
         Another tracker instead of an arm: igtl:HOST:PORT[:TOOL].
     """
-    from app.cli.register_command import RegisterOptions, run_register
 
-    options = RegisterOptions(
-        scenario, device, emulated, out, pivot, trace, target, yes, seed, input
-    )
+    scenario: ScenarioName = "first_flight"
+    device: str | None = None
+    emulated: Flag = False
+    out: Path = Path("registration.json")
+    pivot: bool = True
+    trace: bool = True
+    target: tuple[str, ...] = ()
+    seed: Seed = 1
+    yes: Flag = False
+    input: str | None = None
+
+
+@app.command(group=DEVICES)
+def register(
+    *, options: RegisterOptions = RegisterOptions(), json: Json = False
+) -> int:
+    """Register an arm: turn the tip, touch the landmarks, trace the skin."""
+    from app.cli.register_command import run_register
+
     return run_register(options, as_json=json)

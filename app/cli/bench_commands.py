@@ -60,9 +60,20 @@ def report(results: Path, *, out: Path | None = None, write_docs: Flag = False) 
         Also keep the results beside the sources, and write the documents that quote
         them: docs/measurements.md and the figures of README.md.
     """
-    from app.cli.bench_report_command import run_report
+    from benchmarks.reporting import write_documents, write_report
+    from benchmarks.schema import load_results
+    from disk import UserError, demand_place
 
-    return run_report(results, out, write_docs=write_docs)
+    page = out or results.with_name("report.html")
+    demand_place(page)
+    if not results.is_file():
+        raise UserError(f"{results} is not there; paravol bench makes it")
+    found = load_results(results)
+    print(f"{write_report(found, page)}: {len(found.rows)} rows in one file.")
+    if write_docs:
+        for path in write_documents(found):
+            print(path)
+    return 0
 
 
 @bench.command

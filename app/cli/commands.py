@@ -3,9 +3,11 @@
 Nothing heavy is imported here: every command fetches its own modules when it runs.
 """
 
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
+
+from cyclopts import Parameter
 
 from app.cli import (
     arm_commands,
@@ -153,28 +155,13 @@ def replay(
     )
 
 
-@app.command(group=SESSIONS)
-def metrics(
-    session: Path,
-    *,
-    csv: Path | None = None,
-    json_file: Path | None = None,
-    only: tuple[str, ...] = (),
-    settings: Path | None = None,
-    arm: str = "",
-    case: Path | None = None,
-    expert: Path | None = None,
-    motion_only: Flag = False,
-    json: Json = False,
-) -> int:
-    """Measure how a recorded session was flown: path, smoothness, view, contact.
-
-    Every value comes with the share of the device's noise in it, 1 sigma.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MetricsOptions:
+    """Options of metrics, as they were typed.
 
     Parameters
     ----------
-    session
-        A folder NAME.paravol.
     csv
         Write a table that begins with PerkTutor's columns.
     json_file
@@ -194,38 +181,42 @@ def metrics(
     motion_only
         Leave the head out: no contact, hazards, targets or removal, but at once.
     """
-    from app.cli.metrics_command import MetricsOptions, run_metrics
 
-    options = MetricsOptions(
-        session=session,
-        csv=csv,
-        table=json_file,
-        only=only,
-        settings=settings,
-        arm=arm,
-        case=case,
-        motion_only=motion_only,
-        expert=expert,
-    )
-    return run_metrics(options, as_json=json)
+    csv: Path | None = None
+    json_file: Path | None = None
+    only: tuple[str, ...] = ()
+    settings: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    expert: Path | None = None
+    motion_only: Flag = False
 
 
 @app.command(group=SESSIONS)
-def coverage(
-    session: Path,
-    *,
-    out: Path | None = None,
-    picture: Path | None = None,
-    json_file: Path | None = None,
-    case: Path | None = None,
-    json: Json = False,
+def metrics(
+    session: Path, *, options: MetricsOptions = MetricsOptions(), json: Json = False
 ) -> int:
-    """Tell which mucosa and landmarks a recorded session really saw, site by site.
+    """Measure how a recorded session was flown: path, smoothness, view, contact.
+
+    Every value comes with the share of the device's noise in it, 1 sigma.
 
     Parameters
     ----------
     session
         A folder NAME.paravol.
+    """
+    from app.cli.metrics_command import run_metrics
+
+    return run_metrics(session, options, as_json=json)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CoverageOptions:
+    """Options of coverage, as they were typed.
+
+    Parameters
+    ----------
     out
         Write the mucosa as a surface (.vtp, LPS) with the seconds each part was seen.
     picture
@@ -235,10 +226,27 @@ def coverage(
     case
         Where the case that was flown through lies now.
     """
-    from app.cli.coverage_command import CoverageOptions, run_coverage
 
-    options = CoverageOptions(session, out, picture, json_file, case)
-    return run_coverage(options, as_json=json)
+    out: Path | None = None
+    picture: Path | None = None
+    json_file: Path | None = None
+    case: Path | None = None
+
+
+@app.command(group=SESSIONS)
+def coverage(
+    session: Path, *, options: CoverageOptions = CoverageOptions(), json: Json = False
+) -> int:
+    """Tell which mucosa and landmarks a recorded session really saw, site by site.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    """
+    from app.cli.coverage_command import run_coverage
+
+    return run_coverage(session, options, as_json=json)
 
 
 @app.command(group=SESSIONS)
@@ -282,13 +290,15 @@ def debrief(
     case
         Where the case that was flown through lies now.
     """
-    from app.cli.debrief_command import beside, run_debrief
-    from paravol.debrief import DebriefOrder
+    from app.cli.terminal import Stages, print_json
+    from disk import demand_place
+    from paravol.debrief import DebriefOrder, write_debrief
     from paravol.debrief.pictures import Quality
 
+    name = session.name.removesuffix(".paravol")
     order = DebriefOrder(
         session,
-        out or beside(session),
+        out or session.with_name(f"{name}-debrief.html"),
         compare=compare,
         quality=None if no_pictures else Quality(quality),
         pictures=pictures,
@@ -296,7 +306,17 @@ def debrief(
         case=case,
         rubric=rubric,
     )
-    return run_debrief(order, as_json=json)
+    demand_place(order.out)
+    with Stages() as stages:
+        written = write_debrief(order, stages, stages.say)
+    if json:
+        print_json({**asdict(written), "out": str(written.out)})
+    else:
+        print(
+            f"{written.out}: {written.events} events, {written.pictures} pictures, "
+            f"{written.size_bytes / 1e6:.1f} MB in one file; open it in any browser."
+        )
+    return 0
 
 
 @app.command(group=FLY)

@@ -1,11 +1,12 @@
 """`paravol coverage`: what a recorded session saw, as a table, a picture, a surface."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from anatomy.files.surfaces import Surface, save_surface
+from app.cli.commands import CoverageOptions
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place
 from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
@@ -14,18 +15,7 @@ from scenarios.bundle import write_json
 from scenarios.metrics.value_text import value_text
 
 
-@dataclass(frozen=True, slots=True)
-class CoverageOptions:
-    """Hold what was asked for; see `paravol coverage --help`."""
-
-    session: Path
-    out: Path | None = None
-    picture: Path | None = None
-    json_file: Path | None = None
-    case: Path | None = None
-
-
-def run_coverage(options: CoverageOptions, *, as_json: bool) -> int:
+def run_coverage(session: Path, options: CoverageOptions, *, as_json: bool) -> int:
     """Step the session again; tell what was seen, write what was asked for."""
     for file, endings in ((options.out, (".vtp",)), (options.picture, (".png",))):
         if file is not None and file.suffix.lower() not in endings:
@@ -34,18 +24,18 @@ def run_coverage(options: CoverageOptions, *, as_json: bool) -> int:
         if file is not None:
             demand_place(file)
     with Stages() as stages:
-        seen = session_coverage(options.session, options.case, stages)
+        seen = session_coverage(session, options.case, stages)
     if options.out is not None:
         _write_surface(seen, options.out)
     if options.picture is not None:
         save_png(options.picture, seen.picture())
-    report = {"session": options.session.name, **asdict(seen.watch.figures())}
+    report = {"session": session.name, **asdict(seen.watch.figures())}
     if options.json_file is not None:
         write_json(options.json_file, report)
     if as_json:
         print_json(report)
     else:
-        _print(options.session, seen)
+        _print(session, seen)
     return 0
 
 

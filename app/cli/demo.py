@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.terminal import Stages, print_json, print_table
-from devices import DeviceError, ProbePath
+from devices import ProbePath
 from disk import UserError
+from paravol import flight_events as events
 from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
 from paravol.exercise_path import recorded_path
-from paravol.flight import FinishedFlight, Flight, FlightObserver, FlightOrder
+from paravol.flight import FinishedFlight, Flight, FlightOrder
 from paravol.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
 from paravol.inputs.open_arm import demand_port
@@ -49,7 +50,7 @@ class DemoOptions:
     faults: tuple[str, ...]
 
 
-class _Observer(FlightObserver):
+class _Watch:
     """Show how far the flight is; keep the frames of the scenario's moments."""
 
     def __init__(self, scenario: Scenario, path: ProbePath, stages: Stages) -> None:
@@ -57,26 +58,21 @@ class _Observer(FlightObserver):
         self._duration_s = path.duration_s
         self._stages = stages
 
-    def on_progress(self, stage: str, share: float) -> None:
-        self._stages(stage, share)
-
-    def on_touch(self, stage: str, share: float) -> None:
-        self._stages(stage, share)
-
-    def on_frame(self, event: FrameEvent) -> None:
-        time_s = event.sample.time_s
-        self._stages("Flying", time_s / self._duration_s)
-        for selected in self.kept:
-            selected.offer(event.number, event.view, event.frame, time_s, event.tissue)
+    def hear(self, event: events.FlightEvent) -> None:
+        match event:
+            case events.Progressed(stage, share) | events.Touching(stage, share):
+                self._stages(stage, share)
+            case FrameEvent(view, frame, sample, number):
+                self._stages("Flying", sample.time_s / self._duration_s)
+                for selected in self.kept:
+                    selected.offer(number, view, frame, sample.time_s, event.tissue)
+            case events.Injured(text):
+                self._stages.say(f"Injury: {text}.")
+            case events.DeviceLost(loss):
+                self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 
     def keeps_tissue(self, time_s: float) -> bool:
         return any(selected.wants(time_s) for selected in self.kept)
-
-    def on_injury(self, text: str) -> None:
-        self._stages.say(f"Injury: {text}.")
-
-    def on_loss(self, loss: DeviceError) -> None:
-        self._stages.say(f"{loss} It is waited for {LOST_PATIENCE_S:g} s.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +144,7 @@ def _fly(
         faults=options.faults,
     )
     remove_old_session(bundle)
-    observer = _Observer(scenario, path, stages)
+    watch = _Watch(scenario, path, stages)
     order = FlightOrder(
         scenario,
         path,
@@ -158,10 +154,10 @@ def _fly(
         bundle,
         patience_s=LOST_PATIENCE_S,
     )
-    flown = Flight(order, observer).run()
+    flown = Flight(order, watch.hear, watch.keeps_tissue).run()
     assert flown is not None  # only the path ends it
     snapshots = take_snapshots(
-        observer.kept,
+        watch.kept,
         SnapshotRequestFactory(
             flown.patient.surface,
             scenario.scope.ring_radius_mm,

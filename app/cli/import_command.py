@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from anatomy.case import CaseRecord
 from anatomy.scan.imported import ImportedHead
-from app.cli.quality_lines import quality_lines
+from app.cli.slices_command import quality_lines
 from app.cli.terminal import Stages, print_json, print_table
 from paravol.case_import import ImportedCase, import_case
 from paravol.case_options import ImportOptions

@@ -1,11 +1,12 @@
 """`paravol metrics`: compute, print, write tables."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from io import StringIO
 from pathlib import Path
 
 import msgspec
 
+from app.cli.commands import MetricsOptions
 from app.cli.terminal import Stages, print_json, print_table
 from disk import demand_place, whole_file
 from disk.csv_table import CsvTable
@@ -26,24 +27,9 @@ COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
 
 
-@dataclass(frozen=True, slots=True)
-class MetricsOptions:
-    """Hold what was asked for; see `paravol metrics --help`."""
-
-    session: Path
-    csv: Path | None = None
-    table: Path | None = None
-    only: tuple[str, ...] = ()
-    settings: Path | None = None
-    arm: str = ""
-    case: Path | None = None
-    motion_only: bool = False
-    expert: Path | None = None
-
-
-def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
+def run_metrics(session: Path, options: MetricsOptions, *, as_json: bool) -> int:
     """Compute the metrics, tell them, write them where that was asked for."""
-    for file in (options.csv, options.table):
+    for file in (options.csv, options.json_file):
         if file is not None:
             demand_place(file)
     settings = Settings()
@@ -54,7 +40,7 @@ def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
         chosen = definitions_named(options.only)
     with Stages() as stages:
         found = session_metrics(
-            options.session,
+            session,
             settings=settings,
             chosen=chosen,
             arm=options.arm,
@@ -66,12 +52,12 @@ def run_metrics(options: MetricsOptions, *, as_json: bool) -> int:
     if options.csv is not None:
         with whole_file(options.csv) as beside:
             beside.write_text(as_csv(found.metrics), "utf-8")
-    if options.table is not None:
-        write_json(options.table, _report(options.session, found))
+    if options.json_file is not None:
+        write_json(options.json_file, _report(session, found))
     if as_json:
-        print_json(_report(options.session, found))
+        print_json(_report(session, found))
     else:
-        _print(options.session, found)
+        _print(session, found)
     return 0
 
 

@@ -1,13 +1,14 @@
 """`paravol register`: lead a person through the registration of an arm."""
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 
+from app.cli.arm_commands import RegisterOptions
 from app.cli.terminal import Stages, print_json, print_table
 from devices.registration.registration_file import (
     RegistrationRecord,
@@ -27,23 +28,6 @@ from paravol.registration.arm_registration import (
 from paravol.registration.record_rows import registration_rows
 from paravol.registration.tracker import register_tracker
 from scenarios import load_scenario
-
-
-@dataclass(frozen=True, slots=True)
-class RegisterOptions:
-    """Options of `paravol register`, as they were typed."""
-
-    scenario: str
-    device: str | None
-    emulated: bool
-    out: Path
-    pivot: bool
-    trace: bool
-    targets: tuple[str, ...]
-    yes: bool
-    seed: int
-    input: str | None = None
-    """Another tracker instead of an arm: igtl:HOST:PORT[:TOOL]."""
 
 
 def run_register(options: RegisterOptions, *, as_json: bool) -> int:
@@ -76,7 +60,7 @@ def _order(options: RegisterOptions) -> RegistrationOrder:
         options.device,
         options.pivot,
         options.trace,
-        options.targets,
+        options.target,
         options.seed,
     )
 

@@ -1,9 +1,9 @@
 """`paravol score` and `paravol pass-mark`: score, print, write tables."""
 
-from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 
+from app.cli.session_commands import PassMarkOptions, ScoreOptions
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place, whole_file
 from disk.csv_table import CsvTable
@@ -38,41 +38,25 @@ OUT = "assessments"
 """Folder beside the sessions in which scores are kept."""
 
 
-@dataclass(frozen=True, slots=True)
-class ScoreOptions:
-    """Hold what was asked for; see `paravol score --help`."""
-
-    sessions: Path
-    rubric: str
-    out: Path | None = None
-    jobs: int = 1
-    mpi: bool = False
-    csv: Path | None = None
-    table: Path | None = None
-    arm: str = ""
-    case: Path | None = None
-    exact: bool = False
-
-
-def run_score(options: ScoreOptions, *, as_json: bool) -> int:
+def run_score(sessions: Path, options: ScoreOptions, *, as_json: bool) -> int:
     """Score; status 1 where a session could not be scored."""
-    for file in (options.csv, options.table):
+    for file in (options.csv, options.json_file):
         if file is not None:
             demand_place(file)
     rubric = load_rubric(options.rubric) if options.rubric else None
     order = BatchOrder(
         rubric,
-        _out(options.sessions, options.out),
+        _out(sessions, options.out),
         options.arm,
         "" if options.case is None else str(options.case),
         options.exact,
     )
-    lines = _lines(options.sessions, order, options.jobs, mpi=options.mpi)
+    lines = _lines(sessions, order, options.jobs, mpi=options.mpi)
     if options.csv is not None:
         with whole_file(options.csv) as beside:
             beside.write_text(as_csv(lines, rubric), "utf-8")
-    if options.table is not None:
-        write_json(options.table, lines)
+    if options.json_file is not None:
+        write_json(options.json_file, lines)
     if as_json:
         print_json(lines)
     elif len(lines) == 1 and lines[0].assessment is not None:
@@ -206,24 +190,14 @@ def _item(assessment: Assessment, part: Part) -> str:
     return f"{assessment.rubric} {assessment.rubric_version}: {part.name}"
 
 
-@dataclass(frozen=True, slots=True)
-class PassMarkOptions:
-    """Hold what was asked for; see `paravol pass-mark --help`."""
-
-    novices: Path
-    experts: Path
-    metric: str = ""
-    role: str = ""
-    rubric: str = ""
-    jobs: int = 1
-
-
-def run_pass_mark(options: PassMarkOptions, *, as_json: bool) -> int:
+def run_pass_mark(
+    folders: tuple[Path, Path], options: PassMarkOptions, *, as_json: bool
+) -> int:
     """Find where two groups part; tell it and how sure it is."""
     if bool(options.metric) == bool(options.rubric):
         raise UserError("Name either a metric with --metric or a rubric with --rubric.")
     groups = []
-    for folder in (options.novices, options.experts):
+    for folder in folders:
         if options.rubric:
             order = BatchOrder(load_rubric(options.rubric), _out(folder, None))
             lines = _lines(folder, order, options.jobs, mpi=False)

@@ -1,5 +1,6 @@
 """Commands about many recorded sessions: names, options, help."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -14,30 +15,13 @@ Jobs = Annotated[
 ]
 
 
-@app.command(group=SESSIONS)
-def score(
-    sessions: Path,
-    *,
-    rubric: str = "",
-    out: Path | None = None,
-    jobs: Jobs = 1,
-    mpi: Flag = False,
-    csv: Path | None = None,
-    json_file: Path | None = None,
-    arm: str = "",
-    case: Path | None = None,
-    exact: Flag = False,
-    json: Json = False,
-) -> int:
-    """Score recorded sessions by a rubric; every point says what it came from.
-
-    Of one session every part is told with its value, thresholds and seconds; of a
-    folder one line a session. What was scored before is not scored again.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ScoreOptions:
+    """Options of a scoring, as they were typed.
 
     Parameters
     ----------
-    sessions
-        A folder NAME.paravol, or a folder of such folders.
     rubric
         Name of a bundled rubric (endoscopy, operation), or a .toml file of your own;
         for each session by itself "operation" or, where nothing was cut, "endoscopy".
@@ -56,12 +40,56 @@ def score(
     exact
         Step every session again instead of trusting what its recording says.
     """
-    from app.cli.score_command import ScoreOptions, run_score
 
-    options = ScoreOptions(
-        sessions, rubric, out, jobs, mpi, csv, json_file, arm, case, exact
-    )
-    return run_score(options, as_json=json)
+    rubric: str = ""
+    out: Path | None = None
+    jobs: Jobs = 1
+    mpi: Flag = False
+    csv: Path | None = None
+    json_file: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    exact: Flag = False
+
+
+@app.command(group=SESSIONS)
+def score(
+    sessions: Path, *, options: ScoreOptions = ScoreOptions(), json: Json = False
+) -> int:
+    """Score recorded sessions by a rubric; every point says what it came from.
+
+    Of one session every part is told with its value, thresholds and seconds; of a
+    folder one line a session. What was scored before is not scored again.
+
+    Parameters
+    ----------
+    sessions
+        A folder NAME.paravol, or a folder of such folders.
+    """
+    from app.cli.score_command import run_score
+
+    return run_score(sessions, options, as_json=json)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PassMarkOptions:
+    """Options of a pass mark, as they were typed.
+
+    Parameters
+    ----------
+    metric
+        Full name of a metric, such as "path length" or "smallest distance: orbit".
+    role
+        Whose, where several have the metric, such as scope.
+    rubric
+        A rubric whose total the mark is for.
+    """
+
+    metric: str = ""
+    role: str = ""
+    rubric: str = ""
+    jobs: Jobs = 1
 
 
 @app.command(group=SESSIONS)
@@ -69,10 +97,7 @@ def pass_mark(
     novices: Path,
     experts: Path,
     *,
-    metric: str = "",
-    role: str = "",
-    rubric: str = "",
-    jobs: Jobs = 1,
+    options: PassMarkOptions = PassMarkOptions(),
     json: Json = False,
 ) -> int:
     """Set a pass mark by two groups: who cannot do it yet, and who can.
@@ -86,14 +111,7 @@ def pass_mark(
         Folder of sessions of those who cannot do it yet.
     experts
         Folder of sessions of those who can.
-    metric
-        Full name of a metric, such as "path length" or "smallest distance: orbit".
-    role
-        Whose, where several have the metric, such as scope.
-    rubric
-        A rubric whose total the mark is for.
     """
-    from app.cli.score_command import PassMarkOptions, run_pass_mark
+    from app.cli.score_command import run_pass_mark
 
-    options = PassMarkOptions(novices, experts, metric, role, rubric, jobs)
-    return run_pass_mark(options, as_json=json)
+    return run_pass_mark((novices, experts), options, as_json=json)

@@ -5,8 +5,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from anatomy.case import read_case
-from app.cli.quality_lines import quality_lines
+from anatomy.case import CaseRecord, read_case
 from app.cli.terminal import Stages, print_json
 from disk import UserError
 from paravol.slice_sheet import Marked, entrance_of, label_at, slice_sheet, transfer_of
@@ -52,3 +51,11 @@ def run_slices(
         for line in quality_lines(read.record):
             print(f"scan: {line}")
     return 0
+
+
+def quality_lines(record: CaseRecord) -> list[str]:
+    """Return a line for each finding on a scan: what was measured, what it limits."""
+    return [
+        f"{finding.told}. Limit: {finding.limits}" if finding.limits else finding.told
+        for finding in record.quality
+    ]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.window.desk import DeskOrder
-    from paravol.flight import FlightEnd, FlightObserver
+    from paravol.flight_events import FlightEnd, Hear
     from paravol.training_setup import TrainingSetup
     from paravol.window_preferences import WindowPreferences
     from scenarios import Scenario
@@ -51,7 +51,7 @@ def run_train(options: TrainOptions) -> int:
 
 
 @contextmanager
-def _instructor_page(port: int) -> "Iterator[Callable[[Scenario], FlightObserver]]":
+def _instructor_page(port: int) -> "Iterator[Callable[[Scenario], Hear]]":
     """Serve the instructor's page and say where; give what shows it a flight."""
     from paravol.instructor import InstructorPage
 
@@ -164,7 +164,7 @@ def _desk_order(
 
 def training_setup(
     options: TrainOptions,
-    watcher: "Callable[[Scenario], FlightObserver] | None" = None,
+    watcher: "Callable[[Scenario], Hear] | None" = None,
 ) -> "TrainingSetup":
     """Return what the options say of devices, picture and recording.
 

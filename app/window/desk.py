@@ -15,7 +15,7 @@ from app.window.background_work import BackgroundWork, words_for
 from app.window.ending import PATIENCE_S, begin_ending, wait_for
 from app.window.flight.ended_page import EndedPage
 from app.window.flight.flight_page import FlightPage
-from app.window.flight.flight_thread import FlightThread
+from app.window.flight.flight_thread import FlightThread, ThreadEnding, WindowEvent
 from app.window.flight.flight_tour import flight_stops
 from app.window.home.exercise_list import ListEntry
 from app.window.home.home_page import HomePage
@@ -25,7 +25,8 @@ from app.window.page import Page, TextPage
 from app.window.result.debrief_process import write_beside
 from app.window.texts import later, tr
 from app.window.tour import Tour
-from paravol.flight import FlightEnd, FlightOrder
+from paravol.flight import FlightOrder
+from paravol.flight_events import FlightEnd
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
 from paravol.session_setup import flown_scenario
@@ -392,8 +393,7 @@ class Desk(QObject):
         page.left.connect(partial(self._on_left, flown, thread))
         page.first_shown.connect(self._on_first_shown)
         page.begun.connect(partial(self._show_flight_tour, page))
-        thread.landed.connect(partial(self._on_landed, flown, thread))
-        thread.finished.connect(partial(self._on_finished, flown, thread))
+        thread.told.connect(partial(self._hear, flown, thread))
         self._window.show_page(page)
         self._leave_flights()
         self.flown.append(flown)
@@ -482,15 +482,17 @@ class Desk(QObject):
         if error is not None:
             self.stopped.emit()
 
-    def _on_landed(self, flown: Flown, thread: FlightThread, end: FlightEnd) -> None:
-        flown.take_end(thread)
-        if flown is self.flown[-1] and self._page(FlightPage) is not None:
+    def _hear(self, flown: Flown, thread: FlightThread, event: WindowEvent) -> None:
+        """Show a flight's result; leave one that ended before anything was flown."""
+        if isinstance(event, FlightEnd):
+            flown.take_end(thread)
+        if flown is not self.flown[-1] or self._page(FlightPage) is None:
+            return
+        if isinstance(event, FlightEnd):
             self._show_result(flown, thread.flight.head)
-
-    def _on_finished(self, flown: Flown, thread: FlightThread) -> None:
-        """Leave a flight that ended before anything was flown."""
-        is_shown = flown is self.flown[-1] and self._page(FlightPage) is not None
-        if is_shown and thread.flight.result is None and thread.error is None:
+        elif isinstance(event, ThreadEnding) and not (
+            thread.flight.result or thread.error
+        ):
             self._on_left(flown, thread)
 
     # Its result

@@ -22,6 +22,7 @@ from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
 from app.window.page import Page, TextPage
 from app.window.plain_label import warning_box
+from app.window.scaling import scale_all
 from app.window.settings_dialog import SettingsDialog
 from app.window.style import style_sheet, take_theme
 from app.window.texts import take_language, tr
@@ -109,7 +110,7 @@ class MainWindow(QMainWindow):
     def show_settings(self) -> None:
         """Ask for looks, mouse and keys, and keep what is chosen."""
         dialog = SettingsDialog(self._preferences, self)
-        dialog.set_scale(self._scale)
+        scale_all(dialog, self._scale)
         dialog.chosen.connect(self.take_preferences)
         dialog.accepted.connect(self._keep_preferences)
         self._page.covered(True)

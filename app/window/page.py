@@ -1,12 +1,15 @@
 """A page of the main window: one of them is shown at a time."""
 
+from collections.abc import Callable
 from threading import Thread
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
+from app.window.page_style import page_sheet
 from app.window.plain_label import PlainLabel
+from app.window.scaling import scale_all
 
 
 class Page(QWidget):
@@ -18,6 +21,12 @@ class Page(QWidget):
     full_screen_wanted = Signal()
     """The window shall fill the screen, or no longer."""
 
+    scale = 1.0
+    """Factor on every font and length."""
+
+    sheet: Callable[[float], str] = staticmethod(lambda scale: "")
+    """Returns the page's own rules at a scale."""
+
     title = "PARAVOL"
     """What the window's frame says while the page is shown."""
 
@@ -27,6 +36,9 @@ class Page(QWidget):
 
     def set_scale(self, scale: float) -> None:
         """Scale fonts and lengths; 1 is the size that the window was designed at."""
+        self.scale = scale
+        self.setStyleSheet(self.sheet(scale))
+        scale_all(self, scale)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Press the button that has the focus by Enter, as Space does."""
@@ -64,6 +76,8 @@ class TextPage(Page):
     problem, stage, share: the parts that say it, for whoever lays the page out.
     """
 
+    sheet = staticmethod(page_sheet)
+
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("page")
@@ -88,9 +102,7 @@ class TextPage(Page):
 
 def problem_label() -> QLabel:
     """Return a box, hidden at first, for what went wrong; its text can be copied."""
-    label = PlainLabel()
-    label.setObjectName("problem")
-    label.setWordWrap(True)
+    label = PlainLabel(name="problem", wraps=True)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
     label.hide()
     return label

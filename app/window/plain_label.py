@@ -11,13 +11,21 @@ from disk.plain_text import plain
 class PlainLabel(QLabel):
     """A label that shows every letter of its text; Qt's own guesses at rich text."""
 
-    def __init__(self, text: str = "") -> None:
+    def __init__(self, text: str = "", name: str = "", *, wraps: bool = False) -> None:
+        """Show a text; name: by which style sheets know it. wraps: into more lines."""
         super().__init__(plain(text))
         self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setObjectName(name)
+        self.setWordWrap(wraps)
 
     def setText(self, text: str) -> None:
         """Show other words."""
         super().setText(plain(text))
+
+
+def paragraph(text: str, name: str = "") -> PlainLabel:
+    """Return a label that takes as many lines as it needs."""
+    return PlainLabel(text, name, wraps=True)
 
 
 def plain_tip(text: str) -> str:

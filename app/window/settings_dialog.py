@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from app.window.keyboard.actions import LEFT_HANDED
 from app.window.keyboard.key_table import KeyTable
 from app.window.plain_label import PlainLabel
+from app.window.scaling import hold, lay
 from app.window.texts import LANGUAGES, tr
 from app.window.themes import THEMES
 from paravol.window_preferences import WindowPreferences
@@ -40,8 +41,6 @@ class SettingsDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(tr("Settings"))
         self._before = before
-        self._forms: list[QFormLayout] = []
-        self._boxes: list[QComboBox] = []
         self.theme = QComboBox()
         self.theme.addItems([tr(name.capitalize()) for name in THEMES])
         self.theme.setCurrentIndex(list(THEMES).index(before.theme))
@@ -66,9 +65,9 @@ class SettingsDialog(QDialog):
             box.setChecked(is_on)
             box.toggled.connect(self._tell)
         self.keys = KeyTable(before.keys, self)
+        hold(self.keys, setMinimumWidth=500, setMinimumHeight=320)
         self.keys.chosen.connect(self._tell)
-        self.told = PlainLabel()
-        self.told.setWordWrap(True)
+        self.told = PlainLabel(wraps=True)
         self.keys.told.connect(self.told.setText)
         tabs = self.tabs = QTabWidget()
         tabs.addTab(
@@ -104,7 +103,7 @@ class SettingsDialog(QDialog):
 
     def _form(self, *rows: tuple[str, QWidget]) -> QWidget:
         page = QWidget()
-        form = QFormLayout(page)
+        form = lay(QFormLayout(page), 16, gap=(16, 10))
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         for words, part in rows:
             if isinstance(part, QComboBox):
@@ -113,10 +112,9 @@ class SettingsDialog(QDialog):
                 form.addRow(label, part)
                 part.setAccessibleName(words.replace("&", ""))
                 part.currentIndexChanged.connect(self._tell)
-                self._boxes.append(part)
+                hold(part, setMinimumWidth=180)
             else:
                 form.addRow(part)
-        self._forms.append(form)
         return page
 
     def _key_page(self) -> QWidget:
@@ -155,18 +153,6 @@ class SettingsDialog(QDialog):
             if is_left
             else tr("All keys are as they were at first.")
         )
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        margin = round(16 * scale)
-        for form in self._forms:
-            form.setContentsMargins(margin, margin, margin, margin)
-            form.setHorizontalSpacing(margin)
-            form.setVerticalSpacing(round(10 * scale))
-        for box in self._boxes:
-            box.setMinimumWidth(round(180 * scale))
-        self.keys.setMinimumSize(round(500 * scale), round(320 * scale))
-        self.keys.resizeColumnToContents(0)
 
     @property
     def preferences(self) -> WindowPreferences:

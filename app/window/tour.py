@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
 from app.window.style import READY
 from app.window.texts import tr
 
@@ -51,11 +51,8 @@ class Tour(QWidget):
         self._card = QFrame(self)
         self._card.setObjectName("card")
         self._card.setProperty("marked", True)
-        self._count, self._title, self._text = PlainLabel(), PlainLabel(), PlainLabel()
-        self._title.setObjectName("heading")
-        self._text.setObjectName("body")
-        for label in (self._title, self._text):
-            label.setWordWrap(True)
+        self._count = PlainLabel()
+        self._title, self._text = paragraph("", "heading"), paragraph("", "body")
         self._next = QPushButton()
         self._next.setObjectName("primary")
         self._next.clicked.connect(self._go_on)

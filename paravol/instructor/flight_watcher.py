@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from devices import DeviceError
-from paravol.flight import FlightEnd, FlightObserver
+from paravol import flight_events as events
+from paravol.flight_events import FlightEnd
 from paravol.flight_loop import FrameEvent
 from paravol.patient import PatientScene
 from paravol.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
@@ -29,7 +29,7 @@ LARGEST_PIXELS = 512
 JPEG_QUALITY = 82
 
 
-class FlightWatcher(FlightObserver):
+class FlightWatcher:
     """Hear of a flight; give its newest picture and state to any number of threads.
 
     The thread that flies leaves a reference here and goes on. Pictures are encoded and
@@ -61,56 +61,45 @@ class FlightWatcher(FlightObserver):
         self._measuring = threading.Lock()
         self._gaps: tuple[FrameEvent, list[dict[str, Any]]] | None = None
 
-    def on_progress(self, stage: str, share: float) -> None:
-        """Tell of the preparation."""
+    def hear(self, event: events.FlightEvent) -> None:
+        """Keep what is newest."""
+        match event:
+            case events.Progressed(stage, share):
+                self._tell_stage(stage, share)
+            case events.Touching(_, share):
+                self._tell_stage("Registering", share)
+            case events.HeadLoaded(patient):
+                self._tell(_patient=patient)
+            case events.RecordingBegan(residual_mm):
+                self._tell(_stage="Flying", _residual_mm=residual_mm)
+            case FrameEvent():
+                self._tell(_event=event)
+            case events.Injured(text):
+                self._keep_injury(text)
+            case events.DeviceLost(loss):
+                self._tell(_device=f"away: {loss}")
+            case events.DeviceBack(away_s):
+                self._tell(_device=f"there again after {away_s:.1f} s")
+            case events.StoodStill(text):
+                self._tell(_device=text)
+            case events.ToolDeviceNews(text):
+                self._tell(_tool_device=text)
+            case events.FlightOver(result):
+                self._tell(_result=result, _is_over=True, _stage="The flight is over")
+
+    def _tell_stage(self, stage: str, share: float) -> None:
         text = f"{stage}: {round(100 * share)} %"
         if text != self._stage:
             self._tell(_stage=text)
 
-    def on_patient(self, patient: PatientScene) -> None:
-        """Keep what hazards are measured by."""
-        self._tell(_patient=patient)
-
-    def on_touch(self, stage: str, share: float) -> None:
-        """Tell of the registration."""
-        self.on_progress("Registering", share)
-
-    def on_start(self, residual_mm: float | None) -> None:
-        """Tell that the flight begins."""
-        self._tell(_stage="Flying", _residual_mm=residual_mm)
-
-    def on_frame(self, event: FrameEvent) -> None:
-        """Keep the newest frame."""
-        self._tell(_event=event)
-
-    def on_injury(self, text: str) -> None:
-        """Keep the newest injuries, with the score's clock."""
+    def _keep_injury(self, text: str) -> None:
+        """Keep it with the score's clock."""
         with self._changed:
             clock_s = 0.0 if self._event is None else self._event.clock_s
             self._injury_count += 1
             told = {"number": self._injury_count, "clock_s": clock_s, "text": text}
             self._injuries.append(told)
         self._tell()
-
-    def on_loss(self, loss: DeviceError) -> None:
-        """Tell that the device went away."""
-        self._tell(_device=f"away: {loss}")
-
-    def on_return(self, away_s: float) -> None:
-        """Tell that it is back."""
-        self._tell(_device=f"there again after {away_s:.1f} s")
-
-    def on_late(self, text: str) -> None:
-        """Tell that it stood still."""
-        self._tell(_device=text)
-
-    def on_tool_device(self, text: str) -> None:
-        """Tell of the tool's device."""
-        self._tell(_tool_device=text)
-
-    def on_end(self, result: FlightEnd | None) -> None:
-        """Tell how it ended."""
-        self._tell(_result=result, _is_over=True, _stage="The flight is over")
 
     def wait(self, after: int, timeout_s: float) -> int:
         """Wait until something is newer than the version `after`; return the newest.

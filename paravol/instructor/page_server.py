@@ -26,6 +26,7 @@ from typing import Any
 from devices.port import Closing
 from disk import UserError
 from paravol.debrief.colours import templates
+from paravol.flight_events import Hear
 from paravol.instructor.flight_watcher import FlightWatcher
 from scenarios import Scenario
 
@@ -108,9 +109,9 @@ class InstructorPage(Closing):
         """Return what to open in a browser; it is as secret as the flight."""
         return f"http://{LOOPBACK}:{self.port}/{self._token}/"
 
-    def watcher(self, scenario: Scenario) -> FlightWatcher:
+    def watcher(self, scenario: Scenario) -> Hear:
         """Return who hears of a flight; the page shows it as soon as it has begun."""
-        return FlightWatcher(scenario, self._show)
+        return FlightWatcher(scenario, self._show).hear
 
     def _show(self, watcher: FlightWatcher) -> None:
         before, self.shown = self.shown, watcher

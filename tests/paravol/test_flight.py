@@ -21,8 +21,9 @@ from app.__main__ import main
 from app.window.style import ALARM
 from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
+from paravol import flight_events as events
 from paravol import keyframes
-from paravol.flight import Flight, FlightObserver, FlightOrder, save_frame_view
+from paravol.flight import Flight, FlightOrder, save_frame_view
 from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import FlightInput, in_the_patient
@@ -118,7 +119,7 @@ prepare_environment()
 from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from app.window.flight.flight_page import FlightPage
-from app.window.flight.flight_thread import FlightThread
+from app.window.flight.flight_thread import FlightThread, FrameReady
 from app.window.main_window import MainWindow
 from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from scenarios import load_scenario
@@ -134,7 +135,9 @@ page = FlightPage(flight, edge_samples=0)
 page.left.connect(window.shut)
 window.show_page(page)
 frames = []
-flight.arrived.connect(lambda: frames.append(0))
+flight.told.connect(
+    lambda event: frames.append(0) if isinstance(event, FrameReady) else None
+)
 said = []
 say = page.picture.say
 def spoken(message, detail="", share=None):
@@ -490,7 +493,7 @@ def test_an_arm_that_stays_away_leaves_a_picture_that_says_so(
     assert report.is_exact
 
 
-class Kept(FlightObserver):
+class Kept:
     """Writes down what it hears, and asks for a moment and a view."""
 
     def __init__(self) -> None:
@@ -499,34 +502,33 @@ class Kept(FlightObserver):
         self.frames: list[FrameEvent] = []
         self.view = ""
 
-    def on_patient(self, patient: PatientScene) -> None:
-        self.heard.append("patient")
-
-    def on_start(self, residual_mm: float | None) -> None:
-        assert residual_mm is None
-        self.heard.append("start")
-        # of the first frame: a busy machine may not come to many
-        if self.flight is not None:
-            self.flight.keep_moment()
-            self.flight.keep_view()
-
-    def on_frame(self, event: FrameEvent) -> None:
-        self.frames.append(event)
-
-    def on_moment(self, event: FrameEvent) -> None:
-        self.heard.append(f"moment of frame {event.number}")
-
-    def on_view_saved(self, message: str, where: str) -> None:
-        self.view = where
+    def hear(self, event: events.FlightEvent) -> None:
+        match event:
+            case events.HeadLoaded():
+                self.heard.append("patient")
+            case events.RecordingBegan(residual_mm):
+                assert residual_mm is None
+                self.heard.append("start")
+                # of the first frame: a busy machine may not come to many
+                if self.flight is not None:
+                    self.flight.keep_moment()
+                    self.flight.keep_view()
+            case FrameEvent():
+                self.frames.append(event)
+            case events.MomentKept(frame):
+                self.heard.append(f"moment of frame {frame.number}")
+            case events.ViewSaved(_, where):
+                self.view = where
 
 
 class Exchanging(Kept):
     """Puts in an angled scope as soon as something was seen by the straight one."""
 
-    def on_frame(self, event: FrameEvent) -> None:
-        super().on_frame(event)
-        assert self.flight is not None
-        self.flight.scope.choose(30.0)
+    def hear(self, event: events.FlightEvent) -> None:
+        super().hear(event)
+        if isinstance(event, FrameEvent):
+            assert self.flight is not None
+            self.flight.scope.choose(30.0)
 
 
 @pytest.mark.parametrize("is_removed", [False, True])
@@ -542,13 +544,11 @@ def test_a_flight_goes_on_when_its_recording_cannot(
     heard: list[str] = []
     flush = SessionRecorder.flush
 
-    class Hearing(FlightObserver):
-        def on_unrecorded(self, problem: str) -> None:
-            heard.append(problem)
-
-        def on_frame(self, event: FrameEvent) -> None:
-            if is_removed and event.number == 1:
-                shutil.rmtree(record)
+    def hear(event: events.FlightEvent) -> None:
+        if isinstance(event, events.RecordingStopped):
+            heard.append(event.why)
+        if is_removed and isinstance(event, FrameEvent) and event.number == 1:
+            shutil.rmtree(record)
 
     def filled(self: SessionRecorder) -> None:
         if not is_removed and self.samples > 40:
@@ -556,7 +556,7 @@ def test_a_flight_goes_on_when_its_recording_cannot(
         flush(self)
 
     monkeypatch.setattr(SessionRecorder, "flush", filled)
-    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), Hearing())
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), hear)
     flown = flight.run()
     assert flown is not None
     result = flight.result
@@ -578,8 +578,11 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
 ) -> None:
     scenario, path, played = played_scenario(short_scenario)
     record = tmp_path / "flight.paravol"
-    observer = Exchanging()
-    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
+    observer, beside = Exchanging(), Kept()
+    order = FlightOrder(
+        scenario, path, played, SIZE, 1, record, watchers=(beside.hear,)
+    )
+    flight = Flight(order, observer.hear)
     observer.flight = flight
     flown = flight.run()
     assert flown is not None
@@ -588,6 +591,9 @@ def test_a_flight_without_a_window_is_observed_recorded_and_replayed(
     assert flight.result.score == flown.score
     assert observer.heard == ["patient", "start", "moment of frame 0"]
     assert [f.number for f in observer.frames] == list(range(len(observer.frames)))
+    # who looks on hears all of it, too
+    assert (beside.heard, beside.view) == (observer.heard, observer.view)
+    assert beside.frames == observer.frames
     assert load_view(Path(observer.view)).to_camera().key == (
         observer.frames[0].view.camera.key
     )
@@ -621,7 +627,7 @@ def test_poses_beyond_any_hand_are_left_out_told_and_the_flight_goes_on(
     save_probe_path(path, path_file)
     played = choose_input(f"recording:{path_file}", None, scenario, path, path_file)
     record = tmp_path / "flight.paravol"
-    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), Kept())
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), Kept().hear)
     flown = flight.run()
     assert flown is not None
     assert flight.result is not None
@@ -671,11 +677,12 @@ def first_bite(folder: Path) -> Path:
 class Biting(Kept):
     """Takes the forceps, and closes them for half a second."""
 
-    def on_frame(self, event: FrameEvent) -> None:
-        super().on_frame(event)
-        assert self.flight is not None
-        self.flight.hand.choose("straight forceps")
-        self.flight.hand.work(1.0 <= event.sample.time_s < 1.6)
+    def hear(self, event: events.FlightEvent) -> None:
+        super().hear(event)
+        if isinstance(event, FrameEvent):
+            assert self.flight is not None
+            self.flight.hand.choose("straight forceps")
+            self.flight.hand.work(1.0 <= event.sample.time_s < 1.6)
 
 
 def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
@@ -698,7 +705,7 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     monkeypatch.setattr(keyframes, "APART_S", 0.4)
     scenario, path, played = played_scenario(first_bite(tmp_path))
     record, observer = tmp_path / "flight.paravol", Biting()
-    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer)
+    flight = Flight(FlightOrder(scenario, path, played, SIZE, 1, record), observer.hear)
     observer.flight = flight
     assert flight.run() is not None
     # before it, a piece of the head was rehearsed on
@@ -739,7 +746,7 @@ def end_of(timeline: SessionTimeline) -> tuple[str, int, str, Score]:
 def test_a_flight_that_is_cancelled_before_leaves_nothing(tmp_path: Path) -> None:
     scenario, _ = load_scenario("first_flight")
     record = tmp_path / "flight.paravol"
-    flight = Flight(flight_order(scenario, record), FlightObserver())
+    flight = Flight(flight_order(scenario, record), lambda event: None)
     flight.cancel()
     assert flight.run() is None
     assert flight.result is None

@@ -5,7 +5,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight import Flight, FlightOrder
+from paravol.flight_events import FlightEvent
 from paravol.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from scenarios import Scenario, load_scenario
@@ -19,15 +20,15 @@ FAST = ("uncinectomy",)
 FRAMES = 3
 
 
-class Short(FlightObserver):
+class Short:
     """Ends the flight after its first frames."""
 
     def __init__(self) -> None:
         self.flight: Flight | None = None
         self.frames = 0
 
-    def on_frame(self, event: FrameEvent) -> None:
-        self.frames += 1
+    def hear(self, event: FlightEvent) -> None:
+        self.frames += isinstance(event, FrameEvent)
         assert self.flight is not None
         if self.frames == FRAMES:
             self.flight.end()
@@ -50,7 +51,7 @@ def test_an_exercise_begins(name: str, tmp_path: Path) -> None:
     mouse = choose_input(None, None, scenario, None, folder / f"{name}.toml")
     order = FlightOrder(scenario, None, mouse, 48, 1, tmp_path / "flight.paravol")
     observer = Short()
-    flight = observer.flight = Flight(order, observer)
+    flight = observer.flight = Flight(order, observer.hear)
     assert flight.run() is not None
     assert observer.frames >= FRAMES
 
@@ -67,7 +68,9 @@ prepare_environment()
 from numba.core.dispatcher import Dispatcher
 
 from devices import Pose
-from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight import Flight, FlightOrder
+from paravol.flight_events import RecordingBegan
+from paravol.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import FlightInput, in_the_patient
 from paravol.inputs.pose_sources import EndedError
@@ -145,16 +148,16 @@ class Everything(FlightInput):
         )
 
 
-class Watch(FlightObserver):
+class Watch:
     known = None
     frames = 0
 
-    def on_start(self, residual_mm):
-        self.known = compiled()
-
-    def on_frame(self, event):
-        self.frames += 1
-        self.soil = event.frame.lens
+    def hear(self, event):
+        if isinstance(event, RecordingBegan):
+            self.known = compiled()
+        elif isinstance(event, FrameEvent):
+            self.frames += 1
+            self.soil = event.frame.lens
 
 
 PLACE = "uncinate process, right"
@@ -171,7 +174,7 @@ steered = choose_input("mouse", None, scenario, None, None)
 chosen = Everything() if way == "everything" else steered
 watch = Watch()
 order = FlightOrder(scenario, None, chosen, 700, 2, None, follows_window=True)
-flight = Flight(order, watch)
+flight = Flight(order, watch.hear)
 
 
 def act():

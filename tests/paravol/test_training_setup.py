@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from paravol.flight import FlightObserver
+from paravol.flight_events import FlightEvent, Hear
 from paravol.session_store import SessionStore
 from paravol.training_setup import DeviceSetup, TrainingSetup
 from scenarios import Scenario
@@ -11,9 +11,10 @@ from scenarios import Scenario
 def test_each_order_has_a_watcher_of_its_own() -> None:
     asked: list[str] = []
 
-    def watcher(scenario: Scenario) -> FlightObserver:
+    def watcher(scenario: Scenario) -> Hear:
         asked.append(scenario.name)
-        return FlightObserver()
+        heard: list[FlightEvent] = []
+        return heard.append
 
     setup = TrainingSetup(devices=DeviceSetup(), size=64, threads=1, watcher=watcher)
     first, second = setup.order("hoops"), setup.order("centring")

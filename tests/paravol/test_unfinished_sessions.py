@@ -151,20 +151,20 @@ FLY = """
 import sys, time
 from pathlib import Path
 from paravol.exercise_path import recorded_path, recorded_path_file
-from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight import Flight, FlightOrder
+from paravol.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.session_store import SessionStore
 from scenarios import load_scenario
 
-class Watch(FlightObserver):
-    def on_frame(self, event):
-        if event.sample.time_s > 1.5:
-            print("flown", flush=True)
+def hear(event):
+    if isinstance(event, FrameEvent) and event.sample.time_s > 1.5:
+        print("flown", flush=True)
 
 scenario, folder = load_scenario("hoops")
 mouse = choose_input(None, None, scenario, None, None)
 store = SessionStore(Path(sys.argv[1]))
-Flight(FlightOrder(scenario, None, mouse, 64, 1, None, kept=store), Watch()).run()
+Flight(FlightOrder(scenario, None, mouse, 64, 1, None, kept=store), hear).run()
 """
 
 

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPlainTextEdit,
     QProgressBar,
     QPushButton,
@@ -24,7 +23,8 @@ from PySide6.QtWidgets import (
 from app.window.connection.arm_thread import HEAD, ArmThread
 from app.window.page import Page, problem_label
 from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
+from app.window.scaling import lay
 from app.window.texts import later, tr
 from devices.registration.registration_file import save_registration
 from disk import UserError
@@ -60,6 +60,8 @@ class ConnectionPage(Page):
     registered = Signal(str, Path)
     """The arm at a port was registered, into a file."""
 
+    sheet = staticmethod(page_sheet)
+
     def __init__(
         self,
         devices: Sequence[FoundDevice],
@@ -84,10 +86,10 @@ class ConnectionPage(Page):
         self.chooser.addItems(titles)
         if chosen is not None and chosen in self._ports:
             self.chooser.setCurrentIndex(self._ports.index(chosen))
-        self.figures = {name: _label(NONE, "figure") for name in ROWS}
+        self.figures = {name: paragraph(NONE, "figure") for name in ROWS}
         self.problem = problem_label()
-        self.state = _label(tr("Not registered"), "heading")
-        self.step = _label("", "body")
+        self.state = paragraph(tr("Not registered"), "heading")
+        self.step = paragraph("", "body")
         self.share = QProgressBar()
         self.share.setTextVisible(False)
         self.log = QPlainTextEdit()
@@ -126,16 +128,15 @@ class ConnectionPage(Page):
         head.addWidget(label)
         head.addWidget(self.chooser, 1)
         head.addWidget(self.back)
-        self._table = QGridLayout()
+        table = QGridLayout()
         for row, (name, figure) in enumerate(self.figures.items()):
-            self._table.addWidget(PlainLabel(tr(name)), row, 0)
-            self._table.addWidget(figure, row, 1)
-        self._table.setColumnStretch(1, 1)
-        self._table.setRowStretch(len(ROWS), 1)
-        now = _card(self._table)
+            table.addWidget(PlainLabel(tr(name)), row, 0)
+            table.addWidget(figure, row, 1)
+        table.setColumnStretch(1, 1)
+        table.setRowStretch(len(ROWS), 1)
         steps = QVBoxLayout()
         steps.addWidget(self.state)
-        steps.addWidget(_label(tr(ABOUT)))
+        steps.addWidget(paragraph(tr(ABOUT)))
         choices = QHBoxLayout()
         choices.addWidget(self.pivot)
         choices.addWidget(self.trace)
@@ -145,27 +146,14 @@ class ConnectionPage(Page):
         steps.addWidget(self.share)
         steps.addWidget(self.log, 1)
         steps.addWidget(self.start)
-        self._cards = now, _card(steps)
         middle = QHBoxLayout()
-        middle.addWidget(self._cards[0], 2, Qt.AlignmentFlag.AlignTop)
-        middle.addWidget(self._cards[1], 3)
-        self._rows = QVBoxLayout(self)
-        self._rows.addLayout(head)
-        self._rows.addWidget(self.problem)
-        self._rows.addLayout(middle, 1)
+        middle.addWidget(_card(table), 2, Qt.AlignmentFlag.AlignTop)
+        middle.addWidget(_card(steps), 3)
+        rows = lay(QVBoxLayout(self), 16, gap=10)
+        rows.addLayout(head)
+        rows.addWidget(self.problem)
+        rows.addLayout(middle, 1)
         self.setFocusProxy(self.start)
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self.setStyleSheet(page_sheet(scale))
-        margin = round(16 * scale)
-        self._rows.setContentsMargins(margin, margin, margin, margin)
-        self._rows.setSpacing(round(10 * scale))
-        for card in self._cards:
-            layout = card.layout()
-            assert layout is not None
-            layout.setContentsMargins(margin, margin, margin, margin)
-            layout.setSpacing(round(8 * scale))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Obey a key that no part of the page takes."""
@@ -290,15 +278,8 @@ class ConnectionPage(Page):
                 self.arm.watch(self.port)
 
 
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label
-
-
 def _card(layout: QGridLayout | QVBoxLayout) -> QWidget:
     card = QFrame()
     card.setObjectName("card")
-    card.setLayout(layout)
+    card.setLayout(lay(layout, 16, gap=8))
     return card

@@ -1,42 +1,36 @@
-"""Keys of what helps to find the way: where to go, and what is seen, by name."""
+"""Commands of what helps to find the way: where to go, and what is seen, by name."""
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, QPointF
-from PySide6.QtGui import QCursor, QKeyEvent
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QCursor
 from PySide6.QtWidgets import QWidget
 
 from app.window.flight.flight_thread import FlightThread
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands, Notify
 from app.window.panels.endoscope_panel import picture_square
 from app.window.texts import tr
 from scenarios.instrument_state import NO_TOOL
 
 
-class AidKeys(QObject):
+class AidKeys:
     """Switch the guide, lay the scope, name what is seen while a key is held."""
 
     def __init__(
         self,
         thread: FlightThread,
-        window: QWidget,
         picture: QWidget,
-        notify: Callable[[str, str], None],
+        notify: Notify,
         switched: Callable[[bool], object],
     ) -> None:
-        """Listen to the window.
-
-        notify: says a line and what it means. switched: hears whether the guide is on.
-        """
-        super().__init__(window)
+        """Prepare; switched: hears whether the guide is on."""
         self._thread = thread
         self._picture = picture
         self._notify = notify
         self._switched = switched
-        thread.laid.connect(self._tell_laid)
         self._has_tasks = bool(thread.flight.order.scenario.tasks)
-        window.installEventFilter(self)
 
     @property
     def has_guide(self) -> bool:
@@ -48,39 +42,30 @@ class AidKeys(QObject):
         if self._thread.names_at is not None:
             self._thread.names_at = self._below_mouse()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what belongs to the aids; let the rest pass."""
-        if event.type() == QEvent.Type.WindowDeactivate:
-            # whoever looks elsewhere lifts keys unseen
-            self._thread.names_at = None
-        if not isinstance(event, QKeyEvent) or event.isAutoRepeat():
-            return False
-        act = KEYS.action(event)
-        if event.type() == QEvent.Type.KeyPress:
-            return self._press(act)
-        if event.type() == QEvent.Type.KeyRelease and act is Act.NAMES:
-            self._thread.names_at = None
-            return True
-        return False
+    def commands(self) -> Commands:
+        """Return what can be done in this flight."""
+        found = {Act.NAMES: Command(self._show_names, self._hide_names)}
+        if self._has_tasks:
+            found[Act.GUIDE] = Command(self._switch_guide)
+        if self._thread.flight.order.input.can_lay:
+            found[Act.ASSIST] = Command(self._lay_scope)
+        return found
 
-    def _press(self, act: Act | None) -> bool:
-        match act:
-            case Act.GUIDE if self._has_tasks:
-                is_on = not self._thread.guide.is_on
-                self._thread.guide_by(is_on)
-                self._switched(is_on)
-                if is_on:
-                    told = tr("The arrow leads to the task's place.")
-                else:
-                    told = tr("{guide} shows it again.", guide=KEYS.label(Act.GUIDE))
-                self._notify(tr("Way shown") if is_on else tr("Way hidden"), told)
-            case Act.ASSIST if self._thread.flight.order.input.can_lay:
-                self._lay_scope()
-            case Act.NAMES:
-                self._thread.names_at = self._below_mouse()
-            case _:
-                return False
-        return True
+    def _show_names(self) -> None:
+        self._thread.names_at = self._below_mouse()
+
+    def _hide_names(self) -> None:
+        self._thread.names_at = None
+
+    def _switch_guide(self) -> None:
+        is_on = not self._thread.guide.is_on
+        self._thread.guide_by(is_on)
+        self._switched(is_on)
+        if is_on:
+            told = tr("The arrow leads to the task's place.")
+        else:
+            told = tr("{guide} shows it again.", guide=KEYS.label(Act.GUIDE))
+        self._notify(tr("Way shown") if is_on else tr("Way hidden"), told)
 
     def _lay_scope(self) -> None:
         frame = self._thread.last
@@ -96,7 +81,8 @@ class AidKeys(QObject):
         else:
             self._notify(tr("No tool is needed now"), "")
 
-    def _tell_laid(self, is_found: bool, other: str) -> None:
+    def tell_laid(self, is_found: bool, other: str) -> None:
+        """Say whether there is a place for the scope, and what other tool has one."""
         if is_found:
             self._notify(tr("The assistant lays the scope"), "")
         else:

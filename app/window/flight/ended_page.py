@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout
 
 from app.window.keyboard.places import american
 from app.window.page import TextPage
-from app.window.page_style import page_sheet
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import tr
 
 
@@ -21,9 +21,8 @@ class EndedPage(TextPage):
         """Lay the page out; title: of the exercise."""
         super().__init__()
         self.title = f"PARAVOL: {tr(title)}"
-        heading, about = PlainLabel(tr("This flight has ended")), PlainLabel(tr(title))
-        heading.setObjectName("verdict")
-        about.setObjectName("heading")
+        heading = PlainLabel(tr("This flight has ended"), "verdict")
+        about = PlainLabel(tr(title), "heading")
         self.again, self.home = (
             QPushButton(tr("Again (A)")),
             QPushButton(tr("Home (H)")),
@@ -35,20 +34,13 @@ class EndedPage(TextPage):
         buttons.addStretch(1)
         buttons.addWidget(self.home)
         buttons.addWidget(self.again)
-        self._rows = QVBoxLayout(self)
+        rows = lay(QVBoxLayout(self), 16, gap=10)
         for part in (heading, about, self.problem, self.stage, self.share):
-            self._rows.addWidget(part)
-        self._rows.addStretch(1)
-        self._rows.addLayout(buttons)
+            rows.addWidget(part)
+        rows.addStretch(1)
+        rows.addLayout(buttons)
         self.say(problem)
         self.show_stage("")
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self.setStyleSheet(page_sheet(scale))
-        margin = round(16 * scale)
-        self._rows.setContentsMargins(margin, margin, margin, margin)
-        self._rows.setSpacing(round(10 * scale))
 
     def showEvent(self, event: object) -> None:
         """Let Enter fly once more."""

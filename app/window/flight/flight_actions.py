@@ -2,64 +2,58 @@
 
 from functools import partial
 
-from PySide6.QtWidgets import QWidget
-
 from app.window.flight.flight_thread import DisplayedFrame
 from app.window.flight.scope_keys import ScopeKeys, scope_use
 from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys, tool_use
 from app.window.keyboard.actions import Act
-from app.window.panels.action_bar import ActionBar, ActionButton, Choice
+from app.window.keyboard.page_commands import Commands
+from app.window.panels.action_bar import ActionBar, Choice
 from app.window.texts import later, tr
 from scenarios.instrument_state import NO_TOOL
 
-STEERING = (
-    ActionButton(Act.MOVE_IN, later("In"), is_held=True),
-    ActionButton(Act.MOVE_OUT, later("Out"), is_held=True),
-    ActionButton(Act.TURN_LEFT, later("Post ↺"), is_held=True),
-    ActionButton(Act.TURN_RIGHT, later("Post ↻"), is_held=True),
-    ActionButton(Act.SCOPE_OUT, later("Outside")),
-)
+STEERING = {
+    Act.MOVE_IN: later("In"),
+    Act.MOVE_OUT: later("Out"),
+    Act.TURN_LEFT: later("Post ↺"),
+    Act.TURN_RIGHT: later("Post ↻"),
+    Act.SCOPE_OUT: later("Outside"),
+}
 """Where mouse and keys move the scope."""
 
-POST = (
-    ActionButton(Act.TURN_LEFT, later("Post ↺"), repeats=True),
-    ActionButton(Act.TURN_RIGHT, later("Post ↻"), repeats=True),
-)
+POST = {act: STEERING[act] for act in (Act.TURN_LEFT, Act.TURN_RIGHT)}
 """Where another device moves it."""
 
-SCOPE = (
-    ActionButton(Act.HEAD_LEFT, later("Head ↺"), repeats=True),
-    ActionButton(Act.HEAD_RIGHT, later("Head ↻"), repeats=True),
-    ActionButton(Act.NEXT_SCOPE, later("Scope")),
-)
-ASSIST = (ActionButton(Act.ASSIST, later("Assist")),)
-"""Where an assistant may hold the scope."""
+SCOPE = {
+    Act.HEAD_LEFT: later("Head ↺"),
+    Act.HEAD_RIGHT: later("Head ↻"),
+    Act.NEXT_SCOPE: later("Scope"),
+}
+ASSIST = {Act.ASSIST: later("Assist")}
+"""Where an assistant may hold the scope for a tool."""
 
-WASH = (ActionButton(Act.WASH, later("Wash")),)
-"""Who washes is the second hand."""
-
-TOOLS = (
-    ActionButton(Act.NEXT_TOOL, later("Tool"), is_wide=True),
-    ActionButton(Act.WORK, later("Work"), is_held=True),
-    ActionButton(Act.TOOL_AHEAD, later("Ahead"), repeats=True),
-    ActionButton(Act.TOOL_BACK, later("Back"), repeats=True),
-    ActionButton(Act.SUCTION, later("Suction")),
-    ActionButton(Act.UNDO, later("Undo")),
-    ActionButton(Act.HOLD, later("Mouse")),
-)
-TASKS = (
-    ActionButton(Act.FREEZE, later("Freeze")),
-    ActionButton(Act.HINT, later("Hint")),
-    ActionButton(Act.GUIDE, later("Way")),
-)
-REST = (
-    ActionButton(Act.NAMES, later("Names"), is_held=True),
-    ActionButton(Act.MOMENT, later("Moment")),
-    ActionButton(Act.SOUND, later("Sound")),
-    ActionButton(Act.FULL_SCREEN, later("Screen")),
-    ActionButton(Act.END, later("End")),
-)
+TOOLS = {
+    Act.WASH: later("Wash"),
+    Act.NEXT_TOOL: later("Tool"),
+    Act.WORK: later("Work"),
+    Act.TOOL_AHEAD: later("Ahead"),
+    Act.TOOL_BACK: later("Back"),
+    Act.SUCTION: later("Suction"),
+    Act.UNDO: later("Undo"),
+    Act.HOLD: later("Mouse"),
+}
+TASKS = {
+    Act.FREEZE: later("Freeze"),
+    Act.HINT: later("Hint"),
+    Act.GUIDE: later("Way"),
+}
+REST = {
+    Act.NAMES: later("Names"),
+    Act.MOMENT: later("Moment"),
+    Act.SOUND: later("Sound"),
+    Act.FULL_SCREEN: later("Screen"),
+    Act.END: later("End"),
+}
 
 
 class FlightActions:
@@ -67,29 +61,26 @@ class FlightActions:
 
     def __init__(
         self,
-        page: QWidget,
+        commands: Commands,
         scopes: ScopeKeys,
         tools: ToolKeys | None,
         sound: SoundKeys,
         *,
         is_steered: bool,
-        has_tasks: bool,
-        has_assistant: bool,
     ) -> None:
-        """Lay out the bar.
+        """Lay out the bar for what can be done in the flight.
 
         tools: None where the second hand is not the window's. is_steered: mouse and
-        keys move the scope. has_tasks: the exercise has any.
-        has_assistant: one may lay the scope.
+        keys move the scope.
         """
         self._tools = tools
         self._sound = sound
-        buttons = (STEERING if is_steered else POST) + SCOPE
-        buttons += ASSIST if tools is not None and has_assistant else ()
-        buttons += (() if tools is None else WASH + TOOLS) + (
-            TASKS if has_tasks else ()
-        )
-        self.bar = ActionBar(page, buttons + REST)
+        labels = (STEERING if is_steered else POST) | SCOPE
+        if tools is not None:
+            labels |= ASSIST | TOOLS
+        labels |= TASKS | REST
+        shown = {act: label for act, label in labels.items() if act in commands}
+        self.bar = ActionBar(shown, commands)
         self.bar.offer(
             Act.NEXT_SCOPE,
             [

@@ -5,48 +5,59 @@ import time
 from collections.abc import Mapping
 from functools import partial
 from threading import Thread
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.window.flight.aid_keys import AidKeys
 from app.window.flight.flight_actions import FlightActions
-from app.window.flight.flight_thread import DisplayedFrame, FlightThread
+from app.window.flight.flight_thread import (
+    DisplayedFrame,
+    FlightThread,
+    FrameReady,
+    HeadModelled,
+    HeadUnseen,
+    ScopeLaid,
+    SlicesReady,
+    SoundFailed,
+    ThreadEnding,
+    WindowEvent,
+)
 from app.window.flight.help_overlay import HelpOverlay
 from app.window.flight.keys import HandEvents
 from app.window.flight.large_view import LargeView
 from app.window.flight.scope_keys import ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
+from app.window.flight.slice_keys import slice_commands
 from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys
-from app.window.flight.view_keys import ViewKeys
 from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
 from app.window.panels.notices import Notices
 from app.window.panels.touch_bars import TouchBars, hazard_look
+from app.window.scaling import lay
 from app.window.style import OVER
 from app.window.texts import later, tr
+from paravol import flight_events as events
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.readings import Readings
 from paravol.side_letters import looks_towards, side_letters
-from paravol.slice_views import SliceViews
+from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.contact_shape import works_at_mm
-
-if TYPE_CHECKING:
-    from app.vtk.head_model import HeadModel
+from scenarios.tasks import Status, TaskEvent
 
 AHEAD_MM = 14.0
 """How far before the eye a place moves that tells whether the scope has turned."""
@@ -129,30 +140,37 @@ class FlightPage(Page):
             controls = order.instrument.controls
         if controls is not None:
             self._hand = HandEvents(
-                controls, self, self.picture, lambda: self._flight.hand.is_pointing
+                controls, self.picture, lambda: self._flight.hand.is_pointing
             )
         told = self._notices.notify
         self._tools: ToolKeys | None = None
         if not order.has_own_tool:
             self._tools = ToolKeys(
                 self._flight.hand,
-                self,
                 self.picture,
                 told,
                 is_steered=order.input.controls is not None,
             )
-        self._sound = SoundKeys(thread.sound, self, told)
-        self._aids = AidKeys(thread, self, self.picture, told, self.guide_switched.emit)
+        self._sound = SoundKeys(thread.sound, told)
+        self._aids = AidKeys(thread, self.picture, told, self.guide_switched.emit)
+        scopes = ScopeKeys(self._flight.scope, told)
+        self._commands = {
+            **self._own_commands(),
+            **scopes.commands(),
+            **self._sound.commands(),
+            **self._aids.commands(),
+            **slice_commands(self._slices, told),
+            **({} if self._tools is None else self._tools.commands()),
+            **({} if self._hand is None else self._hand.commands()),
+        }
+        self._held: set[Act] = set()
         self._actions = FlightActions(
-            self,
-            ScopeKeys(self._flight.scope, self, told),
+            self._commands,
+            scopes,
             self._tools,
             self._sound,
             is_steered=controls is not None,
-            has_tasks=bool(order.scenario.tasks),
-            has_assistant=order.input.can_lay,
         )
-        self._view_keys = ViewKeys(self, self._slices, self, told)
         self._large = LargeView(self._lay_out(), self.picture, self._side)
         self._help = HelpOverlay(self, self._all_keys)
         self._help.switched.connect(partial(self.stand, HELP))
@@ -171,54 +189,22 @@ class FlightPage(Page):
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._refresh)
         self._timer.start(OVERVIEW_MS)
-        thread.staged.connect(self._on_stage)
-        thread.head_ready.connect(self._on_head)
-        thread.unseen.connect(self._on_unseen)
-        thread.slices_ready.connect(self._on_slices)
-        thread.touching.connect(self._on_touching)
-        thread.registered.connect(self._on_registered)
-        thread.arrived.connect(self._on_frame)
-        thread.moment_kept.connect(self._on_moment)
-        thread.view_kept.connect(self._on_view_kept)
-        thread.pictured.connect(self._moments.show_moment)
-        thread.injured.connect(self._on_injury)
-        thread.unheard.connect(self._sound.fail)
-        thread.tool_device.connect(self._on_tool_device)
-        thread.late.connect(self._on_late)
-        thread.unrecorded.connect(self._on_unrecorded)
-        thread.task_ended.connect(self._on_task)
-        thread.away.connect(self._on_away)
-        thread.back.connect(self._on_back)
-        thread.landed.connect(self._on_landed)
-        thread.finished.connect(self._on_finished)
-        self._on_stage("Starting", 0.0)
+        thread.told.connect(self._hear)
+        self._hear(events.Progressed("Starting", 0.0))
 
     def _lay_out(self) -> QVBoxLayout:
         middle = QWidget()
-        row = QHBoxLayout(middle)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
+        row = lay(QHBoxLayout(middle), 0, gap=0)
         row.addWidget(self._actions.bar)
-        column = QVBoxLayout()
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = lay(QVBoxLayout(), 0, gap=0)
         column.addWidget(self.picture, 1)
         column.addWidget(self._bars)
         row.addLayout(column, 5)
         row.addWidget(self._side, 3)
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
+        rows = lay(QVBoxLayout(self), 0, gap=0)
         rows.addWidget(middle, 1)
         rows.addWidget(self._gauges)
         return column
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        for part in (self.picture, self._bars, self._side, self._gauges, self._help):
-            part.set_scale(scale)
-        self._actions.bar.set_scale(scale)
-        self.update()
 
     def switch_help(self) -> None:
         """Show all keys, or hide them."""
@@ -244,14 +230,14 @@ class FlightPage(Page):
             groups[Group.TOOL] = []
         return {group.value: told for group, told in groups.items()}
 
-    def switch_large(self) -> None:
+    def _switch_large(self) -> None:
         """Make the next view large: the scope's picture, slices or the overview."""
         self._notices.notify(
             tr(self._large.next()),
             tr("{key} makes the next view large.", key=KEYS.label(Act.LARGE)),
         )
 
-    def switch_second_screen(self) -> None:
+    def _switch_second_screen(self) -> None:
         """Show the scope's picture on another screen, or take it away."""
         if self._screen is not None:
             self._screen.close()
@@ -286,46 +272,88 @@ class FlightPage(Page):
                 self.full_screen_wanted.emit()
             case Qt.Key.Key_Escape:
                 self._ask_to_leave()
-            case _ if not self._obey(KEYS.action(event)):
-                super().keyPressEvent(event)
-
-    def _obey(self, act: Act | None) -> bool:
-        """Do what a key asks of the page; return whether it is the page's."""
-        match act:
-            case Act.END:
-                self._ask_to_leave()
-            case Act.FULL_SCREEN:
-                self.full_screen_wanted.emit()
-            # that get here where no hand at this keyboard tilts the scope
-            case Act.TURN_LEFT | Act.TILT_LEFT | Act.TILT_DOWN:
-                self._flight.scope.post_deg -= ROLL_STEP_DEG
-            case Act.TURN_RIGHT | Act.TILT_RIGHT | Act.TILT_UP:
-                self._flight.scope.post_deg += ROLL_STEP_DEG
-            case Act.HEAD_LEFT:
-                self._flight.scope.camera_deg -= ROLL_STEP_DEG
-            case Act.HEAD_RIGHT:
-                self._flight.scope.camera_deg += ROLL_STEP_DEG
-            case Act.SCOPE_OUT:
-                self._order.input.go_out()
-            case Act.IMAGING:
-                self._notices.notify(self._slices.switch(), tr("Slices at the tip"))
-            case Act.OPEN_HEAD:
-                self._notices.notify(
-                    self._overview.switch(), tr("The side wall of the nose")
-                )
-            case Act.MOMENT:
-                self._keep_moment()
-            case Act.ENLARGE if self._moments.times_s:
-                self._moments.enlarge(self._moments.times_s[0])
-            case Act.FREEZE if self._order.scenario.tasks:
-                self._freeze()
-            case Act.HINT if self._order.scenario.tasks:
-                self._side.tasks.switch_hint()
-            case Act.KEEP_VIEW if self._frame is not None:
-                self._flight.keep_view()
             case _:
-                return False
-        return True
+                self._obey(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Let go of what counts while its key is held."""
+        act = KEYS.action(event)
+        if act not in self._commands:
+            super().keyReleaseEvent(event)
+        elif not event.isAutoRepeat():
+            self._let_go(act)
+
+    def event(self, event: QEvent) -> bool:
+        """Let go of all keys as the window loses them: they are lifted unseen."""
+        if event.type() == QEvent.Type.WindowDeactivate:
+            for act in tuple(self._held):
+                self._let_go(act)
+        return super().event(event)
+
+    def _obey(self, event: QKeyEvent) -> None:
+        act = KEYS.action(event)
+        if act not in self._commands:
+            super().keyPressEvent(event)
+            return
+        command = self._commands[act]
+        if command.repeats or not event.isAutoRepeat():
+            self._held.add(act)
+            command.press()
+
+    def _let_go(self, act: Act) -> None:
+        self._held.discard(act)
+        release = self._commands[act].release
+        if release is not None:
+            release()
+
+    def _own_commands(self) -> Commands:
+        """Return what can be done with the page; the hand's steering goes before."""
+        flight = self._flight
+
+        def turn_post(by_deg: float) -> Command:
+            def press() -> None:
+                flight.scope.post_deg += by_deg
+
+            return Command(press, repeats=True)
+
+        def turn_camera(by_deg: float) -> Command:
+            def press() -> None:
+                flight.scope.camera_deg += by_deg
+
+            return Command(press, repeats=True)
+
+        left, right = turn_post(-ROLL_STEP_DEG), turn_post(ROLL_STEP_DEG)
+        commands = {
+            Act.END: Command(self._ask_to_leave),
+            Act.FULL_SCREEN: Command(self.full_screen_wanted.emit),
+            **dict.fromkeys((Act.TURN_LEFT, Act.TILT_LEFT, Act.TILT_DOWN), left),
+            **dict.fromkeys((Act.TURN_RIGHT, Act.TILT_RIGHT, Act.TILT_UP), right),
+            Act.HEAD_LEFT: turn_camera(-ROLL_STEP_DEG),
+            Act.HEAD_RIGHT: turn_camera(ROLL_STEP_DEG),
+            Act.SCOPE_OUT: Command(self._order.input.go_out),
+            Act.HELP: Command(self.switch_help),
+            Act.LARGE: Command(self._switch_large),
+            Act.SECOND_SCREEN: Command(self._switch_second_screen),
+            Act.OPEN_HEAD: Command(self._open_head),
+            Act.MOMENT: Command(self._keep_moment),
+            Act.ENLARGE: Command(self._enlarge),
+            Act.KEEP_VIEW: Command(self._keep_view),
+        }
+        if self._order.scenario.tasks:
+            commands[Act.FREEZE] = Command(self._freeze)
+            commands[Act.HINT] = Command(self._side.tasks.switch_hint)
+        return commands
+
+    def _open_head(self) -> None:
+        self._notices.notify(self._overview.switch(), tr("The side wall of the nose"))
+
+    def _enlarge(self) -> None:
+        if self._moments.times_s:
+            self._moments.enlarge(self._moments.times_s[0])
+
+    def _keep_view(self) -> None:
+        if self._frame is not None:
+            self._flight.keep_view()
 
     def _ask_to_leave(self) -> None:
         if self.may_leave():
@@ -413,29 +441,66 @@ class FlightPage(Page):
         else:
             self._notices.say("")
 
-    @Slot(str, bool, str)
-    def _on_task(self, name: str, is_done: bool, text: str) -> None:
-        title = tr("Done") if is_done else tr("Failed: {name}", name=tr(name))
-        self._notices.notify(title, tr(text))
+    @Slot(object)
+    def _hear(self, event: WindowEvent) -> None:
+        """Show what happens."""
+        notify = self._notices.notify
+        match event:
+            case FrameReady():
+                self._show_frame()
+            case events.Progressed(stage, share):
+                how = tr("This is quick once it was done before.")
+                self._notices.say(tr(stage), how, share)
+            case SlicesReady(views):
+                self._slices.show_head(views)
+            case HeadModelled(model):
+                self._overview.show_head(model)
+            case HeadUnseen(why):
+                self._overview.tell(tr(why))
+                self._begin()
+            case events.Touching(_, share):
+                self._ask_to_touch(share)
+            case events.RecordingBegan(residual_mm):
+                self._begin_flight(residual_mm)
+            case events.MomentKept(frame):
+                notify(
+                    tr("Kept the moment at {time_s:.1f} s", time_s=frame.sample.time_s),
+                    tr("It is being drawn at high quality, beside the flight."),
+                )
+            case MomentPicture():
+                self._moments.show_moment(event)
+            case events.ViewSaved(said, where):
+                notify(tr(said), tr(where))
+            case events.Injured(text):
+                self._tell_injury(text)
+            case TaskEvent(status=Status.DONE):
+                notify(tr("Done"), tr(event.text))
+            case TaskEvent(status=Status.FAILED):
+                notify(tr("Failed: {name}", name=tr(event.task)), tr(event.text))
+            case SoundFailed(why):
+                self._sound.fail(why)
+            case ScopeLaid(is_found, other):
+                self._aids.tell_laid(is_found, other)
+            case events.ToolDeviceNews(text):
+                notify(tr("The tool's device"), tr(text))
+            case events.StoodStill(text):
+                notify(tr("The flight stood still"), tr(text))
+            case events.RecordingStopped(why):
+                notify(tr("Nothing more is recorded"), tr(why))
+            case events.DeviceLost():
+                self._wait_for_device()
+            case events.DeviceBack(away_s):
+                self._go_on(away_s)
+            case FlightEnd():
+                self._show_end(event)
+            case ThreadEnding():
+                self._is_under_way = False
+                if self._thread.error is not None:
+                    self._leave()
 
     @Slot()
     def _on_overview_changed(self) -> None:
         self._is_overview_stale = True
-
-    @Slot(str, float)
-    def _on_stage(self, stage: str, share: float) -> None:
-        self._notices.say(
-            tr(stage), tr("This is quick once it was done before."), share
-        )
-
-    @Slot(object)
-    def _on_head(self, head: "HeadModel") -> None:
-        self._overview.show_head(head)
-
-    @Slot(str)
-    def _on_unseen(self, why: str) -> None:
-        self._overview.tell(tr(why))
-        self._begin()
 
     def _begin(self) -> None:
         """Let the clock run: there is all to see that there will be."""
@@ -450,16 +515,13 @@ class FlightPage(Page):
             )
         self.begun.emit()
 
-    @Slot(object)
-    def _on_slices(self, views: SliceViews) -> None:
-        self._slices.show_head(views)
-
-    @Slot(int)
-    def _on_touching(self, touched: int) -> None:
+    def _ask_to_touch(self, share: float) -> None:
+        """Ask for the next fiducial; share: of them that were touched."""
         if not self._is_under_way:
             self._overview_due_s = 0.0
         self._is_under_way = True
         fiducials = self._order.scenario.fiducials
+        touched = round(share * len(fiducials))
         positions = self._order.scenario.fiducial_positions()
         if touched < len(fiducials):
             how = self._order.input.touch_hint
@@ -476,8 +538,7 @@ class FlightPage(Page):
             )
         self._overview.show_fiducials(positions, touched)
 
-    @Slot(object)
-    def _on_registered(self, residual_mm: float | None) -> None:
+    def _begin_flight(self, residual_mm: float | None) -> None:
         self._registration_mm = residual_mm
         self._is_under_way = True
         # what was prepared is done
@@ -498,8 +559,7 @@ class FlightPage(Page):
             )
         self.picture.mark_recording(self._flight.recording.folder is not None)
 
-    @Slot()
-    def _on_frame(self) -> None:
+    def _show_frame(self) -> None:
         frame = self._thread.take()
         if frame is None:
             return
@@ -589,39 +649,14 @@ class FlightPage(Page):
                 tr("Point elsewhere, or make room: move the scope aside or back."),
             )
 
-    @Slot(float)
-    def _on_moment(self, time_s: float) -> None:
-        self._notices.notify(
-            tr("Kept the moment at {time_s:.1f} s", time_s=time_s),
-            tr("It is being drawn at high quality, beside the flight."),
-        )
-
-    @Slot(str, str)
-    def _on_view_kept(self, said: str, where: str) -> None:
-        self._notices.notify(tr(said), tr(where))
-
-    @Slot(str)
-    def _on_injury(self, text: str) -> None:
+    def _tell_injury(self, text: str) -> None:
         what, how = (tr(part) for part in text.split(": ", 1))
         self._injury = tr("injury: {what}", what=what)
         self._injured_until_s = time.monotonic() + INJURY_S
         self._notices.notify(tr("Injury: {what}", what=what), how)
         self._warn()
 
-    @Slot(str)
-    def _on_tool_device(self, text: str) -> None:
-        self._notices.notify(tr("The tool's device"), tr(text))
-
-    @Slot(str)
-    def _on_late(self, text: str) -> None:
-        self._notices.notify(tr("The flight stood still"), tr(text))
-
-    @Slot(str)
-    def _on_unrecorded(self, problem: str) -> None:
-        self._notices.notify(tr("Nothing more is recorded"), tr(problem))
-
-    @Slot()
-    def _on_away(self) -> None:
+    def _wait_for_device(self) -> None:
         """Leave the picture as it is and say that it is not live."""
         self._is_away = True
         self._warn()
@@ -633,8 +668,7 @@ class FlightPage(Page):
             ),
         )
 
-    @Slot(float)
-    def _on_back(self, away_s: float) -> None:
+    def _go_on(self, away_s: float) -> None:
         self._is_away = False
         self._warn()
         self._notices.notify(
@@ -642,19 +676,12 @@ class FlightPage(Page):
             tr("It was away for {away_s:.1f} s.", away_s=away_s),
         )
 
-    @Slot(object)
-    def _on_landed(self, end: FlightEnd) -> None:
+    def _show_end(self, end: FlightEnd) -> None:
         self._is_under_way = False
         self._notices.answered()
         self.picture.mark_recording(False)
         self.picture.warn("")
         self.picture.show_result(end)
-
-    @Slot()
-    def _on_finished(self) -> None:
-        self._is_under_way = False
-        if self._thread.error is not None:
-            self._leave()
 
     def _warn(self) -> None:
         """Ring the picture when something is hurt or pressed, or it is not live.

@@ -1,8 +1,8 @@
 """A flight that a window watches: it runs in a thread of its own.
 
 Everything slow happens here (head, renderers, arm, registration, frames), so that the
-window answers at any time. Events are signals, which Qt delivers in the window's
-thread; of the frames only the newest is kept for it.
+window answers at any time. Qt delivers what is told in the window's thread; of the
+frames only the newest is kept for it.
 """
 
 import threading
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import words_for
-from devices import DeviceError
 from disk import UserError
+from paravol import flight_events as events
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
-from paravol.flight import Flight, FlightObserver, FlightOrder
+from paravol.flight import Flight, FlightOrder
+from paravol.flight_events import FlightEnd, FlightEvent
 from paravol.flight_loop import FrameEvent
-from paravol.flight_observers import FlightObservers
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
 from paravol.guide.goals import GuidedHead
 from paravol.guide.scope_place import ScopePlaces, ScopePose
@@ -32,6 +32,7 @@ from paravol.inputs.asked_tissue import spared_by
 from paravol.inputs.hand import limits_about, nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
+from paravol.slice_views import SliceViews
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import (
     MomentPicture,
@@ -41,7 +42,7 @@ from paravol.snapshots.snapshot_queue import (
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, View
 from scenarios.instrument_state import EMPTY_HAND
-from scenarios.tasks import Status, TaskEvent, TaskState
+from scenarios.tasks import TaskState
 
 if TYPE_CHECKING:
     from app.vtk.head_model import HeadModel
@@ -75,53 +76,76 @@ class DisplayedFrame:
     names: tuple[NameMark, ...] = ()
 
 
-class FlightThread(QObject, FlightObserver):
+@dataclass(frozen=True, slots=True)
+class HeadModelled:
+    """The overview's head is there."""
+
+    model: "HeadModel"
+
+
+@dataclass(frozen=True, slots=True)
+class HeadUnseen:
+    """There is no head for the overview."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class SlicesReady:
+    """The slices' head is there."""
+
+    views: SliceViews
+
+
+@dataclass(frozen=True, slots=True)
+class FrameReady:
+    """There is a new frame: `FlightThread.take` it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SoundFailed:
+    """There is no sound."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScopeLaid:
+    """The assistant has looked for a place for the scope.
+
+    other: name of a tool that has one where this one has not, "" for none.
+    """
+
+    is_found: bool
+    other: str
+
+
+@dataclass(frozen=True, slots=True)
+class ThreadEnding:
+    """The thread is about to end; see `FlightThread.error`."""
+
+
+WindowEvent = (
+    FlightEvent
+    | HeadModelled
+    | HeadUnseen
+    | SlicesReady
+    | FrameReady
+    | MomentPicture
+    | SoundFailed
+    | ScopeLaid
+    | FlightEnd
+    | ThreadEnding
+)
+"""What a window hears of a flight. `MomentPicture`: a kept moment's snapshot, as far
+as it is drawn. `FlightEnd`: the path's end was reached or the trainee ended it."""
+
+
+class FlightThread(QObject):
     """Run one flight in a thread and report to a window."""
 
-    staged = Signal(str, float)
-    """A preparation and its done share, 0 to 1."""
-    head_ready = Signal(object)
-    """A `HeadModel`."""
-    unseen = Signal(str)
-    """There is no head for the overview, and why."""
-    slices_ready = Signal(object)
-    """`SliceViews` of the head."""
-    touching = Signal(int)
-    """Number of fiducials touched so far; the next one is wanted."""
-    registered = Signal(object)
-    """The recording begins; residual in mm rms, None when nothing had to be touched."""
-    arrived = Signal()
-    """There is a new frame: `take` it."""
-    moment_kept = Signal(float)
-    """A snapshot of this time of the session was asked for."""
-    pictured = Signal(object)
-    """A `MomentPicture`: a kept moment's snapshot, as far as it is drawn."""
-    view_kept = Signal(str, str)
-    """A view was saved as a file, or not: what to say of it, and where it is or why."""
-    injured = Signal(str)
-    """Something was hurt that must not be: what, and through what."""
-    tool_device = Signal(str)
-    """The tool's device was lost, or is back: what to say of it."""
-    unrecorded = Signal(str)
-    """Nothing more is recorded, and why."""
-    unheard = Signal(str)
-    """There is no sound, and why."""
-    task_ended = Signal(str, bool, str)
-    """A task was done (True) or failed: its name, and what to say of it."""
-    away = Signal()
-    """The device was unplugged; it is being looked for."""
-    back = Signal(float)
-    """It is there again; the seconds it was away."""
-    late = Signal(str)
-    """The flight stood still: how long, and what was left out by that."""
-    laid = Signal(bool, str)
-    """The assistant has looked: whether there is a place for the scope, and else the
-    name of a tool that has one, "" for none."""
-    landed = Signal(object)
-    """The flight is over: the path's end was reached or the trainee ended it; the
-    `FlightEnd`."""
-    finished = Signal()
-    """The thread is about to end; see `error`."""
+    told = Signal(object)
+    """A `WindowEvent`."""
 
     def __init__(
         self, order: FlightOrder, *, has_sound: bool = False, volume: float = 1.0
@@ -129,9 +153,13 @@ class FlightThread(QObject, FlightObserver):
         """Prepare a flight; has_sound: whether the sound is on. volume: 0 to 1."""
         super().__init__()
         self.error: Exception | None = None
-        self.sound = SoundPlayer(is_on=has_sound, volume=volume, told=self.unheard.emit)
+        self.sound = SoundPlayer(
+            is_on=has_sound,
+            volume=volume,
+            told=lambda why: self.told.emit(SoundFailed(why)),
+        )
         self._feedback = Feedback(self.sound, order.input.rumble)
-        self.flight = Flight(order, FlightObservers(self, *order.watchers))
+        self.flight = Flight(order, self.hear)
         self.guide = Guide(order.scenario.tasks)
         self.names_at: tuple[float, float] | None = None
         """Place in the picture, in shares, while what is seen is named; else None."""
@@ -145,8 +173,7 @@ class FlightThread(QObject, FlightObserver):
         self._stood_s = 0.0
         self._is_laid = False
         self._frame_times: deque[float] = deque()
-        self._touched = -1
-        self._staged = ("", 0.0)
+        self._staged: FlightEvent | None = None
         # A daemon: a kernel that is just being compiled must not keep the program.
         self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
         self._modeller = threading.Thread(
@@ -181,26 +208,46 @@ class FlightThread(QObject, FlightObserver):
         try:
             flown = self.flight.run()
             if flown is not None:
-                self.landed.emit(self.flight.result)
+                self.told.emit(self.flight.result)
         except Exception as error:
             # An exception of a thread is lost; the window raises this one.
             self.error = error
         self._feedback.quiet()
         with suppress(RuntimeError):
             # a program that ended without it has no window any more
-            self.finished.emit()
+            self.told.emit(ThreadEnding())
 
-    def on_progress(self, stage: str, share: float) -> None:
-        """Report a stage; some report every step of thousands."""
-        staged = stage, round(share, 2)
-        if staged != self._staged:
-            self._staged = staged
-            self.staged.emit(*staged)
+    def hear(self, event: FlightEvent) -> None:
+        """Do what an event asks for, and pass it on to the window."""
+        match event:
+            case FrameEvent():
+                self._keep_frame(event)
+            case events.Progressed(stage, share):
+                self._tell_news(events.Progressed(stage, round(share, 2)))
+            case events.Touching(stage, share):
+                self._begin_model()
+                count = len(self.flight.order.scenario.fiducials) or 1
+                self._tell_news(events.Touching(stage, round(share * count) / count))
+            case events.HeadLoaded(patient):
+                self._patient = patient
+                self.told.emit(SlicesReady(patient.slice_views()))
+            case _:
+                self.told.emit(event)
+        match event:
+            case events.RecordingBegan():
+                self._begin_guide()
+                self._begin_snapshots()
+            case events.MomentKept(frame):
+                self._draw_moment(frame)
+            case events.DeviceLost():
+                # what is not live is neither heard nor felt
+                self._feedback.quiet()
 
-    def on_patient(self, patient: PatientScene) -> None:
-        """Give the slices the head."""
-        self._patient = patient
-        self.slices_ready.emit(patient.slice_views())
+    def _tell_news(self, event: FlightEvent) -> None:
+        """Tell a step, once; some report every one of thousands."""
+        if event != self._staged:
+            self._staged = event
+            self.told.emit(event)
 
     def _begin_model(self) -> None:
         """Have the overview's head made, unless it was begun."""
@@ -210,9 +257,9 @@ class FlightThread(QObject, FlightObserver):
     def _model_head(self) -> None:
         """Give the overview its head; what goes wrong is told."""
         try:
-            self.head_ready.emit(self._made_head())
+            self.told.emit(HeadModelled(self._made_head()))
         except Exception as error:
-            self.unseen.emit(words_for(error))
+            self.told.emit(HeadUnseen(words_for(error)))
 
     def _made_head(self) -> "HeadModel":
         """Build what the overview shows of the head, beside touching and flying.
@@ -230,18 +277,8 @@ class FlightThread(QObject, FlightObserver):
         coarseness = FINE if order.scenario.head.scene else COARSENESS
         return head_model(patient.surface, targets, cut_open, face, coarseness)
 
-    def on_touch(self, stage: str, share: float) -> None:
-        """Report each fiducial once."""
-        self._begin_model()
-        touched = round(share * len(self.flight.order.scenario.fiducials))
-        if touched != self._touched:
-            self._touched = touched
-            self.touching.emit(touched)
-
-    def on_start(self, residual_mm: float | None) -> None:
-        """Report the start; prepare to draw kept moments, where they can be kept."""
-        self.registered.emit(residual_mm)
-        self._begin_guide()
+    def _begin_snapshots(self) -> None:
+        """Prepare to draw kept moments, where they can be kept."""
         folder, order = self.flight.recording.folder, self.flight.order
         if folder is None or self._patient is None:
             return
@@ -252,7 +289,7 @@ class FlightThread(QObject, FlightObserver):
             has_instrument=True,
         )
         # It goes on after the flight, as long as the window.
-        self._queue = SnapshotQueue(requests, folder / "snapshots", self.pictured.emit)
+        self._queue = SnapshotQueue(requests, folder / "snapshots", self.told.emit)
 
     def guide_by(self, is_on: bool) -> None:
         """Show the way, or hide it; the recording tells of it."""
@@ -296,14 +333,14 @@ class FlightThread(QObject, FlightObserver):
     def lay_scope(self, frame: DisplayedFrame) -> bool:
         """Let an assistant lay the scope where the tool in hand gets to its place.
 
-        `laid` tells. Return whether anything is done with that tool.
+        `ScopeLaid` tells. Return whether anything is done with that tool.
         """
 
         def lay(pose: ScopePose | None, drawn_mm: float, other: str) -> None:
             if pose is not None:
                 self.flight.note_aid("assistant lays the scope")
                 self.flight.order.input.lay(pose.frame, pose.entry_mm, drawn_mm)
-            self.laid.emit(pose is not None, other)
+            self.told.emit(ScopeLaid(pose is not None, other))
 
         return self.guide.lay_scope(
             frame.view, frame.tasks, frame.cuts, self.flight.hand.tools, lay
@@ -334,60 +371,24 @@ class FlightThread(QObject, FlightObserver):
         head = patient.landmarks, patient.structures
         return names_in_view(view.camera, self._air(patient), *head, at)
 
-    def on_moment(self, event: FrameEvent) -> None:
+    def _draw_moment(self, event: FrameEvent) -> None:
         """Have the moment drawn at high quality."""
-        time_s, gain = event.sample.time_s, event.frame.gain
-        self.moment_kept.emit(time_s)
         if self._queue is not None:
+            time_s = event.sample.time_s
             moment = SelectedMoment(
                 time_s,
                 event.view,
-                gain,
+                event.frame.gain,
                 event.number,
                 event.tissue,
                 event.frame.lens,
                 event.frame.pixels,
             )
             # it has its place in the strip while others are drawn
-            self.pictured.emit(MomentPicture(time_s, None, 0.0))
+            self.told.emit(MomentPicture(time_s, None, 0.0))
             self._queue.draw(moment)
 
-    def on_view_saved(self, message: str, where: str) -> None:
-        """Tell the window."""
-        self.view_kept.emit(message, where)
-
-    def on_injury(self, text: str) -> None:
-        """Tell the window."""
-        self.injured.emit(text)
-
-    def on_task(self, event: TaskEvent) -> None:
-        """Tell the window of what is done or failed."""
-        if event.status in (Status.DONE, Status.FAILED):
-            is_done = event.status is Status.DONE
-            self.task_ended.emit(event.task, is_done, event.text)
-
-    def on_tool_device(self, text: str) -> None:
-        """Tell the window."""
-        self.tool_device.emit(text)
-
-    def on_unrecorded(self, problem: str) -> None:
-        """Tell the window."""
-        self.unrecorded.emit(problem)
-
-    def on_loss(self, loss: DeviceError) -> None:
-        """Tell the window; what is not live is neither heard nor felt."""
-        self._feedback.quiet()
-        self.away.emit()
-
-    def on_return(self, away_s: float) -> None:
-        """Tell the window."""
-        self.back.emit(away_s)
-
-    def on_late(self, text: str) -> None:
-        """Tell the window."""
-        self.late.emit(text)
-
-    def on_frame(self, event: FrameEvent) -> None:
+    def _keep_frame(self, event: FrameEvent) -> None:
         """Keep the frame for the window, with the frame rate of the last second."""
         was_laid, self._is_laid = self._is_laid, self.flight.order.input.is_laid
         if was_laid and not self._is_laid:
@@ -421,7 +422,7 @@ class FlightThread(QObject, FlightObserver):
             was_taken = self._newest is None
             self._newest = self.last = displayed
         if was_taken:
-            self.arrived.emit()
+            self.told.emit(FrameReady())
         self._begin_model()
 
     def _stood(self, sample: Sample) -> float:

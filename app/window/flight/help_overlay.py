@@ -8,7 +8,8 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWi
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
+from app.window.scaling import Scaled, lay
 from app.window.texts import tr
 
 COLUMNS = 3
@@ -17,7 +18,7 @@ Rows = Sequence[tuple[str, str]]
 """Keys, and what they do."""
 
 
-class HelpOverlay(QWidget):
+class HelpOverlay(QWidget, Scaled):
     """Lie over a page with groups of keys and what they do; hidden at first."""
 
     switched = Signal(bool)
@@ -33,21 +34,19 @@ class HelpOverlay(QWidget):
         self._keys: list[QLabel] = []
         self.setObjectName("help")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._rows = QVBoxLayout(self)
-        title = PlainLabel(tr("Keys and mouse"))
-        title.setObjectName("title")
-        self._rows.addWidget(title)
-        self._columns = QHBoxLayout()
-        self._rows.addLayout(self._columns)
-        self._tables: list[QGridLayout] = []
+        rows = lay(QVBoxLayout(self), 22, 14, 22, 14, gap=8)
+        title = PlainLabel(tr("Keys and mouse"), "title")
+        rows.addWidget(title)
+        columns = lay(QHBoxLayout(), gap=22)
+        rows.addLayout(columns)
         for column in _balanced({n: g for n, g in told().items() if g}):
             stack = QVBoxLayout()
             for name, keys in column:
                 stack.addLayout(self._table(name, keys))
             stack.addStretch(1)
-            self._columns.addLayout(stack, 1)
+            columns.addLayout(stack, 1)
         self._closing = PlainLabel()
-        self._rows.addWidget(self._closing)
+        rows.addWidget(self._closing)
         page.installEventFilter(self)
         KEYS.changed.connect(self._tell)
         self._tell()
@@ -65,30 +64,19 @@ class HelpOverlay(QWidget):
         )
 
     def _table(self, name: str, keys: Rows) -> QGridLayout:
-        table = QGridLayout()
+        table = lay(QGridLayout(), 0, 0, 0, 10, gap=(4, 2))
         table.setColumnStretch(1, 1)
-        heading = PlainLabel(tr(name))
-        heading.setObjectName("task")
+        heading = PlainLabel(tr(name), "task")
         table.addWidget(heading, 0, 0, 1, 2)
         for row, (key, does) in enumerate(keys, 1):
-            left, right = PlainLabel(tr(key)), PlainLabel(tr(does))
-            left.setObjectName("key")
+            left = PlainLabel(tr(key), "key")
             self._keys.append(left)
-            right.setWordWrap(True)
             table.addWidget(left, row, 0, Qt.AlignmentFlag.AlignTop)
-            table.addWidget(right, row, 1, Qt.AlignmentFlag.AlignTop)
-        self._tables.append(table)
+            table.addWidget(paragraph(tr(does)), row, 1, Qt.AlignmentFlag.AlignTop)
         return table
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._rows.setContentsMargins(*(round(n * scale) for n in (22, 14, 22, 14)))
-        self._rows.setSpacing(round(8 * scale))
-        self._columns.setSpacing(round(22 * scale))
-        for table in self._tables:
-            table.setHorizontalSpacing(round(4 * scale))
-            table.setVerticalSpacing(round(2 * scale))
-            table.setContentsMargins(0, 0, 0, round(10 * scale))
+    def take_scale(self) -> None:
+        """Lie in the middle, as large as is needed now."""
         self._place()
 
     def switch(self) -> None:

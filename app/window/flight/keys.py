@@ -1,14 +1,16 @@
-"""Keys and mouse that steer, on their way from the window to the controls."""
+"""Keys and mouse that steer, on their way from the page to the controls."""
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Slot
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.window.keyboard.actions import STEERING
+from app.window.keyboard.actions import STEERING, Act
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands
 from devices.controls.keyboard import MouseKeys
 
 _NOTCH = 120.0
@@ -16,24 +18,18 @@ _NOTCH = 120.0
 
 
 class HandEvents(QObject):
-    """Pass a window's keys and a picture's mouse on to the controls of a scope."""
+    """Pass keys and a picture's mouse on to the controls of a scope."""
 
     def __init__(
-        self,
-        controls: MouseKeys,
-        window: QWidget,
-        picture: QWidget,
-        is_pointing: Callable[[], bool],
+        self, controls: MouseKeys, picture: QWidget, is_pointing: Callable[[], bool]
     ) -> None:
         """Listen; is_pointing: a tool has the mouse, whose right button tilts then."""
-        super().__init__(window)
+        super().__init__(picture)
         self._controls = controls
         self._is_pointing = is_pointing
-        self._window = window
         self._last = QPointF()
         KEYS.changed.connect(self._take_feel)
         self._take_feel()
-        window.installEventFilter(self)
         picture.installEventFilter(self)
 
     @Slot()
@@ -44,23 +40,25 @@ class HandEvents(QObject):
         """Take what belongs to the scope; let the rest pass."""
         now = time.monotonic()
         match event:
-            case QKeyEvent() if watched is self._window:
-                return self._take_key(event, now)
-            case QWheelEvent() if watched is not self._window:
+            case QWheelEvent():
                 self._controls.wheel(event.angleDelta().y() / _NOTCH, now)
                 return True
-            case QMouseEvent() if watched is not self._window:
+            case QMouseEvent():
                 return self._take_mouse(event, now)
         if event.type() == QEvent.Type.WindowDeactivate:
             self._controls.release(now)
         return False
 
-    def _take_key(self, event: QKeyEvent, now: float) -> bool:
-        act = KEYS.action(event)
-        if act not in STEERING or event.type() == QEvent.Type.ShortcutOverride:
-            return False
-        is_down = event.type() == QEvent.Type.KeyPress
-        return event.isAutoRepeat() or self._controls.key(act, is_down, now)
+    def commands(self) -> Commands:
+        """Return what steers while its key is held."""
+        key = self._key
+        return {
+            act: Command(partial(key, act, True), partial(key, act, False))
+            for act in STEERING
+        }
+
+    def _key(self, act: Act, is_down: bool) -> None:
+        self._controls.key(act, is_down, time.monotonic())
 
     def _take_mouse(self, event: QMouseEvent, now: float) -> bool:
         position = event.position()

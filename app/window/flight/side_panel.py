@@ -10,38 +10,46 @@ from app.window.panels.overview_panel import OverviewView
 from app.window.panels.slices_panel import SlicesView
 from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import tr
 from paravol.flight import FlightOrder
 from paravol.readings import tool_text
-from scenarios import InstrumentState
+from scenarios import InstrumentState, Scenario
 from scenarios.instrument_state import EMPTY_HAND
 
 
-class SideColumn(QWidget):
+class SessionSide(QWidget):
+    """Hold what stands beside the picture of a flight, and of a replay."""
+
+    def __init__(self, scenario: Scenario, edge_samples: int) -> None:
+        """Make the parts; edge_samples: for the overview."""
+        super().__init__()
+        self.setObjectName("side")
+        self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
+        self.slices = SlicesView()
+        self.moments = MomentView()
+        self.tasks = TaskPanel(scenario)
+        self.title = PlainLabel(tr(scenario.title), "title", wraps=True)
+        self._tool = PlainLabel(name="tool", wraps=True)
+        self._info = PlainLabel(name="status", wraps=True)
+        self.slices.told.connect(self._info.setText)
+
+    def show_tool(self, tool: InstrumentState) -> None:
+        """Say which tool is in hand, and what it does."""
+        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
+        if self._tool.text() != text:
+            self._tool.setText(text)
+
+
+class SideColumn(SessionSide):
     """Show tasks, the tool in hand, overview, slices and kept moments, in a column."""
 
     def __init__(self, order: FlightOrder, edge_samples: int) -> None:
         """Lay out the column; edge_samples: for the overview."""
-        super().__init__()
-        self.setObjectName("side")
+        super().__init__(order.scenario, edge_samples)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        scope = order.scenario.scope
-        self.overview = OverviewView(scope.endoscope(), edge_samples)
-        self.slices = SlicesView()
-        self.moments = MomentView()
-        self.tasks = TaskPanel(order.scenario)
-        second = order.instrument
-        self._tool = PlainLabel()
-        self._tool.setObjectName("tool")
-        self._tool.setWordWrap(True)
+        scope, second = order.scenario.scope, order.instrument
         self.show_tool(EMPTY_HAND)
-        self._info = PlainLabel()
-        self._info.setObjectName("status")
-        self._info.setWordWrap(True)
-        self.slices.told.connect(self._info.setText)
-        title = PlainLabel(tr(order.scenario.title))
-        title.setObjectName("title")
-        title.setWordWrap(True)
         about = PlainLabel(
             tr(
                 "{diameter_mm:g} mm scope · {name}",
@@ -52,8 +60,8 @@ class SideColumn(QWidget):
             + tr(" · {help}: all keys", help=KEYS.label(Act.HELP))
         )
         about.setWordWrap(True)
-        self._column = QVBoxLayout(self)
-        self._column.addWidget(title)
+        self._column = lay(QVBoxLayout(self), 16, 10, 16, 8, gap=5)
+        self._column.addWidget(self.title)
         self._column.addWidget(about)
         self._column.addWidget(self.tasks)
         self._column.addWidget(self._tool)
@@ -62,12 +70,6 @@ class SideColumn(QWidget):
         self._column.addWidget(self._info)
         self._column.addWidget(self.moments)
 
-    def show_tool(self, tool: InstrumentState) -> None:
-        """Say which tool is in hand, and what it does."""
-        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
-        if self._tool.text() != text:
-            self._tool.setText(text)
-
     def replace(self, before: QWidget, after: QWidget) -> None:
         """Put another widget into the place of one; all have their share of room."""
         self._column.replaceWidget(before, after)
@@ -75,10 +77,3 @@ class SideColumn(QWidget):
             if self._column.indexOf(widget) >= 0:
                 is_fixed = widget is self.slices
                 self._column.setStretchFactor(widget, 0 if is_fixed else 1)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setContentsMargins(*(round(n * scale) for n in (16, 10, 16, 8)))
-        self._column.setSpacing(round(5 * scale))
-        for part in (self.tasks, self.overview, self.slices, self.moments):
-            part.set_scale(scale)

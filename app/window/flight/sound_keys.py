@@ -1,32 +1,20 @@
-"""Keys of the sound: on and off, louder and softer."""
+"""Commands of the sound: on and off, louder and softer."""
 
-from collections.abc import Callable
-
-from PySide6.QtCore import QEvent, QObject
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QWidget
+from functools import partial
 
 from app.window.keyboard.actions import Act
-from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands, Notify
 from app.window.texts import tr
 from paravol.feedback import SoundPlayer
 
 
-class SoundKeys(QObject):
-    """Pass a window's keys on to the loudspeaker."""
+class SoundKeys:
+    """Switch the loudspeaker, and say what it does."""
 
-    def __init__(
-        self,
-        sound: SoundPlayer,
-        window: QWidget,
-        notify: Callable[[str, str], None],
-    ) -> None:
-        """Listen to the window; notify: says a line and what it means."""
-        super().__init__(window)
+    def __init__(self, sound: SoundPlayer, notify: Notify) -> None:
         self._sound = sound
         self._notify = notify
         self._problem = ""
-        window.installEventFilter(self)
 
     def fail(self, problem: str) -> None:
         """Say why there is no sound, once; later only who asks for it is told."""
@@ -46,29 +34,23 @@ class SoundKeys(QObject):
             return tr("no sound")
         return "" if self._sound.is_on else tr("sound off")
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what belongs to the sound; let the rest pass."""
-        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
-            return False
-        match KEYS.action(event):
-            case Act.SOUND if not event.isAutoRepeat():
-                if self._problem:
-                    self.fail(self._problem)
-                else:
-                    is_on = self._sound.switch()
-                    self._notify(
-                        tr("Sound on") if is_on else tr("Sound off"),
-                        tr("High and quick: a hazard is near. Low: force."),
-                    )
-            case Act.SOUND:
-                pass
-            case Act.LOUDER:
-                self._say_volume(self._sound.louder(1))
-            case Act.SOFTER:
-                self._say_volume(self._sound.louder(-1))
-            case _:
-                return False
-        return True
+    def commands(self) -> Commands:
+        """Return what can be done."""
+        return {
+            Act.SOUND: Command(self._switch),
+            Act.LOUDER: Command(partial(self._step, 1), repeats=True),
+            Act.SOFTER: Command(partial(self._step, -1), repeats=True),
+        }
 
-    def _say_volume(self, volume: float) -> None:
+    def _switch(self) -> None:
+        if self._problem:
+            self.fail(self._problem)
+            return
+        self._notify(
+            tr("Sound on") if self._sound.switch() else tr("Sound off"),
+            tr("High and quick: a hazard is near. Low: force."),
+        )
+
+    def _step(self, steps: int) -> None:
+        volume = self._sound.louder(steps)
         self._notify(tr("Volume {volume:.0%}", volume=volume), "")

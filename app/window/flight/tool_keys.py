@@ -1,24 +1,20 @@
 """Keys and mouse of the second hand: which tool it holds, and what it does with it."""
 
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Command, Commands, Notify
 from app.window.panels.endoscope_panel import picture_square
 from app.window.texts import later, tr
 from paravol.inputs.operating_hand import OperatingHand
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, Action
-
-_ONCE = {
-    *(Act.NEXT_TOOL, Act.PREVIOUS_TOOL, Act.WORK, Act.UNDO),
-    *(Act.SUCTION, Act.WASH, Act.HOLD),
-}
-"""What a key that is held does not do again."""
 
 AHEAD_MM, TURN_DEG = 1.0, 15.0
 """Steps of a key that is pressed or held, and of a notch of the wheel."""
@@ -52,7 +48,7 @@ def tool_use(name: str) -> str:
 
 
 class ToolKeys(QObject):
-    """Pass a window's keys and a picture's mouse to the second hand.
+    """Pass keys and a picture's mouse to the second hand.
 
     The mouse is the tool's from when one is taken, until it is given to the scope. Its
     right button, and its wheel with Ctrl, are the scope's at all times.
@@ -61,24 +57,21 @@ class ToolKeys(QObject):
     def __init__(
         self,
         hand: OperatingHand,
-        window: QWidget,
         picture: QWidget,
-        notify: Callable[[str, str], None],
+        notify: Notify,
         *,
         is_steered: bool,
     ) -> None:
-        """Listen to the window and the picture's mouse.
+        """Listen to the picture's mouse.
 
-        notify: says a line and what it means. is_steered: the mouse is the scope's
-        where it is not the tool's.
+        is_steered: the mouse is the scope's where it is not the tool's.
         """
-        super().__init__(window)
+        super().__init__(picture)
         self._hand = hand
         self._notify = notify
         self._is_steered = is_steered
         picture.setMouseTracking(True)
         self.is_sucking = False
-        window.installEventFilter(self)
         picture.installEventFilter(self)
 
     @property
@@ -98,8 +91,6 @@ class ToolKeys(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take what belongs to the second hand; let the rest pass."""
         match event:
-            case QKeyEvent():
-                return self._take_key(event)
             case QMouseEvent() if isinstance(watched, QWidget):
                 return self._take_mouse(watched, event)
             case QWheelEvent() if self.is_pointing() and not event.modifiers():
@@ -110,15 +101,26 @@ class ToolKeys(QObject):
             self._hand.work(False)
         return False
 
-    def _take_key(self, event: QKeyEvent) -> bool:
-        match event.type():
-            case QEvent.Type.KeyPress:
-                return self._press(event)
-            case QEvent.Type.KeyRelease if KEYS.action(event) is Act.WORK:
-                if not event.isAutoRepeat():
-                    self._hand.work(False)
-                return True
-        return False
+    def commands(self) -> Commands:
+        """Return what can be done."""
+        hand = self._hand
+
+        def again(do: Callable[[float], None], how: float) -> Command:
+            return Command(partial(do, how), repeats=True)
+
+        return {
+            Act.TOOL_AHEAD: again(hand.advance, AHEAD_MM),
+            Act.TOOL_BACK: again(hand.advance, -AHEAD_MM),
+            Act.TOOL_LEFT: again(hand.roll, TURN_DEG),
+            Act.TOOL_RIGHT: again(hand.roll, -TURN_DEG),
+            Act.NEXT_TOOL: Command(partial(self._choose, 1)),
+            Act.PREVIOUS_TOOL: Command(partial(self._choose, -1)),
+            Act.WORK: Command(lambda: hand.work(True), lambda: hand.work(False)),
+            Act.UNDO: Command(self._undo),
+            Act.SUCTION: Command(self._suck),
+            Act.WASH: Command(self._wash),
+            Act.HOLD: Command(self._swap),
+        }
 
     def _take_mouse(self, picture: QWidget, event: QMouseEvent) -> bool:
         square = picture_square(picture.rect())
@@ -136,48 +138,18 @@ class ToolKeys(QObject):
             return not is_up
         return False
 
-    def _press(self, event: QKeyEvent) -> bool:
-        hand, act = self._hand, KEYS.action(event)
-        match act:
-            case Act.TOOL_AHEAD:
-                hand.advance(AHEAD_MM)
-            case Act.TOOL_BACK:
-                hand.advance(-AHEAD_MM)
-            case Act.TOOL_LEFT:
-                hand.roll(TURN_DEG)
-            case Act.TOOL_RIGHT:
-                hand.roll(-TURN_DEG)
-            case _ if act in _ONCE:
-                if not event.isAutoRepeat():
-                    self._do(act)
-            case _:
-                return False
-        return True
+    def _undo(self) -> None:
+        self._hand.undo()
+        self._notify(tr("Undone"), tr("The last cut was taken back, if there was one."))
 
-    def _do(self, act: Act) -> None:
-        match act:
-            case Act.NEXT_TOOL:
-                self._choose(1)
-            case Act.PREVIOUS_TOOL:
-                self._choose(-1)
-            case Act.WORK:
-                self._hand.work(True)
-            case Act.UNDO:
-                self._hand.undo()
-                self._notify(
-                    tr("Undone"), tr("The last cut was taken back, if there was one.")
-                )
-            case Act.SUCTION:
-                self.is_sucking = not self.is_sucking
-                self._hand.suck(self.is_sucking)
-                self._notify(
-                    tr("Suction on") if self.is_sucking else tr("Suction off"), ""
-                )
-            case Act.WASH:
-                self._hand.wash()
-                self._notify(tr("Washing the lens"), "")
-            case Act.HOLD:
-                self._swap()
+    def _suck(self) -> None:
+        self.is_sucking = not self.is_sucking
+        self._hand.suck(self.is_sucking)
+        self._notify(tr("Suction on") if self.is_sucking else tr("Suction off"), "")
+
+    def _wash(self) -> None:
+        self._hand.wash()
+        self._notify(tr("Washing the lens"), "")
 
     def _swap(self) -> None:
         """Give what moves the scope to the tool, or back."""

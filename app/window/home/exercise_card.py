@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
 
 from app.window.home.exercise_list import ListEntry
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import later, tr
 from paravol.trainee import Exercise, KnownCase, learns
 from paravol.trainee.exercises import attempt_text
@@ -34,34 +35,27 @@ class ExerciseCard(QFrame):
         title.setObjectName("heading")
         about.setObjectName("body")
         waits.setObjectName("alarm")
-        self._texts = QWidget()
-        self._texts.setObjectName("scrolled")
-        self._rows = QVBoxLayout(self._texts)
+        texts = QWidget()
+        texts.setObjectName("scrolled")
+        rows = lay(QVBoxLayout(texts), 0, gap=10)
         for label in (title, facts, about, waits, learnt, results):
             label.setWordWrap(True)
-            self._rows.addWidget(label)
-        self._rows.addStretch(1)
+            rows.addWidget(label)
+        rows.addStretch(1)
         scrolled = QScrollArea()
-        scrolled.setWidget(self._texts)
+        scrolled.setWidget(texts)
         scrolled.setWidgetResizable(True)
         scrolled.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scrolled.viewport().setAutoFillBackground(False)
         self.start = QPushButton(tr("Start"))
         self.start.setObjectName("primary")
         self.start.clicked.connect(self.started)
-        self._column = QVBoxLayout(self)
-        self._column.addWidget(scrolled, 1)
+        column = lay(QVBoxLayout(self), 14)
+        column.addWidget(scrolled, 1)
         self.scan = QPushButton(tr("Look at the scan"))
         self.scan.clicked.connect(self.scan_wanted)
-        self._column.addWidget(self.scan)
-        self._column.addWidget(self.start)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        margin = round(14 * scale)
-        self._column.setContentsMargins(margin, margin, margin, margin)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(round(10 * scale))
+        column.addWidget(self.scan)
+        column.addWidget(self.start)
 
     def show_entry(self, entry: ListEntry) -> None:
         """Tell of a line."""

@@ -7,6 +7,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import Scaled, hold, lay
 from app.window.texts import later, tr
 from disk import UserError
 from paravol.trainee import FoundDevice
@@ -22,7 +23,7 @@ CAPTIONED = 1000
 _SHORT = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
 
 
-class HomeBar(QWidget):
+class HomeBar(QWidget, Scaled):
     """Choose the trainee and the device."""
 
     trainee_chosen = Signal(str)
@@ -34,8 +35,7 @@ class HomeBar(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        brand = PlainLabel("PARAVOL")
-        brand.setObjectName("brand")
+        brand = PlainLabel("PARAVOL", "brand")
         self.trainee = QComboBox()
         self.trainee.setEditable(True)
         self.trainee.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -55,11 +55,12 @@ class HomeBar(QWidget):
         self.settings = QPushButton(tr("Settings"))
         self.tour = QPushButton(tr("Tour (F1)"))
         self._name = ""
-        self._scale = 1.0
         self._devices: list[FoundDevice] = []
-        self._row = QHBoxLayout(self)
-        self._row.addWidget(brand)
-        self._row.addStretch(1)
+        row = lay(QHBoxLayout(self), 0, gap=8)
+        hold(self.trainee, setMaximumWidth=170)
+        hold(self.device, setMaximumWidth=250)
+        row.addWidget(brand)
+        row.addStretch(1)
         self._captions: list[QLabel] = []
         for text, chooser in (
             (tr("Who"), self.trainee),
@@ -68,21 +69,16 @@ class HomeBar(QWidget):
             label = PlainLabel(text)
             label.setBuddy(chooser)
             self._captions.append(label)
-            self._row.addWidget(label)
+            row.addWidget(label)
             # narrower than its longest words, where there is no room for them
             chooser.setSizeAdjustPolicy(_SHORT)
             chooser.setMinimumContentsLength(LEAST_LETTERS)
-            self._row.addWidget(chooser, 100)
+            row.addWidget(chooser, 100)
         for button in (self.recordings, self.connection, self.settings, self.tour):
-            self._row.addWidget(button)
+            row.addWidget(button)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._row.setContentsMargins(0, 0, 0, 0)
-        self._row.setSpacing(round(8 * scale))
-        self.trainee.setMaximumWidth(round(170 * scale))
-        self.device.setMaximumWidth(round(250 * scale))
-        self._scale = scale
+    def take_scale(self) -> None:
+        """Leave out the captions where there is no room for them."""
         self._show_captions()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -92,7 +88,7 @@ class HomeBar(QWidget):
 
     def _show_captions(self) -> None:
         for caption in self._captions:
-            caption.setVisible(self.width() >= CAPTIONED * self._scale)
+            caption.setVisible(self.width() >= CAPTIONED * self.scale)
 
     def show_trainees(self, names: Sequence[str], chosen: str) -> None:
         """Offer the names that are known."""

@@ -18,8 +18,8 @@ from app.window.home.home_bar import HomeBar
 from app.window.home.recovery_card import RecoveryCard
 from app.window.keyboard.places import american
 from app.window.page import TextPage
-from app.window.page_style import page_sheet
 from app.window.plain_label import PlainLabel
+from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
 from paravol.trainee import FoundDevice, KnownCase, Ladder
@@ -47,7 +47,6 @@ class HomePage(TextPage):
     def __init__(self) -> None:
         super().__init__()
         self.title = "PARAVOL"
-        self._scale = 1.0
         self._tour: Tour | None = None
         self._next = ""
         self._ladder: Ladder | None = None
@@ -71,35 +70,26 @@ class HomePage(TextPage):
         self.bar.refused.connect(self.say)
 
     def _lay_out(self) -> None:
-        self._middle = QHBoxLayout()
-        self._left = QVBoxLayout()
-        self._left.addWidget(self.go_on)
-        self._left.addWidget(self.list, 1)
-        self._middle.addLayout(self._left, 3)
-        self._middle.addWidget(self.card, 2)
+        middle, left = lay(QHBoxLayout(), gap=10), lay(QVBoxLayout(), gap=10)
+        left.addWidget(self.go_on)
+        left.addWidget(self.list, 1)
+        middle.addLayout(left, 3)
+        middle.addWidget(self.card, 2)
         foot = QHBoxLayout()
         foot.addWidget(PlainLabel(tr(KEYS)), 1)
         foot.addWidget(self.stage)
         foot.addWidget(self.share)
-        self._rows = QVBoxLayout(self)
-        self._rows.addWidget(self.bar)
-        self._rows.addWidget(self.problem)
-        self._rows.addWidget(self.recovery)
-        self._rows.addLayout(self._middle, 1)
-        self._rows.addLayout(foot)
+        hold(self.share, setFixedWidth=160)
+        rows = lay(QVBoxLayout(self), 16, 16, 16, 8, gap=10)
+        rows.addWidget(self.bar)
+        rows.addWidget(self.problem)
+        rows.addWidget(self.recovery)
+        rows.addLayout(middle, 1)
+        rows.addLayout(foot)
 
     def set_scale(self, scale: float) -> None:
         """Draw everything as large as the window has room for."""
-        self._scale = scale
-        self.setStyleSheet(page_sheet(scale))
-        margin, gap = round(16 * scale), round(10 * scale)
-        self._rows.setContentsMargins(margin, margin, margin, round(8 * scale))
-        for box in (self._rows, self._middle, self._left):
-            box.setSpacing(gap)
-        self.share.setFixedWidth(round(160 * scale))
-        self.bar.set_scale(scale)
-        self.card.set_scale(scale)
-        self.recovery.set_scale(scale)
+        super().set_scale(scale)
         if self._ladder is not None:
             # with the colours of another theme
             current = self.list.current
@@ -199,7 +189,7 @@ class HomePage(TextPage):
                 ),
             ),
         ]
-        self._tour = Tour(self, stops, self._scale)
+        self._tour = Tour(self, stops, self.scale)
 
         def end() -> None:
             self._tour = None

@@ -6,6 +6,7 @@ from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import tr
 from paravol.unfinished_sessions import UnfinishedSession
 
@@ -25,27 +26,20 @@ class RecoveryCard(QFrame):
         self.setObjectName("card")
         self.setProperty("marked", True)
         self._left: list[UnfinishedSession] = []
-        self._text = PlainLabel()
-        self._text.setObjectName("body")
-        self._text.setWordWrap(True)
+        self._text = PlainLabel(name="body", wraps=True)
         self.recover = QPushButton(tr("Recover"))
         self.keep = QPushButton(tr("Keep as it is"))
         self.discard = QPushButton(tr("Discard"))
-        self._row = QHBoxLayout(self)
-        self._row.addWidget(self._text, 1)
+        row = lay(QHBoxLayout(self), 14, 8, 14, 8, gap=8)
+        row.addWidget(self._text, 1)
         for button, wanted in (
             (self.recover, self.recover_wanted),
             (self.keep, self.keep_wanted),
             (self.discard, self.discard_wanted),
         ):
-            self._row.addWidget(button)
+            row.addWidget(button)
             button.clicked.connect(lambda _=False, wanted=wanted: self._answer(wanted))
         self.hide()
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._row.setContentsMargins(*(round(n * scale) for n in (14, 8, 14, 8)))
-        self._row.setSpacing(round(8 * scale))
 
     def show_unfinished(self, found: Sequence[UnfinishedSession]) -> None:
         """Offer recordings, one after the other."""

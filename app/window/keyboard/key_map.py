@@ -1,12 +1,12 @@
 """Which action a key asks for, by the table and by what the user changed in it."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 
-from app.window.keyboard.actions import ACTIONS, FIXED, STEERING, Act
+from app.window.keyboard.actions import FIXED, NAMED, STEERING, Act
 from app.window.keyboard.places import SCAN_CODES, name_of, place_of
 from app.window.keyboard.printed_keys import PrintedKeys
 from app.window.texts import later, tr
@@ -60,9 +60,9 @@ class KeyMap(QObject):
         What is not known is passed over. A key that was chosen for one action is no
         other's; an action never loses its first key to another's second one.
         """
-        self._keys = {action.act: action.keys for action in ACTIONS}
+        self._keys = {act: act.keys for act in Act}
         taken = {
-            key: Act(name)
+            key: NAMED[name]
             for name, key in chosen.items()
             if name in set(Act) - FIXED and _is_key(key)
         }
@@ -181,17 +181,6 @@ class KeyMap(QObject):
         for word in before.split("+")[:-1]:
             mask |= _MODIFIERS[word]
         return self._asked(place, self.printed[place], mask) is act
-
-    def press(self, act: Act) -> Sequence[QKeyEvent]:
-        """Return events of an American keyboard that ask for an action: down, up."""
-        before, sign = _parted(self._keys[act][0])
-        sign = sign[1:] if len(sign) > 1 and sign[0] == "@" else sign
-        mask = Qt.KeyboardModifier.NoModifier
-        for word in before.split("+")[:-1]:
-            mask |= _MODIFIERS[word]
-        key = Qt.Key(ord(sign)) if len(sign) == 1 else Qt.Key[f"Key_{sign}"]
-        kinds = QEvent.Type.KeyPress, QEvent.Type.KeyRelease
-        return [QKeyEvent(kind, key, mask) for kind in kinds]
 
 
 _NO_PREFIX = {"Shift", "Control", "Alt", "Meta", "AltGr"}

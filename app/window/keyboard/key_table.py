@@ -6,14 +6,15 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
-from app.window.keyboard.actions import ACTIONS, FIXED, OF, Act, Group
+from app.window.keyboard.actions import FIXED, NAMED, Act, Group
 from app.window.keyboard.key_map import KEYS
+from app.window.scaling import Scaled
 from app.window.texts import later, tr
 
 WAITS = later("press a key…")
 
 
-class KeyTable(QTreeWidget):
+class KeyTable(QTreeWidget, Scaled):
     """Show the table of actions; what is chosen holds at once."""
 
     chosen = Signal(object)
@@ -35,16 +36,19 @@ class KeyTable(QTreeWidget):
         for group in Group:
             heading = QTreeWidgetItem(self, [tr(group.value)])
             heading.setFlags(Qt.ItemFlag.ItemIsEnabled)
-            for action in ACTIONS:
-                if action.group is group and action.act not in FIXED:
-                    item = QTreeWidgetItem(heading, [tr(action.does)])
-                    item.setData(0, Qt.ItemDataRole.UserRole, action.act.value)
-                    self._items[action.act] = item
+            for act in Act:
+                if act.row.group is group and act not in FIXED:
+                    item = QTreeWidgetItem(heading, [tr(act.does)])
+                    item.setData(0, Qt.ItemDataRole.UserRole, act.value)
+                    self._items[act] = item
         self.expandAll()
-        self.resizeColumnToContents(0)
         self.itemDoubleClicked.connect(self._ask)
         KEYS.changed.connect(self._show_keys)
         self._show_keys()
+
+    def take_scale(self) -> None:
+        """Give each action the room that its letters need."""
+        self.resizeColumnToContents(0)
 
     def take(self, keys: Mapping[str, str]) -> None:
         """Take other keys altogether."""
@@ -59,7 +63,7 @@ class KeyTable(QTreeWidget):
     def _ask(self, item: QTreeWidgetItem | None) -> None:
         """Wait for the key of an action."""
         name = None if item is None else item.data(0, Qt.ItemDataRole.UserRole)
-        self._waits = None if name is None else Act(name)
+        self._waits = None if name is None else NAMED[name]
         self._show_keys()
         self.told.emit(tr("Esc leaves it as it is.") if self._waits else "")
 
@@ -86,9 +90,7 @@ class KeyTable(QTreeWidget):
         keys, before = KEYS.given(act, event, self.keys)
         is_given = keys != self.keys
         self.take(keys)
-        said = (
-            "" if before is None else f" {tr(OF[before].does)}: {KEYS.label(before)}."
-        )
+        said = "" if before is None else f" {tr(before.does)}: {KEYS.label(before)}."
         if not is_given:
             said = tr("The key stays as it was: that one is needed.")
             said = "" if event.key() == Qt.Key.Key_Escape else said

@@ -1,17 +1,18 @@
 """Buttons for all that keys do in a flight: whoever has a mouse only finds everything.
 
-A button presses the key that stands on it, so that both do the same and the keys are
-learned by the way.
+A button does what the key does that stands on it: the keys are learned by the way.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QCoreApplication, QPoint, Qt, Slot
+from PySide6.QtCore import QPoint, Qt, Slot
 from PySide6.QtWidgets import QGridLayout, QMenu, QToolButton, QWidget
 
-from app.window.keyboard.actions import OF, Act
+from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
+from app.window.keyboard.page_commands import Commands
+from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, EDGE, INK, PANEL, QUIET, READY
 from app.window.texts import tr
 
@@ -22,20 +23,8 @@ REPEAT_MS = 120
 """Between two presses of a button that repeats, while it is held."""
 
 
-@dataclass(frozen=True, slots=True)
-class ActionButton:
-    """Describe a button.
-
-    act: whose key it presses, and tells. label: what stands on it. is_held: it counts
-    while it is held. repeats: the key is pressed again and again meanwhile. is_wide: it
-    takes a row of its own.
-    """
-
-    act: Act
-    label: str
-    is_held: bool = False
-    repeats: bool = False
-    is_wide: bool = False
+WIDE = {Act.NEXT_TOOL}
+"""They take a row of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,44 +36,43 @@ class Choice:
     take: Callable[[], object]
 
 
-class ActionBar(QWidget):
+class ActionBar(QWidget, Scaled):
     """Show buttons in two columns; they never take the keyboard.
 
     There are no focus rings: everything here has a key of its own.
     """
 
-    def __init__(self, window: QWidget, buttons: Sequence[ActionButton]) -> None:
-        """Lay out the buttons; window: whose keys they press."""
+    def __init__(self, labels: Mapping[Act, str], commands: Commands) -> None:
+        """Lay out a button for each action that has a label, in their order."""
         super().__init__()
         self.setObjectName("actions")
-        self._window = window
-        self._scale = 1.0
+        self._commands = commands
         self._buttons: dict[Act, QToolButton] = {}
         self._menus: dict[Act, QMenu] = {}
         self._grid = QGridLayout(self)
-        self._wide = {button.act for button in buttons if button.is_wide}
         place = 0
-        for said in buttons:
-            if said.is_wide:
+        for act, label in labels.items():
+            span = 1
+            if act in WIDE:
                 place = -(-place // COLUMNS) * COLUMNS
-            span = COLUMNS if said.is_wide else 1
+                span = COLUMNS
             row, column = divmod(place, COLUMNS)
-            self._grid.addWidget(self._made(said), row, column, 1, span)
+            self._grid.addWidget(self._made(act, label), row, column, 1, span)
             place += span
-        self._grid.setRowStretch(len(buttons), 1)
+        self._grid.setRowStretch(len(labels), 1)
         KEYS.changed.connect(self._tell_keys)
-        self.set_scale(1.0)
+        self.take_scale()
 
     def button(self, act: Act) -> QToolButton | None:
         """Return the button of an action; None where there is none."""
         return self._buttons.get(act)
 
     def menu(self, act: Act) -> QMenu | None:
-        """Return what the button of an action opens; None where it presses the key."""
+        """Return what the button of an action opens; None where it does that."""
         return self._menus.get(act)
 
     def offer(self, act: Act, choices: Sequence[Choice]) -> None:
-        """Let the button of an action open a menu instead of pressing it."""
+        """Let the button of an action open a menu instead of doing that."""
         button = self._buttons[act]
         menu = self._menus[act] = QMenu(button)
         menu.setToolTipsVisible(True)
@@ -115,55 +103,51 @@ class ActionBar(QWidget):
         text = f"{button.property('label')}\n{key}"
         if button.text() != text:
             button.setText(text)
-            button.setToolTip(tr("{does} (key {key})", does=tr(OF[act].does), key=key))
+            button.setToolTip(tr("{does} (key {key})", does=tr(act.does), key=key))
 
     @Slot()
     def _tell_keys(self) -> None:
         for act in self._buttons:
             self._tell(act)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the bar; 1 is the designed size."""
-        self._scale = scale
+    def take_scale(self) -> None:
+        """Scale buttons and menus."""
+        scale = self.scale
         margin, gap = round(6 * scale), max(round(4 * scale), 1)
         self._grid.setContentsMargins(margin, 2 * margin, margin, 2 * margin)
         self._grid.setSpacing(gap)
         width, height = (round(length * scale) for length in BUTTON)
         self.setFixedWidth(COLUMNS * width + (COLUMNS - 1) * gap + 2 * margin)
         for act, button in self._buttons.items():
-            columns = COLUMNS if act in self._wide else 1
+            columns = COLUMNS if act in WIDE else 1
             button.setFixedSize(columns * (width + gap) - gap, height)
         sheet = bar_sheet(scale)
         self.setStyleSheet(sheet)
         for menu in self._menus.values():
             menu.setStyleSheet(sheet)
 
-    def _made(self, said: ActionButton) -> QToolButton:
-        button = self._buttons[said.act] = QToolButton(self)
-        self.name(said.act, tr(said.label))
-        button.setAccessibleName(tr(said.label))
-        button.setAccessibleDescription(tr(OF[said.act].does))
+    def _made(self, act: Act, label: str) -> QToolButton:
+        button = self._buttons[act] = QToolButton(self)
+        command = self._commands[act]
+        self.name(act, tr(label))
+        button.setAccessibleName(tr(label))
+        button.setAccessibleDescription(tr(act.does))
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        button.setCheckable(not (said.is_held or said.repeats))
-        if said.is_held:
-            button.pressed.connect(lambda: self._send(said.act, True))
-            button.released.connect(lambda: self._send(said.act, False))
+        button.setCheckable(not (command.release or command.repeats))
+        if command.release is not None:
+            button.pressed.connect(command.press)
+            button.released.connect(command.release)
         else:
-            button.setAutoRepeat(said.repeats)
+            button.setAutoRepeat(command.repeats)
             button.setAutoRepeatInterval(REPEAT_MS)
-            button.clicked.connect(lambda: self._click(said.act))
+            button.clicked.connect(lambda: self._click(act))
         return button
 
     def _click(self, act: Act) -> None:
-        if act in self._menus:
-            return
-        self._send(act, True)
-        self._send(act, False)
-        # what is on is told by `mark`, not by how often it was clicked
-        self._buttons[act].setChecked(False)
-
-    def _send(self, act: Act, is_down: bool) -> None:
-        QCoreApplication.sendEvent(self._window, KEYS.press(act)[not is_down])
+        if act not in self._menus:
+            self._commands[act].press()
+            # what is on is told by `mark`, not by how often it was clicked
+            self._buttons[act].setChecked(False)
 
     @Slot()
     def _open(self, act: Act) -> None:

@@ -25,10 +25,11 @@ from app.window.panels.guide_marks import (
 from app.window.panels.qt_image import image_of
 from app.window.panels.result_card import paint_result, panel_colour
 from app.window.panels.side_marks import paint_heading, paint_letters, paint_place
+from app.window.scaling import Scaled, hold
 from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.feedback.hazard_pointer import HazardPointer
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.guide import GuideMark, NameMark
 from paravol.side_letters import SideLetter
 
@@ -41,7 +42,7 @@ _CENTRED = int(
 )
 
 
-class PictureView(QWidget):
+class PictureView(QWidget, Scaled):
     """Show the newest picture as large as there is room, and a message below."""
 
     changed = Signal()
@@ -69,14 +70,7 @@ class PictureView(QWidget):
         self._tip: tuple[float, float] | None = None
         self._tip_words = ""
         self._result: FlightEnd | None = None
-        self._scale = 1.0
-        self.set_scale(1.0)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the text; 1 is the designed size."""
-        self._scale = scale
-        self.setMinimumSize(round(LEAST_PX * scale), round(LEAST_PX * scale))
-        self._renew()
+        hold(self, setMinimumWidth=LEAST_PX, setMinimumHeight=LEAST_PX)
 
     @property
     def edge_px(self) -> int:
@@ -163,7 +157,7 @@ class PictureView(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint picture, ring and message."""
         painter = QPainter(self)
-        self.paint(painter, self.rect(), self._scale)
+        self.paint(painter, self.rect(), self.scale)
         painter.end()
 
     def paint(self, painter: QPainter, room: QRect, scale: float) -> None:

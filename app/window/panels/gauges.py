@@ -4,6 +4,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import Scaled, lay
 from app.window.texts import later, tr
 from paravol.readings import UNKNOWN, Readings
 
@@ -11,36 +12,30 @@ SHOWN = (later("Time"), later("Clearance"), later("Nostril"))
 """Of the readings; the nearest hazard is on its bar, the rest in the quiet line."""
 
 
-class Gauges(QWidget):
+class Gauges(QWidget, Scaled):
     """Show readings, each beside its caption; the clearance is coloured in time."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("gauges")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        row = self._row = QHBoxLayout(self)
+        row = lay(QHBoxLayout(self), 14, 4, 14, 4, gap=8)
         self._figures: dict[str, QLabel] = {}
         for caption in SHOWN:
-            before, figure = PlainLabel(tr(caption)), PlainLabel(UNKNOWN)
-            before.setObjectName("caption")
-            figure.setObjectName("figure")
-            row.addWidget(before)
-            row.addWidget(figure)
-            self._figures[caption] = figure
-        self.status = PlainLabel()
-        self.status.setObjectName("status")
+            self._figures[caption] = PlainLabel(UNKNOWN, "figure")
+            row.addWidget(PlainLabel(tr(caption), "caption"))
+            row.addWidget(self._figures[caption])
+        self.status = PlainLabel(name="status")
         # it has room to become longer at once
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         self.status.setAlignment(right)
         self.status.setWordWrap(True)
         row.addWidget(self.status, 1)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._row.setContentsMargins(*(round(n * scale) for n in (14, 4, 14, 4)))
-        self._row.setSpacing(round(8 * scale))
+    def take_scale(self) -> None:
+        """Keep figures apart from the next one's caption."""
         for figure in self._figures.values():
-            figure.setContentsMargins(0, 0, round(24 * scale), 0)
+            figure.setContentsMargins(0, 0, round(24 * self.scale), 0)
 
     def show_readings(self, readings: Readings) -> None:
         """Show figures; only what has changed is laid out anew."""

@@ -14,6 +14,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QDialog, QWidget
 
 from app.window.panels.qt_image import image_of
+from app.window.scaling import Scaled, hold
 from app.window.style import ALARM, BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from app.window.texts import tr
 from paravol.snapshots.snapshot_queue import MomentPicture
@@ -27,7 +28,7 @@ MOST_MOMENTS = 24
 """Kept in the strip; older ones are in the recording's folder."""
 
 
-class MomentView(QWidget):
+class MomentView(QWidget, Scaled):
     """Show the snapshots of kept moments, the newest first; a click enlarges one.
 
     Hidden until a moment is kept.
@@ -35,8 +36,7 @@ class MomentView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._scale = 1.0
-        self.setFixedHeight(HEIGHT_PX)
+        hold(self, setFixedHeight=HEIGHT_PX)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.hide()
@@ -44,11 +44,6 @@ class MomentView(QWidget):
         self._images: dict[float, QImage] = {}
         self._first = 0
         self.enlarged: EnlargedMoment | None = None
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._scale = scale
-        self.setFixedHeight(round(HEIGHT_PX * scale))
 
     @property
     def times_s(self) -> list[float]:
@@ -126,9 +121,9 @@ class MomentView(QWidget):
 
     def _squares(self) -> list[tuple[float, QRectF]]:
         """Return where each moment's picture stands, as far as there is room."""
-        edge = self.height() - CAPTION_PX * self._scale
-        wide = max(edge, 90.0 * self._scale) + _GAP_PX * self._scale
-        count = max(int((self.width() + _GAP_PX * self._scale) / wide), 1)
+        edge = self.height() - CAPTION_PX * self.scale
+        wide = max(edge, 90.0 * self.scale) + _GAP_PX * self.scale
+        count = max(int((self.width() + _GAP_PX * self.scale) / wide), 1)
         shown = self.times_s[self._first : self._first + count]
         return [
             (time_s, QRectF(place * wide, 0.0, edge, edge))
@@ -138,7 +133,7 @@ class MomentView(QWidget):
     def _paint_caption(
         self, painter: QPainter, picture: MomentPicture, square: QRectF
     ) -> None:
-        scale = self._scale
+        scale = self.scale
         wide = max(square.width(), 90.0 * scale)
         line = QRectF(square.left(), square.bottom() + 6.0 * scale, wide, 18.0 * scale)
         flags = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)

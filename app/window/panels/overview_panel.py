@@ -35,6 +35,7 @@ from PySide6.QtWidgets import QWidget
 from app.window.panels.qt_image import image_of
 from app.window.panels.refresher import Refresher
 from app.window.panels.side_marks import paint_letters
+from app.window.scaling import Scaled, hold
 from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.cutaway import Cutaway
@@ -67,7 +68,7 @@ class _Picture:
     took_s: float
 
 
-class OverviewView(QWidget):
+class OverviewView(QWidget, Scaled):
     """Show the overview; drag turns it, the wheel zooms."""
 
     changed = Signal()
@@ -99,7 +100,7 @@ class OverviewView(QWidget):
         self.scene: OverviewScene
         self._image = QImage()
         self._letters: tuple[SideLetter, ...] = ()
-        self._scale = 1.0
+        hold(self, setMinimumWidth=120, setMinimumHeight=90)
         self._dragged_from: QPointF | None = None
         self._head: HeadModel | None = None
         self._told = "The head is being made ready"
@@ -112,11 +113,9 @@ class OverviewView(QWidget):
         self._renewed.connect(self._on_renewed)
         self._refresher = Refresher(self._make_anew, self._renewed.emit)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the text; 1 is the designed size."""
-        self._scale = scale
-        self.setMinimumSize(round(120 * scale), round(90 * scale))
-        # VTK's sizes of text are in points, at 72 to the inch.
+    def take_scale(self) -> None:
+        """Scale VTK's text, whose sizes are in points, at 72 to the inch."""
+        scale = self.scale
 
         def change() -> None:
             window = self._plotter.render_window
@@ -302,14 +301,14 @@ class OverviewView(QWidget):
         if self._image.isNull():
             painter.fillRect(self.rect(), QColor(BACKGROUND))
             painter.setPen(OVER.quiet)
-            painter.setFont(font_of(10, self._scale))
+            painter.setFont(font_of(10, self.scale))
             centred = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(self.rect(), int(centred), self._told)
         else:
             painter.drawImage(self.rect(), self._image)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             room = QRectF(self.rect())
-            paint_letters(painter, room, self._letters, self._scale, is_round=False)
+            paint_letters(painter, room, self._letters, self.scale, is_round=False)
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

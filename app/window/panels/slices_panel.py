@@ -22,6 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
+from app.window.scaling import Scaled
 from app.window.style import OVER, font_of
 from app.window.texts import later, tr
 from paravol.side_letters import place_text
@@ -62,7 +63,7 @@ _TITLES = {Show.CT: "CT", Show.MR: "MR", Show.BOTH: later("CT bone on MR")}
 _Place = NDArray[np.float64]
 
 
-class SlicesView(QWidget):
+class SlicesView(QWidget, Scaled):
     """Show where the tip is in the head's own scans, or what lies at a place."""
 
     told = Signal(str)
@@ -70,7 +71,6 @@ class SlicesView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._scale = 1.0
         self._is_large = False
         self.show_kind = Show.CT
         self.plane = Plane.AXIAL
@@ -89,10 +89,9 @@ class SlicesView(QWidget):
         self._info = ""
         self.set_large(False)
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._scale = scale
-        self.set_large(self._is_large)
+    def take_scale(self) -> None:
+        """Be as high as is needed."""
+        self._fit()
 
     def set_large(self, is_large: bool) -> None:
         """Take all the room there is, or the little that a side column has."""
@@ -106,12 +105,12 @@ class SlicesView(QWidget):
 
     def _fit(self) -> None:
         """Be as high as three slices side by side need, where the column is narrow."""
-        high = round(HEIGHT_PX * self._scale)
+        high = round(HEIGHT_PX * self.scale)
         if self._is_large:
             self.setMinimumHeight(high // 2)
             self.setMaximumHeight(WIDGET_MOST)
         else:
-            gap = round(GAP_PX * self._scale)
+            gap = round(GAP_PX * self.scale)
             self.setFixedHeight(min(high, max((self.width() - 2 * gap) // 3, 1)))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -121,7 +120,7 @@ class SlicesView(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the height that is needed; any width will do."""
-        return QSize(240, round(HEIGHT_PX * self._scale))
+        return QSize(240, round(HEIGHT_PX * self.scale))
 
     @property
     def info(self) -> str:
@@ -300,7 +299,7 @@ class SlicesView(QWidget):
         if event.buttons() & Qt.MouseButton.LeftButton:
             self._look_up_at(event.position())
         elif self._windowed_from is not None:
-            moved = (event.position() - self._windowed_from) / self._scale
+            moved = (event.position() - self._windowed_from) / self.scale
             self._windowed_from = event.position()
             self.change_window(HU_PER_PIXEL * moved.x(), -HU_PER_PIXEL * moved.y())
 
@@ -343,7 +342,7 @@ class SlicesView(QWidget):
 
     def _squares(self) -> dict[Plane, QRectF]:
         """Place the slices side by side, below each other or two and one."""
-        gap, width, height = GAP_PX * self._scale, self.width(), self.height()
+        gap, width, height = GAP_PX * self.scale, self.width(), self.height()
         grids = ((3, 1), (1, 3), (2, 2))
         edges = [
             min((width - (c - 1) * gap) / c, (height - (r - 1) * gap) / r)
@@ -387,18 +386,18 @@ class SlicesView(QWidget):
         if any(square.contains(corner + QPointF(1, 1)) for square in squares.values()):
             return
         edge = squares[Plane.AXIAL].width()
-        inset = 14.0 * self._scale
+        inset = 14.0 * self.scale
         line = QRectF(corner.x(), corner.y(), edge, edge)
         painter.fillRect(line, Qt.GlobalColor.black)
         line.adjust(inset, inset, -inset, -inset)
-        painter.setFont(font_of(10, self._scale))
+        painter.setFont(font_of(10, self.scale))
         wrap = int(Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
         for colour, text in (*LEGEND, (OVER.quiet.name(), self._info)):
             painter.setPen(QColor(colour))
             said = tr(text)
             drawn = painter.boundingRect(line, wrap, said)
             painter.drawText(line, wrap, said)
-            line.setTop(drawn.bottom() + 6.0 * self._scale)
+            line.setTop(drawn.bottom() + 6.0 * self.scale)
 
     def _paint(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
         # Qt leaves out what lies beyond the picture and keeps the scale
@@ -443,7 +442,7 @@ class SlicesView(QWidget):
         self, painter: QPainter, square: QRectF, plane: Plane, tip_mm: _Place
     ) -> None:
         """Mark the scope's tip by a cross that is open in the middle."""
-        middle, scale = self._point(square, plane, tip_mm), self._scale
+        middle, scale = self._point(square, plane, tip_mm), self.scale
         painter.setPen(QPen(self._colour(MARK, plane, tip_mm), 1.5 * scale))
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             way = QPointF(dx, dy) * scale
@@ -453,18 +452,18 @@ class SlicesView(QWidget):
         """Mark the tool's tip by a diamond."""
         assert self._tool_mm is not None
         middle = self._point(square, plane, self._tool_mm)
-        half = 5.0 * self._scale
+        half = 5.0 * self.scale
         corners = ((half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         colour = self._colour(TOOL_MARK, plane, self._tool_mm)
-        painter.setPen(QPen(colour, 1.5 * self._scale))
+        painter.setPen(QPen(colour, 1.5 * self.scale))
         painter.drawPolygon(QPolygonF([middle + QPointF(*c) for c in corners]))
 
     def _mark_place(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
         """Mark the place by a ring, and where the other two slices are cut."""
         assert self._at_mm is not None
         self._cross(painter, square, plane, self._at_mm, PLACE_MARK)
-        middle, scale = self._point(square, plane, self._at_mm), self._scale
+        middle, scale = self._point(square, plane, self._at_mm), self.scale
         gap = 6.0 * scale
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(PLACE_MARK), 1.5 * scale))
@@ -474,13 +473,13 @@ class SlicesView(QWidget):
         self, painter: QPainter, square: QRectF, plane: Plane, goal_mm: _Place
     ) -> None:
         """Mark the task's place by a square; at the edge where it lies beyond."""
-        middle, half = self._point(square, plane, goal_mm), 5.0 * self._scale
+        middle, half = self._point(square, plane, goal_mm), 5.0 * self.scale
         room = square.adjusted(half, half, -half, -half)
         middle.setX(min(max(middle.x(), room.left()), room.right()))
         middle.setY(min(max(middle.y(), room.top()), room.bottom()))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         colour = self._colour(PLACE_MARK, plane, goal_mm)
-        painter.setPen(QPen(colour, 1.5 * self._scale))
+        painter.setPen(QPen(colour, 1.5 * self.scale))
         painter.drawRect(
             QRectF(middle.x() - half, middle.y() - half, 2 * half, 2 * half)
         )
@@ -489,7 +488,7 @@ class SlicesView(QWidget):
         self, painter: QPainter, square: QRectF, plane: Plane, at_mm: _Place, ink: str
     ) -> None:
         """Draw where the other two slices are cut, faintly; open in the middle."""
-        middle, scale = self._point(square, plane, at_mm), self._scale
+        middle, scale = self._point(square, plane, at_mm), self.scale
         faint = QColor(ink)
         faint.setAlpha(130 if ink == PLACE_MARK else 70)
         painter.setPen(QPen(faint, scale))
@@ -501,7 +500,7 @@ class SlicesView(QWidget):
 
     def _letter(self, painter: QPainter, square: QRectF, plane: Plane) -> None:
         """Write what lies on each side; name the plane that keys go through."""
-        painter.setFont(font_of(9, self._scale, bold=True))
+        painter.setFont(font_of(9, self.scale, bold=True))
         flag = Qt.AlignmentFlag
         inner = square.adjusted(3, 1, -3, -1)
         across, down = flag.AlignVCenter, flag.AlignHCenter

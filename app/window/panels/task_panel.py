@@ -6,7 +6,8 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
+from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from paravol.guide import GuideMark
 from scenarios import Scenario
@@ -27,34 +28,23 @@ class TaskPanel(QWidget):
         self._tasks = {task.name: task for task in scenario.tasks}
         self._states: tuple[TaskState, ...] = ()
         self._has_hint = False
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._count = PlainLabel()
-        self._count.setObjectName("caption")
-        self._count.setWordWrap(True)
+        self._column = lay(QVBoxLayout(self), 0, gap=3)
+        self._count = PlainLabel(name="caption", wraps=True)
         self._way = ""
         self._lines: list[tuple[QLabel, QProgressBar]] = []
         self._column.addWidget(self._count)
         for _ in range(SHOWN):
-            line, bar = PlainLabel(), QProgressBar()
-            line.setObjectName("task")
-            line.setWordWrap(True)
+            line, bar = paragraph("", "task"), QProgressBar()
             bar.setTextVisible(False)
+            hold(bar, setFixedHeight=5)
             bar.setRange(0, 100)
             self._column.addWidget(line)
             self._column.addWidget(bar)
             self._lines.append((line, bar))
-        self._hint = PlainLabel()
-        self._hint.setWordWrap(True)
+        self._hint = PlainLabel(wraps=True)
         self._column.addWidget(self._hint)
         self.setVisible(bool(scenario.tasks))
         self.show_states(tuple(TaskState(task.name) for task in scenario.tasks))
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setSpacing(round(3 * scale))
-        for _, bar in self._lines:
-            bar.setFixedHeight(max(round(5 * scale), 3))
 
     def show_states(self, states: Sequence[TaskState]) -> None:
         """Show how the tasks stand; only what has changed is laid out anew."""

@@ -6,6 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from app.window.scaling import Scaled, hold
 from app.window.style import (
     CAUTION,
     COLOURS,
@@ -66,7 +67,7 @@ def hazard_look(signs: TouchSigns, colours: Colours = COLOURS) -> tuple[QColor, 
     return colours.caution, "near"
 
 
-class TouchBars(QWidget):
+class TouchBars(QWidget, Scaled):
     """Show the force with the mark at which the wall breaks, and the nearest hazard."""
 
     def __init__(self) -> None:
@@ -77,18 +78,11 @@ class TouchBars(QWidget):
         self._sound = ""
         self._is_bite = False
         self._bite_until_s = 0.0
-        self._scale = 1.0
-        self.set_scale(1.0)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the bars; 1 is the designed size."""
-        self._scale = scale
-        self.setFixedHeight(round(HEIGHT * scale))
-        self.update()
+        hold(self, setFixedHeight=HEIGHT)
 
     def sizeHint(self) -> QSize:
         """Return the height that is needed; any width will do."""
-        return QSize(240, round(HEIGHT * self._scale))
+        return QSize(240, round(HEIGHT * self.scale))
 
     def show_signs(self, signs: TouchSigns, sound: str = "") -> None:
         """Show these signs. sound: what to say of the sound, "" for nothing."""
@@ -111,7 +105,7 @@ class TouchBars(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), PANEL)
-        side, scale = 14.0 * self._scale, self._scale
+        side, scale = 14.0 * self.scale, self.scale
         half = (self.width() - 3.0 * side) / 2.0
         place = QRectF(side, 0.0, half, HEIGHT * scale)
         self._paint_force(painter, place)
@@ -120,7 +114,7 @@ class TouchBars(QWidget):
         painter.end()
 
     def _paint_force(self, painter: QPainter, place: QRectF) -> None:
-        signs, scale = self._signs, self._scale
+        signs, scale = self._signs, self.scale
         colour, pattern = _strain_colour(signs.strain), _PATTERNS[signs.strain]
         word = "" if signs.strain is Strain.NONE else tr(signs.strain.value)
         sign = "▲ " if signs.strain in _ALARMING else ""
@@ -155,7 +149,7 @@ class TouchBars(QWidget):
 
     def _paint_hazard(self, painter: QPainter, place: QRectF) -> None:
         """Paint a line from the tool to the hazard: as long as the way is."""
-        signs, scale = self._signs, self._scale
+        signs, scale = self._signs, self.scale
         colour, word = hazard_look(signs)
         words = [each for each in (word, self._sound) if each]
         self._words(
@@ -197,12 +191,12 @@ class TouchBars(QWidget):
             painter.drawEllipse(QPointF(tip, middle), radius, radius)
 
     def _bar(self, place: QRectF) -> QRectF:
-        scale = self._scale
+        scale = self.scale
         return QRectF(place.left(), 30.0 * scale, place.width(), 12.0 * scale)
 
     def _number(self, painter: QPainter, bar: QRectF, x: float, text: str) -> None:
         """Write a figure of the scale before its place, in the bar."""
-        scale = self._scale
+        scale = self.scale
         painter.setFont(font_of(7, scale))
         painter.setPen(QUIET)
         room = QRectF(bar.left(), bar.top(), x - bar.left() - 3.0 * scale, bar.height())
@@ -211,7 +205,7 @@ class TouchBars(QWidget):
 
     def _mark(self, painter: QPainter, bar: QRectF, x: float) -> None:
         """Mark a place of a bar by a line with a triangle on it."""
-        scale = self._scale
+        scale = self.scale
         painter.setPen(QPen(INK, 2.0 * scale))
         painter.drawLine(QPointF(x, bar.top()), QPointF(x, bar.bottom()))
         painter.setPen(Qt.PenStyle.NoPen)
@@ -230,7 +224,7 @@ class TouchBars(QWidget):
         colour: QColor,
     ) -> None:
         """Write caption and figure on the left, the word on the right."""
-        scale = self._scale
+        scale = self.scale
         line = QRectF(place.left(), 5.0 * scale, place.width(), 20.0 * scale)
         left = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -33,6 +33,7 @@ from app.window.replay.replay_thread import ReplayThread
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
 from app.window.replay.welcome_card import WelcomeCard
+from app.window.scaling import lay, scale_all
 from app.window.texts import later, tr
 from devices.port import HostClock
 from paravol.player import Player
@@ -61,6 +62,8 @@ class ReplayPage(Page):
     shown = Signal()
     """A picture is there."""
 
+    sheet = staticmethod(replay_sheet)
+
     def __init__(self, bundles: Sequence[Path] = (), *, edge_samples: int = 0) -> None:
         """Open one bundle, or two to compare; none waits for one to be dropped.
 
@@ -85,7 +88,6 @@ class ReplayPage(Page):
         self._side: ReplaySide | None = None
         self._is_stale = False
         self._overview_due_s = 0.0
-        self._scale = 1.0
         self.picture, self.beside = PictureView(), PictureView()
         self._captions = caption(), caption()
         self._notices = Notices(self.picture)
@@ -117,9 +119,7 @@ class ReplayPage(Page):
             (self.picture, self.beside), self._captions, strict=True
         ):
             half = QWidget()
-            column = QVBoxLayout(half)
-            column.setContentsMargins(0, 0, 0, 0)
-            column.setSpacing(0)
+            column = lay(QVBoxLayout(half), 0, gap=0)
             column.addWidget(picture, 1)
             column.addWidget(words)
             pictures.addWidget(half, 1)
@@ -128,19 +128,15 @@ class ReplayPage(Page):
         refusal = QHBoxLayout()
         refusal.addWidget(self.problem, 1)
         refusal.addWidget(self.find_case)
-        left = QVBoxLayout()
-        left.setSpacing(0)
+        left = lay(QVBoxLayout(), gap=0)
         left.addLayout(refusal)
         left.addWidget(self.welcome, 1)
         left.addWidget(self._pictures, 1)
         for part in (self._bars, self.line, self.transport):
             left.addWidget(part)
-        self._middle = QHBoxLayout()
-        self._middle.setSpacing(0)
+        self._middle = lay(QHBoxLayout(), gap=0)
         self._middle.addLayout(left, 5)
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
+        rows = lay(QVBoxLayout(self), 0, gap=0)
         rows.addLayout(self._middle, 1)
         rows.addWidget(self._gauges)
 
@@ -171,18 +167,6 @@ class ReplayPage(Page):
         self.welcome.open.clicked.connect(self._ask_bundle)
         self.welcome.leave.clicked.connect(self.left)
         self.welcome.chosen.connect(lambda folder: self.open([folder]))
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self._scale = scale
-        self.setStyleSheet(replay_sheet(scale))
-        for part in (self.picture, self.beside, self._bars, self._gauges):
-            part.set_scale(scale)
-        self.line.set_scale(scale)
-        self.welcome.set_scale(scale)
-        self.transport.set_scale(scale)
-        if self._side is not None:
-            self._side.set_scale(scale)
 
     # What is replayed
 
@@ -273,7 +257,6 @@ class ReplayPage(Page):
         """Make the column anew: overview and tasks belong to one exercise."""
         before = self._side
         self._side = side = ReplaySide(opened.scenario, self._edge_samples)
-        side.set_scale(self._scale)
         side.overview.changed.connect(self._on_overview_changed)
         side.overview.drawn.connect(self._on_overview_drawn)
         side.events.sought.connect(self.seek)
@@ -288,6 +271,7 @@ class ReplayPage(Page):
             before.overview.release()
             before.deleteLater()
         self._middle.addWidget(side, 3)
+        scale_all(side, self.scale)
 
     @Slot(str, bool)
     def _on_failed(self, problem: str, lacks_case: bool) -> None:

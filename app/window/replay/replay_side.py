@@ -19,18 +19,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.window.flight.side_panel import SessionSide
 from app.window.keyboard import key_map
-from app.window.panels.moments import MomentView
-from app.window.panels.overview_panel import OverviewView
-from app.window.panels.slices_panel import SlicesView
-from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel, plain_tip
 from app.window.replay.time_line import clock_text
+from app.window.scaling import lay
 from app.window.texts import later, tr
-from paravol.readings import tool_text
 from paravol.replays.replay_worker import Row
 from paravol.replays.time_marks import TimeMark
-from scenarios import InstrumentState, Scenario
+from scenarios import Scenario
 from scenarios.bundle import Note
 from scenarios.bundle.notes import LONGEST_NOTE
 
@@ -145,8 +142,7 @@ class NoteBook(QWidget):
         self.line.returnPressed.connect(self._write)
         self.remove = QPushButton(tr("Remove"))
         self.remove.clicked.connect(self._remove)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        column = lay(QVBoxLayout(self), 0)
         column.addWidget(self.notes, 1)
         row = QHBoxLayout()
         row.addWidget(self.line, 1)
@@ -175,27 +171,12 @@ class NoteBook(QWidget):
             self.removed.emit(self.notes.currentRow() + 1)
 
 
-class ReplaySide(QWidget):
+class ReplaySide(SessionSide):
     """Show overview, slices and tasks of one session, and its tabs."""
 
     def __init__(self, scenario: Scenario, edge_samples: int) -> None:
         """Lay out the column; edge_samples: for the overview."""
-        super().__init__()
-        self.setObjectName("side")
-        self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
-        self.slices = SlicesView()
-        self.tasks = TaskPanel(scenario)
-        self._tool = PlainLabel()
-        self._tool.setObjectName("tool")
-        self._tool.setWordWrap(True)
-        self._info = PlainLabel()
-        self._info.setObjectName("status")
-        self._info.setWordWrap(True)
-        self.slices.told.connect(self._info.setText)
-        title = PlainLabel(tr(scenario.title))
-        title.setObjectName("title")
-        title.setWordWrap(True)
-        self.moments = MomentView()
+        super().__init__(scenario, edge_samples)
         self.events = EventList()
         self.metrics = MetricTable()
         self.book = NoteBook()
@@ -208,8 +189,8 @@ class ReplaySide(QWidget):
         self.tabs.addTab(self.book, tr("Notes"))
         self._keys = _keys()
         self.tabs.addTab(self._keys, tr("Keys"))
-        column = self._column = QVBoxLayout(self)
-        column.addWidget(title)
+        column = lay(QVBoxLayout(self), 12, 8, 12, 8, gap=6)
+        column.addWidget(self.title)
         column.addWidget(self.tasks)
         column.addWidget(self._tool)
         column.addWidget(self.overview, 3)
@@ -217,19 +198,6 @@ class ReplaySide(QWidget):
         column.addWidget(self._info)
         column.addWidget(self.tabs, 4)
         column.addWidget(self.moments)
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setContentsMargins(*(round(n * scale) for n in (12, 8, 12, 8)))
-        self._column.setSpacing(round(6 * scale))
-        for part in (self.overview, self.slices, self.tasks, self.moments):
-            part.set_scale(scale)
-
-    def show_tool(self, tool: InstrumentState) -> None:
-        """Say which tool was in hand, and what it did."""
-        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
-        if self._tool.text() != text:
-            self._tool.setText(text)
 
     def show_keys(self) -> None:
         """Show what the keys do."""
@@ -258,7 +226,6 @@ def _keys() -> QWidget:
 
 def caption() -> QLabel:
     """Return a line below a picture that says which session it is, and when."""
-    label = PlainLabel()
-    label.setObjectName("caption")
+    label = PlainLabel(name="caption")
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     return label

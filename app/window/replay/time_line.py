@@ -15,6 +15,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from app.window.scaling import Scaled
 from app.window.style import (
     ALARM,
     CAUTION,
@@ -52,7 +53,7 @@ _COLOURS = {
 }
 
 
-class TimeLine(QWidget):
+class TimeLine(QWidget, Scaled):
     """Show a session's time line; press, drag or use keys to go elsewhere in it."""
 
     sought = Signal(float)
@@ -64,23 +65,20 @@ class TimeLine(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setMouseTracking(True)
         self.setAccessibleName(tr("Time line"))
-        self._scale = 1.0
         self._span = 0.0, 1.0
         self._at_s = 0.0
         self._near_s = 0.0
         self._marks: list[TimeMark] = []
-        self.set_scale(1.0)
+        self.take_scale()
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the lanes; 1 is the designed size."""
-        self._scale = scale
+    def take_scale(self) -> None:
+        """Be as high as the lanes."""
         self.setFixedHeight(self.sizeHint().height())
-        self.update()
 
     def sizeHint(self) -> QSize:
         """Return the height that is needed; any width will do."""
         high = LANE_PX * len(MarkKind) + AXIS_PX + 6.0
-        return QSize(320, round(high * self._scale))
+        return QSize(320, round(high * self.scale))
 
     def show_session(self, begin_s: float, end_s: float) -> None:
         """Take another session, without marks."""
@@ -120,16 +118,16 @@ class TimeLine(QWidget):
         return begin_s + share * (end_s - begin_s)
 
     def _room(self) -> tuple[float, float]:
-        left = NAME_PX * self._scale
-        return left, max(self.width() - left - EDGE_PX * self._scale, 1.0)
+        left = NAME_PX * self.scale
+        return left, max(self.width() - left - EDGE_PX * self.scale, 1.0)
 
     def mark_at(self, place: QPointF) -> TimeMark | None:
         """Return the mark at a place of the widget, None beside all of them."""
         kinds = list(MarkKind)
-        row = int(place.y() // (LANE_PX * self._scale))
+        row = int(place.y() // (LANE_PX * self.scale))
         if not 0 <= row < len(kinds):
             return None
-        near = CATCH_PX * self._scale
+        near = CATCH_PX * self.scale
         found = [
             (self._beside(mark, place.x()), number)
             for number, mark in enumerate(self._marks)
@@ -175,7 +173,7 @@ class TimeLine(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), QColor(PANEL))
-        scale = self._scale
+        scale = self.scale
         left, width = self._room()
         high = LANE_PX * scale
         painter.setFont(font_of(8, scale))
@@ -203,7 +201,7 @@ class TimeLine(QWidget):
 
     def _paint_mark(self, painter: QPainter, mark: TimeMark, middle: float) -> None:
         """Paint a span as a bar and its moment by its kind's shape."""
-        half = 4.5 * self._scale
+        half = 4.5 * self.scale
         colour = QColor(_COLOURS[mark.kind])
         painter.setPen(Qt.PenStyle.NoPen)
         left, right = self.x_of(mark.begin_s), self.x_of(mark.end_s)
@@ -237,8 +235,8 @@ class TimeLine(QWidget):
         while number * step_s <= end_s + 1e-9:
             time_s = number * step_s
             x = self.x_of(time_s)
-            painter.drawLine(QPointF(x, top), QPointF(x, top + 3.0 * self._scale))
-            scale = self._scale
+            painter.drawLine(QPointF(x, top), QPointF(x, top + 3.0 * self.scale))
+            scale = self.scale
             box = QRectF(
                 x - 40.0 * scale, top + 3.0 * scale, 80.0 * scale, 16.0 * scale
             )

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
 
 from app.window.plain_label import PlainLabel
 from app.window.replay.time_line import clock_text
+from app.window.scaling import lay
 from app.window.texts import later, tr
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -39,10 +40,8 @@ class Transport(QWidget):
             self.speed.addItem(f"{speed:g}x", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.speed.activated.connect(lambda _: self._speed())
-        self.clock = PlainLabel(clock_text(0.0))
-        self.clock.setObjectName("clock")
-        self.state = PlainLabel()
-        self.state.setObjectName("caption")
+        self.clock = PlainLabel(clock_text(0.0), "clock")
+        self.state = PlainLabel(name="caption")
         self.own = self._button(
             tr("Own view"), tr("Leave the recorded view, come back (V)")
         )
@@ -59,8 +58,8 @@ class Transport(QWidget):
         self.align.hide()
         self.open = self._button(tr("Open…"), tr("Open another session (O)"))
         self.leave = self._button(tr("Leave (Q)"), tr("Leave the replay (Q)"))
-        rows = self._rows = QVBoxLayout(self)
-        first, second = QHBoxLayout(), QHBoxLayout()
+        rows = lay(QVBoxLayout(self), 10, 4, 10, 6, gap=4)
+        first, second = lay(QHBoxLayout(), gap=6), lay(QHBoxLayout(), gap=6)
         for text, tip, signal, step in (
             ("«", tr("The event before (Page up)"), self.event_wanted, -1),
             ("◂", tr("A frame back (←)"), self.stepped, -1),
@@ -84,7 +83,6 @@ class Transport(QWidget):
         second.addWidget(self.leave)
         rows.addLayout(first)
         rows.addLayout(second)
-        self._lines = first, second
         self._needing = [
             part
             for part in self.findChildren(QWidget)
@@ -110,13 +108,6 @@ class Transport(QWidget):
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: signal.emit(step))
         return button
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._rows.setContentsMargins(*(round(n * scale) for n in (10, 4, 10, 6)))
-        self._rows.setSpacing(round(4 * scale))
-        for line in self._lines:
-            line.setSpacing(round(6 * scale))
 
     def set_ready(self, is_ready: bool) -> None:
         """Offer all buttons where there is a session, else to open one or to leave."""

@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import PlainLabel, paragraph
+from app.window.scaling import Scaled, lay
 from app.window.texts import later, tr
 
 WELCOME = later("Which session shall be replayed?")
@@ -30,7 +31,7 @@ _AUTOMATIC = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)-(\d\d)-\d\d_(.+)\.paravol")
 """Names of sessions that were recorded without being asked."""
 
 
-class WelcomeCard(QWidget):
+class WelcomeCard(QWidget, Scaled):
     """Offer the last flights, and a folder of one's own."""
 
     chosen = Signal(Path)
@@ -47,33 +48,25 @@ class WelcomeCard(QWidget):
         self.leave = QPushButton(tr("Leave (Q)"))
         card = QFrame()
         card.setObjectName("card")
-        title, how = PlainLabel(tr(WELCOME)), PlainLabel(tr(HOW))
-        title.setObjectName("heading")
-        how.setWordWrap(True)
         buttons = QHBoxLayout()
         buttons.addWidget(self.leave)
         buttons.addStretch(1)
         buttons.addWidget(self.open)
-        self._column = QVBoxLayout(card)
-        self._column.addWidget(title)
-        self._column.addWidget(how)
-        self._column.addWidget(self.recent, 1)
-        self._column.addLayout(buttons)
-        around = QHBoxLayout(self)
+        column = lay(QVBoxLayout(card), 16, gap=10)
+        column.addWidget(PlainLabel(tr(WELCOME), "heading"))
+        column.addWidget(paragraph(tr(HOW)))
+        column.addWidget(self.recent, 1)
+        column.addLayout(buttons)
+        around = lay(QHBoxLayout(self), 16, 48, 16, 48)
         around.addStretch(1)
         around.addWidget(card, 3)
         around.addStretch(1)
-        self._rows = around
         self.recent.itemActivated.connect(self._choose)
         self.show_recent([])
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self.setStyleSheet(page_sheet(scale))
-        margin = round(16 * scale)
-        self._rows.setContentsMargins(margin, 3 * margin, margin, 3 * margin)
-        self._column.setContentsMargins(margin, margin, margin, margin)
-        self._column.setSpacing(round(10 * scale))
+    def take_scale(self) -> None:
+        """Look like a page of text."""
+        self.setStyleSheet(page_sheet(self.scale))
 
     def show_recent(self, sessions: Sequence[Path]) -> None:
         """List sessions, the newest first."""

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import lay
 from app.window.texts import tr
 
 
@@ -35,8 +36,7 @@ class DebriefRow(QWidget):
         )
         self.copy.clicked.connect(self._copy)
         self.folder.clicked.connect(lambda: self.folder_wanted.emit(self._file.parent))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
+        row = lay(QHBoxLayout(self), 0)
         row.addWidget(self.words, 1)
         for part in (self.bar, self.copy, self.folder):
             row.addWidget(part)

@@ -3,42 +3,29 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar
 
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import paragraph
+from app.window.scaling import Scaled, hold, lay, scale_all
 from app.window.texts import tr
 from paravol.debrief.advice import amount
 from paravol.verdict_texts import points_text
 from scenarios.rubrics import Assessment, Part, Standing
 
 
-class PointsList(QFrame):
+class PointsList(QFrame, Scaled):
     """Show an assessment's parts, and what bounds its total."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("card")
-        self._grid = QGridLayout(self)
+        self._grid = lay(QGridLayout(self), 12, gap=(12, 3))
         self._grid.setColumnStretch(1, 1)
-        self._scale = 1.0
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._scale = scale
-        margin = round(12 * scale)
-        self._grid.setContentsMargins(margin, margin, margin, margin)
-        self._grid.setHorizontalSpacing(round(12 * scale))
-        self._grid.setVerticalSpacing(round(3 * scale))
-        for place in range(self._grid.count()):
-            item = self._grid.itemAt(place)
-            bar = None if item is None else item.widget()
-            if isinstance(bar, QProgressBar):
-                bar.setFixedWidth(round(110 * scale))
 
     def show_assessment(self, assessment: Assessment) -> None:
         """Show every part with its points and its reason."""
         row = 0
-        self._put(_label(tr("Where the points come from"), "subheading"), row, 0, 3)
+        self._put(paragraph(tr("Where the points come from"), "subheading"), row, 0, 3)
         row += 1
-        self._put(_label(tr(points_text(assessment))), row, 0, 3)
+        self._put(paragraph(tr(points_text(assessment))), row, 0, 3)
         for fail in assessment.fails:
             row += 1
             text = tr(
@@ -46,28 +33,29 @@ class PointsList(QFrame):
                 why=tr(fail.why),
                 most_percent=fail.most_percent,
             )
-            self._put(_label(text, "alarm"), row, 0, 3)
+            self._put(paragraph(text, "alarm"), row, 0, 3)
         for part in assessment.parts:
             row += 1
             bar = QProgressBar()
             bar.setTextVisible(False)
+            hold(bar, setFixedWidth=110)
             bar.setRange(0, 1000)
             share = part.points / part.most_points if part.most_points else 0.0
             bar.setValue(round(1000 * share))
             bar.setAccessibleName(f"{tr(part.title)}: {part_points_text(part)}")
             self._put(bar, row, 0)
-            self._put(_label(tr(part.title), "body"), row, 1)
-            points = _label(part_points_text(part), "figure")
+            self._put(paragraph(tr(part.title), "body"), row, 1)
+            points = paragraph(part_points_text(part), "figure")
             points.setAlignment(Qt.AlignmentFlag.AlignRight)
             self._put(points, row, 2)
             row += 1
-            self._put(_label(reason_text(part)), row, 1, 2)
+            self._put(paragraph(reason_text(part)), row, 1, 2)
         for remark in assessment.remarks:
             if remark in points_text(assessment):
                 continue
             row += 1
-            self._put(_label(tr(remark)), row, 0, 3)
-        self.set_scale(self._scale)
+            self._put(paragraph(tr(remark)), row, 0, 3)
+        scale_all(self, self.scale)
 
     def _put(
         self, widget: QLabel | QProgressBar, row: int, at: int, span: int = 1
@@ -105,10 +93,3 @@ def reason_text(part: Part) -> str:
         if part.withheld
         else text
     )
-
-
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -18,12 +17,12 @@ from PySide6.QtWidgets import (
 
 from app.window.keyboard.places import american
 from app.window.page import TextPage
-from app.window.page_style import page_sheet
-from app.window.plain_label import PlainLabel
+from app.window.plain_label import paragraph
 from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
+from app.window.scaling import lay
 from app.window.texts import tr
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.score_table import score_rows
 from paravol.trainee import Exercise
 from paravol.trainee.exercises import short_title
@@ -69,11 +68,11 @@ class ResultPage(TextPage):
         self.title = f"PARAVOL: {tr(scenario.title)}"
         self._end = end
         self._following = ""
-        self.verdict = _label(tr(end.title), "verdict")
-        self._about = _label(tr(scenario.title), "heading")
-        self.standing = _label("")
-        self.points = _label(_tasks_text(scenario, end), "verdict")
-        self.handling = _label("")
+        self.verdict = paragraph(tr(end.title), "verdict")
+        self._about = paragraph(tr(scenario.title), "heading")
+        self.standing = paragraph("")
+        self.points = paragraph(_tasks_text(scenario, end), "verdict")
+        self.handling = paragraph("")
         self.say(problem)
         self.written = DebriefRow()
         self.parts = PointsList()
@@ -82,7 +81,7 @@ class ResultPage(TextPage):
         self._advice.hide()
         self._tasks = _Card(tr("What was asked"))
         self._figures = _Card(tr("Figures"))
-        self._kept = _label("")
+        self._kept = paragraph("")
         self._fill_figures(scenario, end)
         self.debrief = QPushButton(tr("Debrief (D)"))
         self.replay = QPushButton(tr("Replay (R)"))
@@ -125,37 +124,21 @@ class ResultPage(TextPage):
         state.addWidget(self.share, 1)
         self._left = _column(self._advice, self.parts)
         self._right = _column(self._tasks, self._figures, self._kept)
-        self._middle = QHBoxLayout()
-        self._middle.addWidget(_scrolled(self._left), 3)
-        self._middle.addWidget(_scrolled(self._right), 2)
-        self._buttons = QHBoxLayout()
-        self._buttons.addWidget(self.debrief)
-        self._buttons.addWidget(self.replay)
-        self._buttons.addStretch(1)
+        middle, buttons = lay(QHBoxLayout(), gap=10), lay(QHBoxLayout(), gap=10)
+        middle.addWidget(_scrolled(self._left), 3)
+        middle.addWidget(_scrolled(self._right), 2)
+        buttons.addWidget(self.debrief)
+        buttons.addWidget(self.replay)
+        buttons.addStretch(1)
         for button in (self.home, self.again, self.following):
-            self._buttons.addWidget(button)
-        self._rows = QVBoxLayout(self)
-        self._rows.addLayout(head)
-        self._rows.addWidget(self.problem)
-        self._rows.addWidget(self.written)
-        self._rows.addLayout(state)
-        self._rows.addLayout(self._middle, 1)
-        self._rows.addLayout(self._buttons)
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self.setStyleSheet(page_sheet(scale))
-        margin, gap = round(16 * scale), round(10 * scale)
-        self._rows.setContentsMargins(margin, margin, margin, margin)
-        for box in (self._rows, self._middle, self._buttons):
-            box.setSpacing(gap)
-        for column in (self._left, self._right):
-            if (layout := column.layout()) is not None:
-                layout.setContentsMargins(0, 0, 0, 0)
-                layout.setSpacing(gap)
-        for card in (self._advice, self._tasks, self._figures):
-            card.set_scale(scale)
-        self.parts.set_scale(scale)
+            buttons.addWidget(button)
+        rows = lay(QVBoxLayout(self), 16, gap=10)
+        rows.addLayout(head)
+        rows.addWidget(self.problem)
+        rows.addWidget(self.written)
+        rows.addLayout(state)
+        rows.addLayout(middle, 1)
+        rows.addLayout(buttons)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Press the button of a key."""
@@ -295,16 +278,10 @@ class _Card(QFrame):
     def __init__(self, title: str) -> None:
         super().__init__()
         self.setObjectName("card")
-        self._grid = QGridLayout(self)
+        self._grid = lay(QGridLayout(self), 12, gap=(10, 4))
         self._grid.setColumnStretch(0, 1)
         self._grid.setColumnStretch(1, 1)
-        self._grid.addWidget(_label(title, "subheading"), 0, 0, 1, 2)
-
-    def set_scale(self, scale: float) -> None:
-        margin = round(12 * scale)
-        self._grid.setContentsMargins(margin, margin, margin, margin)
-        self._grid.setHorizontalSpacing(round(10 * scale))
-        self._grid.setVerticalSpacing(round(4 * scale))
+        self._grid.addWidget(paragraph(title, "subheading"), 0, 0, 1, 2)
 
     def clear(self) -> None:
         """Take all but the title out."""
@@ -315,21 +292,21 @@ class _Card(QFrame):
                 label.deleteLater()
 
     def add(self, title: str, text: str) -> None:
-        for label in (_label(title, "body"), _label(text)):
+        for label in (paragraph(title, "body"), paragraph(text)):
             self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
 
     def add_row(self, name: str, text: str, *, is_alarm: bool = False) -> None:
         row = self._grid.rowCount()
         top = Qt.AlignmentFlag.AlignTop
-        self._grid.addWidget(_label(name), row, 0, top)
-        figure = _label(text, "alarm" if is_alarm else "figure")
+        self._grid.addWidget(paragraph(name), row, 0, top)
+        figure = paragraph(text, "alarm" if is_alarm else "figure")
         self._grid.addWidget(figure, row, 1, top)
 
 
 def _column(*parts: QWidget) -> QWidget:
     column = QWidget()
     column.setObjectName("scrolled")
-    rows = QVBoxLayout(column)
+    rows = lay(QVBoxLayout(column), 0, gap=10)
     for part in parts:
         rows.addWidget(part)
     rows.addStretch(1)
@@ -343,10 +320,3 @@ def _scrolled(content: QWidget) -> QScrollArea:
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     area.viewport().setAutoFillBackground(False)
     return area
-
-
-def _label(text: str, name: str = "") -> QLabel:
-    label = PlainLabel(text)
-    label.setObjectName(name)
-    label.setWordWrap(True)
-    return label

@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QColorDialog, QWidget
 
 from app.window.keyboard.places import american
+from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from app.window.texts import tr
 from paravol.volume import LookPoint, Scan, VolumeLook
@@ -31,7 +32,7 @@ LEAST_GAP = 1e-3
 """Of the range, between two points."""
 
 
-class TransferEditor(QWidget):
+class TransferEditor(QWidget, Scaled):
     """Show histogram and points; the points are moved by mouse or keys."""
 
     edited = Signal(object)
@@ -48,7 +49,6 @@ class TransferEditor(QWidget):
                 "Delete takes it out; Tab is the next, arrows move it"
             )
         )
-        self._scale = 1.0
         self._scan: Scan | None = None
         self._bars: Sequence[float] = ()
         self._look: VolumeLook | None = None
@@ -59,11 +59,6 @@ class TransferEditor(QWidget):
     def selected(self) -> int:
         """Return the number of the point that keys move."""
         return self._at
-
-    def set_scale(self, scale: float) -> None:
-        """Scale what is drawn; 1 is the designed size."""
-        self._scale = scale
-        self.update()
 
     def show_look(self, scan: Scan, look: VolumeLook) -> None:
         """Show a look over its scan's histogram."""
@@ -85,8 +80,8 @@ class TransferEditor(QWidget):
         )
 
     def _room(self) -> QRectF:
-        margin = _MARGIN * self._scale
-        strip = _STRIP * self._scale
+        margin = _MARGIN * self.scale
+        strip = _STRIP * self.scale
         return QRectF(self.rect()).adjusted(margin, margin, -margin, -margin - strip)
 
     def _meant(self, place: QPointF) -> tuple[float, float]:
@@ -100,7 +95,7 @@ class TransferEditor(QWidget):
     def _nearest(self, place: QPointF) -> int | None:
         """Return the point under the mouse, None where there is none."""
         assert self._look is not None
-        found, least = None, _REACH * self._scale
+        found, least = None, _REACH * self.scale
         for number, point in enumerate(self._look.points):
             away = self.place_of(point) - place
             length = (away.x() ** 2 + away.y() ** 2) ** 0.5
@@ -219,7 +214,7 @@ class TransferEditor(QWidget):
         if self._look is None or self._scan is None:
             painter.end()
             return
-        room, scale = self._room(), self._scale
+        room, scale = self._room(), self.scale
         wide = room.width() / len(self._bars)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(EDGE))

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.window.plain_label import PlainLabel
+from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.volume.transfer_editor import TransferEditor
 from paravol.volume import Method, Scan, VolumeLook, presets
@@ -92,21 +93,16 @@ class VolumeControls(QWidget):
         self._fill()
         self.changed.emit()
 
-    def set_scale(self, scale: float) -> None:
-        """Scale the layout; 1 is the designed size."""
-        self._column.setSpacing(round(8 * scale))
-        self.editor.set_scale(scale)
-        self.editor.setMinimumHeight(round(150 * scale))
-
     def _lay_out(self) -> None:
-        self._column = QVBoxLayout(self)
+        column = lay(QVBoxLayout(self), gap=8)
+        hold(self.editor, setMinimumHeight=150)
         form = QFormLayout()
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         form.addRow(tr("&Scan"), self.scan_box)
         form.addRow(tr("&Look"), self.preset)
         form.addRow(tr("&Drawn as"), self.method)
-        self._column.addLayout(form)
-        self._column.addWidget(self.editor, 1)
+        column.addLayout(form)
+        column.addWidget(self.editor, 1)
         sliders = QFormLayout()
         sliders.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         named = {
@@ -124,11 +120,11 @@ class VolumeControls(QWidget):
             row.addWidget(slider, 1)
             row.addWidget(figure)
             sliders.addRow(label, row)
-        self._column.addLayout(sliders)
+        column.addLayout(sliders)
         buttons = QHBoxLayout()
         buttons.addWidget(self.load)
         buttons.addWidget(self.save)
-        self._column.addLayout(buttons)
+        column.addLayout(buttons)
         self._on_method_rows()
 
     def _fill_presets(self) -> None:

@@ -11,8 +11,8 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QVBoxLayout
 
 from app.window.page import TextPage
-from app.window.page_style import page_sheet
 from app.window.plain_label import PlainLabel
+from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.volume.volume_controls import VolumeControls
 from app.window.volume.volume_picture import VolumePicture
@@ -48,8 +48,7 @@ class VolumePage(TextPage):
         self.picture.start(self._orbit)
         self.controls = VolumeControls(scans)
         self.drawing = VolumeThread(scans, threads)
-        self._heading = PlainLabel(title)
-        self._heading.setObjectName("heading")
+        self._heading = PlainLabel(title, "heading")
         self._back = QPushButton(tr("Back"))
         self._lay_out()
         self._settling = QTimer(self)
@@ -80,7 +79,8 @@ class VolumePage(TextPage):
         self.drawing.start()
 
     def _lay_out(self) -> None:
-        self._rows = QVBoxLayout(self)
+        rows = lay(QVBoxLayout(self), 12, 12, 12, 6, gap=8)
+        hold(self.share, setFixedWidth=160)
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
         head.addWidget(self.stage)
@@ -89,23 +89,12 @@ class VolumePage(TextPage):
         middle = QHBoxLayout()
         middle.addWidget(self.picture, 5)
         middle.addWidget(self.controls, 3)
-        keys = PlainLabel(tr(KEYS))
-        keys.setWordWrap(True)
-        self._rows.addLayout(head)
-        self._rows.addWidget(self.problem)
-        self._rows.addLayout(middle, 1)
-        self._rows.addWidget(keys)
+        keys = PlainLabel(tr(KEYS), wraps=True)
+        rows.addLayout(head)
+        rows.addWidget(self.problem)
+        rows.addLayout(middle, 1)
+        rows.addWidget(keys)
         self.setFocusProxy(self.picture)
-
-    def set_scale(self, scale: float) -> None:
-        """Draw everything as large as the window has room for."""
-        self.setStyleSheet(page_sheet(scale))
-        margin = round(12 * scale)
-        self._rows.setContentsMargins(margin, margin, margin, margin // 2)
-        self._rows.setSpacing(round(8 * scale))
-        self.share.setFixedWidth(round(160 * scale))
-        self.picture.set_scale(scale)
-        self.controls.set_scale(scale)
 
     def release(self) -> list[Thread]:
         """End the thread."""

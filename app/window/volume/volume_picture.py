@@ -16,6 +16,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.window.panels.qt_image import image_of
+from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, INK, QUIET, font_of
 from app.window.texts import tr
 from paravol.volume import Orbit
@@ -31,7 +32,7 @@ _KEYS = {
 }
 
 
-class VolumePicture(QWidget):
+class VolumePicture(QWidget, Scaled):
     """Show the newest picture; say how it shall be seen."""
 
     turned = Signal(object, bool)
@@ -45,7 +46,6 @@ class VolumePicture(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(QSize(240, 240))
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._scale = 1.0
         self._image = QImage()
         self._said = ""
         self._orbit: Orbit | None = None
@@ -55,11 +55,6 @@ class VolumePicture(QWidget):
     def image(self) -> QImage:
         """Return what is shown."""
         return self._image
-
-    def set_scale(self, scale: float) -> None:
-        """Scale the text; 1 is the designed size."""
-        self._scale = scale
-        self.update()
 
     def start(self, orbit: Orbit) -> None:
         """Stand somewhere; `turned` tells of moves only."""
@@ -144,7 +139,7 @@ class VolumePicture(QWidget):
         if not self._image.isNull():
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(QRectF(self.rect()), self._image)
-        scale = self._scale
+        scale = self.scale
         if self._orbit is not None:
             painter.setFont(font_of(16, scale, bold=True))
             painter.setPen(QColor(INK))

@@ -2,6 +2,7 @@
 
 import errno
 import fcntl
+import json
 import os
 import re
 from importlib.metadata import version
@@ -11,12 +12,14 @@ from typing import Literal
 import pytest
 
 from app.__main__ import main
-from app.cli.commands import app
+from app.cli.commands import app, debrief
 from app.cli.overview import overview
 from app.cli.renamed_options import RENAMED
 from app.cli.root import DEVICES, FLY, MACHINE, PATIENTS, PICTURES, SESSIONS
 from app.errors import sentence
+from paravol.debrief import DebriefOrder
 
+SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
 GROUPS = (FLY, PATIENTS, PICTURES, SESSIONS, DEVICES, MACHINE)
 
 
@@ -266,3 +269,52 @@ def test_a_file_in_the_folder_s_place(
     (tmp_path / "out").write_text("a file")
     assert main(["demo", "--out", str(tmp_path / "out" / "demo")]) == 1
     assert "cannot be written" in told(capsys)
+
+
+def test_a_debrief_lies_beside_its_session(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Path] = []
+
+    def write(order: DebriefOrder, *told: object) -> None:
+        asked.append(order.out)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("paravol.debrief.write_debrief", write)
+    for name in ("b.paravol", "b"):
+        with pytest.raises(KeyboardInterrupt):
+            debrief(tmp_path / name)
+    assert asked == [tmp_path / "b-debrief.html"] * 2
+
+
+def test_what_is_no_session_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.html"
+    assert main(["debrief", str(tmp_path), "--out", str(out)]) != 0
+    assert "session.json" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_an_unknown_rubric_is_refused_before_anything_is_stepped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.html"
+    words = ["debrief", str(SESSION), "--out", str(out), "--rubric", "endoscpy"]
+    assert main(words) != 0
+    assert "did you mean 'endoscopy'?" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_a_flight_becomes_a_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.html"
+    words = ["debrief", str(SESSION), "--out", str(out), "--no-pictures", "--json"]
+    assert main(words) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["out"] == str(out)
+    assert told["size_bytes"] == out.stat().st_size
+    assert told["rubric"] == "endoscopy"
+    assert told["pictures"] == 0

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.commands import coverage
+from app.cli.commands import CoverageOptions, coverage
 from disk import UserError
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
@@ -12,8 +12,11 @@ SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
 
 def test_files_of_another_kind_are_told(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"must end in \.vtp"):
-        coverage(SESSION, out=tmp_path / "seen.stl")
+        coverage(SESSION, options=CoverageOptions(out=tmp_path / "seen.stl"))
     with pytest.raises(UserError, match=r"must end in \.png"):
-        coverage(SESSION, picture=tmp_path / "seen.jpg")
+        coverage(SESSION, options=CoverageOptions(picture=tmp_path / "seen.jpg"))
     with pytest.raises(UserError, match="nowhere"):
-        coverage(tmp_path / "nowhere.paravol", picture=tmp_path / "seen.png")
+        coverage(
+            tmp_path / "nowhere.paravol",
+            options=CoverageOptions(picture=tmp_path / "seen.png"),
+        )

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import serial
+from numpy.typing import NDArray
 
 from app.__main__ import main
 from app.cli.emulator_command import load_motion
@@ -171,12 +172,8 @@ def test_a_path_file_is_a_motion(tmp_path: Path) -> None:
         load_motion(tmp_path)
 
 
-def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
-    """The way of the tip in the patient, wherever the arm stood."""
-    turn = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
-    world_from_device = np.eye(4)
-    world_from_device[:3, :3], world_from_device[:3, 3] = turn, (5.0, 6.0, 7.0)
-    info = SessionInfo(
+def session_info(world_from_device: NDArray[np.float64]) -> SessionInfo:
+    return SessionInfo(
         scenario_name="s",
         scenario="{}",
         picture_size=(8, 8),
@@ -189,6 +186,14 @@ def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
         created="2026-01-01T00:00:00Z",
         versions={},
     )
+
+
+def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
+    """The way of the tip in the patient, wherever the arm stood."""
+    turn = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    world_from_device = np.eye(4)
+    world_from_device[:3, :3], world_from_device[:3, 3] = turn, (5.0, 6.0, 7.0)
+    info = session_info(world_from_device)
     forward = np.array((0.0, 1.0, 0.0))
     with SessionRecorder(tmp_path / "f.paravol", info) as recorder:
         for time_s, x, buttons in ((-1.0, 0.0, 1), (2.0, 1.0, 2), (2.5, 2.0, 3)):
@@ -208,19 +213,7 @@ def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
 def test_a_session_without_a_flight_is_refused(tmp_path: Path) -> None:
     """Nothing to follow: only samples from before the flight."""
     folder = tmp_path / "e.paravol"
-    info = SessionInfo(
-        "s",
-        "{}",
-        (8, 8),
-        "LIVE",
-        1,
-        np.eye(4).ravel().tolist(),
-        0.1,
-        "0" * 64,
-        True,
-        "2026-01-01T00:00:00Z",
-        {},
-    )
+    info = session_info(np.eye(4))
     forward = np.array((0.0, 1.0, 0.0))
     with SessionRecorder(folder, info) as recorder:
         recorder.add(SampleRecord.of(Sample(-1.0, np.eye(4), 0.0, forward, forward, 0)))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.commands import MetricsOptions as Options
 from app.cli.commands import metrics
 from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv
 from disk import UserError
@@ -23,7 +24,10 @@ def test_a_session_becomes_a_table_and_files(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     table, report = tmp_path / "m.csv", tmp_path / "m.json"
-    assert metrics(SESSION, csv=table, json_file=report, motion_only=True) == 0
+    assert (
+        metrics(SESSION, options=Options(csv=table, json_file=report, motion_only=True))
+        == 0
+    )
     said = capsys.readouterr().out
     assert "scope: path length, raw" in said
     with table.open(newline="") as file:
@@ -40,7 +44,7 @@ def test_a_session_becomes_a_table_and_files(
 
 
 def test_json_goes_to_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
-    metrics(SESSION, only=("task time",), motion_only=True, json=True)
+    metrics(SESSION, options=Options(only=("task time",), motion_only=True), json=True)
     told = json.loads(capsys.readouterr().out)
     assert [m["name"] for m in told["metrics"]] == ["task time"] * 2
     assert told["metrics"][0]["value"] > 0
@@ -60,8 +64,8 @@ def test_a_figure_is_told_with_its_error_or_its_reason() -> None:
 
 def test_unknown_metrics_and_sessions_are_told(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="There is no metric named 'speed'"):
-        metrics(SESSION, only=("speed",), motion_only=True)
+        metrics(SESSION, options=Options(only=("speed",), motion_only=True))
     with pytest.raises(UserError, match="is not a session"):
         metrics(tmp_path)
     with pytest.raises(UserError, match="cannot be read"):
-        metrics(SESSION, settings=tmp_path / "none.toml")
+        metrics(SESSION, options=Options(settings=tmp_path / "none.toml"))

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters
 from anatomy.queries.landmarks import landmarks
 from app.__main__ import main
-from app.cli.register_command import RegisterOptions, run_register
+from app.cli.arm_commands import RegisterOptions
+from app.cli.register_command import run_register
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
 from devices.openigtlink import PoseStreamer
@@ -36,7 +37,7 @@ def _options(out: Path, scenario: Path, **changes: Any) -> RegisterOptions:
         "out": out,
         "pivot": False,
         "trace": False,
-        "targets": (),
+        "target": (),
         "yes": True,
         "seed": 1,
         **changes,
@@ -83,7 +84,7 @@ def test_an_arm_on_a_port_is_registered(
                 coarse_scenario,
                 emulated=False,
                 device=arm.port_name,
-                targets=("nasopharynx",),
+                target=("nasopharynx",),
             )
             try:
                 assert run_register(options, as_json=False) == 0
@@ -175,7 +176,7 @@ def test_mistakes_are_one_sentence(
 
 
 def test_an_unknown_target_is_said(coarse_scenario: Path, tmp_path: Path) -> None:
-    options = _options(tmp_path / "r.json", coarse_scenario, targets=("left knee",))
+    options = _options(tmp_path / "r.json", coarse_scenario, target=("left knee",))
     with pytest.raises(ValueError, match="no landmark 'left knee'"):
         run_register(options, as_json=True)
 

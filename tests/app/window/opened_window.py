@@ -49,7 +49,7 @@ class OpenedWindow:
 
         prepare_environment()
         from app.window.flight.flight_page import FlightPage
-        from app.window.flight.flight_thread import FlightThread
+        from app.window.flight.flight_thread import FlightThread, FrameReady
         from app.window.main_window import MainWindow
         from devices import load_probe_path
         from paravol.flight import FlightOrder
@@ -67,6 +67,17 @@ class OpenedWindow:
         self.page = FlightPage(self.flight, edge_samples=0)
         self.page.left.connect(self.window.shut)
         self.seen: list[Any] = []
+        self.told: list[Any] = []
+        self.arrived_s: list[float] = []
+        """When there was a new frame."""
+
+        def hear(event: object) -> None:
+            if isinstance(event, FrameReady):
+                self.arrived_s.append(time.monotonic())
+            else:
+                self.told.append(event)
+
+        self.flight.told.connect(hear)
         self._take = self.flight.take
         self.flight.take = self._watched  # type: ignore[method-assign]
         self.window.show_page(self.page)

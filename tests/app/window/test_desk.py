@@ -155,140 +155,6 @@ def test_flights_that_were_cut_off_are_offered_kept_or_discarded(
     shut(desk)
 
 
-THROUGH = """
-import sys
-from pathlib import Path
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-
-prepare_environment()
-application = QApplication([])
-from app.window.flight.flight_page import FlightPage
-from app.window.home.home_page import HomePage
-from app.window.result.result_page import ResultPage
-from app.window.tour import Tour
-from paravol.progress import ProgressStore
-from tests.app.window.desk_run import opened_desk, until, wait
-
-folder = Path(sys.argv[1])
-desk = opened_desk(folder)
-window, Key = desk._window, Qt.Key
-def press(key):
-    QTest.keyClick(window.page.focusWidget() or window.page, key)
-def shown(kind):
-    until(kind.__name__, lambda: isinstance(window.page, kind))
-    return window.page
-def seen_tour(page):
-    # a tour takes the keyboard, and gives it back
-    count = 0
-    while (tour := page.findChild(Tour)) is not None and not tour.isHidden():
-        QTest.keyClick(tour, Key.Key_Return)
-        count += 1
-        assert count < 8
-        wait()
-    return count
-def fly_and_end(page):
-    until("a picture", lambda: page._has_begun)
-    tour = seen_tour(page)
-    frame = page._frame
-    QTest.keyPress(page, Key.Key_W)
-    until("it moves", lambda: page._frame.view.world_from_tip[1, 3]
-          != frame.view.world_from_tip[1, 3])
-    QTest.keyRelease(page, Key.Key_W)
-    until("a second", lambda: page._frame.time_s > frame.time_s + 1.0)
-    QTest.keyClick(page, Key.Key_Q)
-    assert isinstance(window.page, FlightPage)  # it asks
-    QTest.keyClick(page, Key.Key_Return)
-    return tour
-def scored():
-    page = shown(ResultPage)
-    until("a score", lambda: page.parts.isVisible())
-    assert page.problem.text() == "", page.problem.text()
-    return page
-
-window.show()
-desk.open_home()
-page = shown(HomePage)
-until("a ladder", lambda: page.go_on.text())
-assert seen_tour(page) == 5
-assert page.focusWidget() is page.go_on
-press(Key.Key_Return)
-assert fly_and_end(shown(FlightPage)) >= 3
-page = scored()
-assert page.verdict.text() == "Not passed yet"
-assert page.points.text() == "0 of 8 tasks"
-assert page.following.text() == "Next: Hoops (N)"
-press(Key.Key_A)
-assert fly_and_end(shown(FlightPage)) == 0
-page = scored()
-press(Key.Key_H)
-page = shown(HomePage)
-until("both", lambda: page.list.current is not None
-      and len(page.list.current.exercise.attempts) == 2)
-assert page.go_on.text() == "Continue: Centring"
-assert page.findChild(Tour) is None
-window.shut()
-desk.close()
-window.release()
-assert [flown.is_kept for flown in desk.flown] == [True, True]
-for flown in desk.flown:
-    assert (flown.end.record / "result.json").is_file()
-assert len(ProgressStore(folder / "progress.sqlite").sessions()) == 2
-"""
-
-
-@pytest.mark.display
-@pytest.mark.slow
-def test_a_trainee_goes_through_the_window_by_keys(
-    screen: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    run_script(THROUGH, tmp_path)
-
-
-RECOVERED = """
-import sys
-from pathlib import Path
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-
-prepare_environment()
-application = QApplication([])
-from app.window.result.result_page import ResultPage
-from tests.app.window.desk_run import opened_desk, until
-from tests.paravol.trainee import hoops_flight
-
-folder = Path(sys.argv[1])
-(folder / "sessions").mkdir()
-killed = hoops_flight.record(folder / "sessions" / "a.paravol", has_end=False)
-desk = opened_desk(folder)
-window = desk._window
-window.show()
-desk.open_home()
-until("an offer", lambda: window.page.recovery._left)
-window.page.recovery.recover.click()
-until("a result", lambda: isinstance(window.page, ResultPage))
-until("a score", lambda: window.page.parts.isVisible())
-assert "hoops" in window.page._about.text().lower() or window.page._about.text()
-assert (killed / "result.json").is_file()
-window.shut()
-desk.close()
-window.release()
-assert [flown.is_kept for flown in desk.flown] == [True]
-"""
-
-
-@pytest.mark.display
-@pytest.mark.slow
-def test_a_flight_that_was_cut_off_is_recovered_and_scored(
-    screen: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    run_script(RECOVERED, tmp_path)
-
-
 WINDOW = """
 import sys, time
 from functools import partial
@@ -500,39 +366,29 @@ def test_the_clock_stands_while_nothing_can_be_seen_and_a_stall_throws_nothing(
     run_script(CLOCK, tmp_path)
 
 
-DEBRIEFED = """
-import sys
-from pathlib import Path
-from PySide6.QtTest import QTest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
-from paravol.environment import prepare_environment
-
-prepare_environment()
-application = QApplication([])
+DEBRIEFED = (
+    WINDOW
+    + """
 from app.window.result.result_page import ResultPage
-from tests.app.window.desk_run import opened_desk, until
 from tests.paravol.trainee import hoops_flight
 
-folder = Path(sys.argv[1])
 (folder / "sessions").mkdir()
 record = hoops_flight.record(folder / "sessions" / "a.paravol", has_end=False)
-desk = opened_desk(folder)
-window = desk._window
-window.show()
 desk.open_home()
 until("an offer", lambda: window.page.recovery._left)
 window.page.recovery.recover.click()
 until("a result", lambda: isinstance(window.page, ResultPage))
 page = window.page
 until("a score", lambda: page.parts.isVisible())
+assert page._about.text()
+assert (record / "result.json").is_file()
 staged = []
 show = page.written.show_stage
 def stage(words, share=0.0):
     staged.append((words, share))
     show(words, share)
 page.written.show_stage = stage
-QTest.mouseClick(page.debrief, Qt.MouseButton.LeftButton)
+QTest.mouseClick(page.debrief, Left)
 assert page.written.bar.isVisible()
 until("a debrief", lambda: page.written.copy.isVisible())
 file = record / "debrief.html"
@@ -543,19 +399,19 @@ assert not page.written.bar.isVisible()
 told = page.written.words.text()
 assert told == f"No browser could be opened. The debrief is in {file}", told
 window.grab().save(str(folder / "debrief.png"))
-QTest.mouseClick(page.written.copy, Qt.MouseButton.LeftButton)
+QTest.mouseClick(page.written.copy, Left)
 assert application.clipboard().text() == str(file)
-QTest.mouseClick(page.written.folder, Qt.MouseButton.LeftButton)
+QTest.mouseClick(page.written.folder, Left)
 until("a word", lambda: "No program could open" in page.problem.text())
-window.shut()
-desk.close()
-window.release()
+end()
+assert [flown.is_kept for flown in desk.flown] == [True]
 """
+)
 
 
 @pytest.mark.display
 @pytest.mark.slow
-def test_a_debrief_tells_how_far_it_is_and_where_it_lies_without_a_browser(
+def test_a_flight_that_was_cut_off_is_recovered_and_debriefed_without_a_browser(
     screen: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))

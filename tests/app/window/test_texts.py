@@ -25,7 +25,7 @@ from anatomy.phantom.plates import plates
 from anatomy.queries.landmarks import landmarks
 from anatomy.scan.label_names import HAZARDS
 from anatomy.tissue import TISSUES, Label
-from app.window.keyboard.actions import ACTIONS, GESTURES, Group
+from app.window.keyboard.actions import GESTURES, Act, Group
 from app.window.texts import FOLDER, later, read_po, take_language, tr
 from app.window.themes import THEMES
 from paravol.debrief.events import Kind as EventKind
@@ -56,7 +56,8 @@ BELOW = (
     *("anatomy/phantom/phantom.py", "devices/controls/gamepad.py"),
     *("paravol/debrief/advice.py", "paravol/debrief/events.py"),
     *("paravol/feedback/taken_text.py", "paravol/feedback/touch_signs.py"),
-    *("paravol/flight.py", "paravol/guide/goals.py", "paravol/guide/guide.py"),
+    *("paravol/flight.py", "paravol/flight_events.py"),
+    *("paravol/guide/goals.py", "paravol/guide/guide.py"),
     *("paravol/inputs/arm.py", "paravol/inputs/haptic.py"),
     *("paravol/inputs/instrument_input.py", "paravol/inputs/second_device.py"),
     *("paravol/inputs/pose_completer.py", "paravol/inputs/reach.py"),
@@ -142,7 +143,7 @@ def wanted() -> set[str]:
         for constant in ast.walk(call.args[0])
         if isinstance(constant, ast.Constant) and isinstance(constant.value, str)
     }
-    found |= {text for action in ACTIONS for text in (action.does, action.row)}
+    found |= {text for act in Act for text in (act.does, act.row.text)}
     found |= {group.value for group in Group} | {name.capitalize() for name in THEMES}
     found |= {t for rows in GESTURES.values() for row in rows for t in row}
     found |= {name.capitalize() for name in INSTRUMENTS}

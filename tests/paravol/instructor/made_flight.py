@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from paravol.flight_loop import FrameEvent
 from scenarios import Sample, tip_frame
 from scenarios.instrument_state import InstrumentState
 from scenarios.tasks import Status, TaskState
@@ -14,8 +15,8 @@ from scenarios.tasks import Status, TaskState
 
 def frame(
     number: int, pixels: NDArray[np.uint8] | None = None, **more: Any
-) -> SimpleNamespace:
-    """What `on_frame` is told; only what is read of it is there."""
+) -> FrameEvent:
+    """What a flight tells of a frame; only what is read of it is there."""
     if pixels is None:
         pixels = np.full((32, 32, 3), number % 256, np.uint8)
     pose = tip_frame(np.zeros(3), np.array([0.0, 1.0, 0.0]))
@@ -31,7 +32,7 @@ def frame(
         clearance_mm=1.25,
         touched="",
     )
-    told = {
+    told: dict[str, Any] = {
         "frame": SimpleNamespace(pixels=pixels),
         "view": view,
         "sample": sample,
@@ -41,7 +42,7 @@ def frame(
         "clock_s": 0.1 * number,
         "tasks": (TaskState("middle turbinate", Status.OPEN, 0.5),),
     }
-    return SimpleNamespace(**(told | more))
+    return FrameEvent(**(told | more))
 
 
 class Hazards:

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from devices.port import DeviceError, DeviceReason
+from paravol import flight_events as events
 from paravol.instructor.flight_watcher import (
     LARGEST_PIXELS,
     MOST_INJURIES,
@@ -29,7 +30,7 @@ def watcher() -> FlightWatcher:
 
 
 def told(watcher: FlightWatcher, event: Any) -> dict[str, Any]:
-    watcher.on_frame(event)
+    watcher.hear(event)
     state: dict[str, Any] = json.loads(json.dumps(watcher.state(), allow_nan=False))
     return state
 
@@ -39,7 +40,7 @@ def test_all_frames_but_the_newest_are_forgotten(watcher: FlightWatcher) -> None
     for number in range(20):
         pixels = np.zeros((64, 64, 3), np.uint8)
         seen.append(weakref.ref(pixels))
-        watcher.on_frame(frame(number, pixels))  # type: ignore[arg-type]
+        watcher.hear(frame(number, pixels))
         if number % 3 == 0:
             watcher.picture()
             watcher.state()
@@ -62,7 +63,7 @@ def test_a_picture_is_encoded_once_however_many_ask(
     monkeypatch.setattr(Image.Image, "save", save)
     assert watcher.picture() is None
     pixels = np.full((2 * LARGEST_PIXELS, LARGEST_PIXELS, 3), 90, np.uint8)
-    watcher.on_frame(frame(1, pixels))  # type: ignore[arg-type]
+    watcher.hear(frame(1, pixels))
     asking = [threading.Thread(target=watcher.picture) for _ in range(8)]
     for thread in asking:
         thread.start()
@@ -81,9 +82,9 @@ def test_nobody_encodes_or_measures_where_nobody_looks(
 ) -> None:
     monkeypatch.setattr(Image, "fromarray", None)
     hazards = SimpleNamespace(names=None)
-    watcher.on_patient(SimpleNamespace(hazards=hazards))  # type: ignore[arg-type]
+    watcher.hear(events.HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
     for number in range(5):
-        watcher.on_frame(frame(number))  # type: ignore[arg-type]
+        watcher.hear(frame(number))
 
 
 def test_hazards_are_told_nearest_first_without_the_septum_and_what_is_far(
@@ -91,7 +92,7 @@ def test_hazards_are_told_nearest_first_without_the_septum_and_what_is_far(
 ) -> None:
     assert told(watcher, frame(1))["hazards"] is None
     hazards = Hazards(orbit=5.0, septum=0.1, **{"optic nerve": 2.5}, artery=22.0)
-    watcher.on_patient(SimpleNamespace(hazards=hazards))  # type: ignore[arg-type]
+    watcher.hear(events.HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
     found = told(watcher, frame(2))["hazards"]
     # a tool's tip is one point, the shaft is thicker than a line
     radius_mm = watcher.scenario.scope.diameter_mm / 2
@@ -101,9 +102,9 @@ def test_hazards_are_told_nearest_first_without_the_septum_and_what_is_far(
 
 def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     assert watcher.state()["stage"] == "Preparing"
-    watcher.on_progress("Building the head", 0.4)
+    watcher.hear(events.Progressed("Building the head", 0.4))
     assert watcher.state()["stage"] == "Building the head: 40 %"
-    watcher.on_start(0.31)
+    watcher.hear(events.RecordingBegan(0.31))
     state = told(watcher, frame(123))
     assert state["stage"] == "Flying"
     sides = {
@@ -124,19 +125,21 @@ def test_state_follows_what_happens(watcher: FlightWatcher) -> None:
     assert (task["status"], task["progress"]) == ("open", 0.5)
     view = SimpleNamespace(**vars(frame(1).view) | {"clearance_mm": math.inf})
     assert told(watcher, frame(1, view=view))["clearance_mm"] is None
-    watcher.on_loss(DeviceError(DeviceReason.DISCONNECTED, "The arm went away."))
+    watcher.hear(
+        events.DeviceLost(DeviceError(DeviceReason.DISCONNECTED, "The arm went away."))
+    )
     assert watcher.state()["device"] == "away: The arm went away."
-    watcher.on_return(2.0)
+    watcher.hear(events.DeviceBack(2.0))
     assert watcher.state()["device"] == "there again after 2.0 s"
     assert watcher.state()["is_over"] is False
-    watcher.on_end(None)
+    watcher.hear(events.FlightOver(None))
     assert watcher.state()["is_over"] is True
     assert watcher.state()["stage"] == "The flight is over"
 
 
 def test_all_injuries_count_and_the_newest_are_told(watcher: FlightWatcher) -> None:
     for number in range(MOST_INJURIES + 7):
-        watcher.on_injury(f"injury {number}")
+        watcher.hear(events.Injured(f"injury {number}"))
     state = watcher.state()
     assert state["injury_count"] == MOST_INJURIES + 7
     assert len(state["injuries"]) == MOST_INJURIES
@@ -149,6 +152,6 @@ def test_who_waits_is_woken_by_news_and_not_before(watcher: FlightWatcher) -> No
     found: list[int] = []
     waiting = threading.Thread(target=lambda: found.append(watcher.wait(version, 60.0)))
     waiting.start()
-    watcher.on_frame(frame(1))  # type: ignore[arg-type]
+    watcher.hear(frame(1))
     waiting.join(30.0)
     assert found == [version + 1]

@@ -19,6 +19,7 @@ from PIL import Image
 
 from disk import UserError
 from paravol.debrief.colours import Colour
+from paravol.flight_events import HeadLoaded, Injured, Progressed, RecordingBegan
 from paravol.instructor import InstructorPage, page_server
 from paravol.instructor.flight_watcher import FlightWatcher
 from paravol.instructor.page_server import MOST_CONNECTIONS, PICTURES_PER_S
@@ -44,9 +45,9 @@ def page(monkeypatch: pytest.MonkeyPatch) -> Iterator[InstructorPage]:
 
 @pytest.fixture
 def watcher(page: InstructorPage) -> FlightWatcher:
-    made = page.watcher(SCENARIO)
-    made.on_frame(frame(1))  # type: ignore[arg-type]
-    return made
+    page.watcher(SCENARIO)(frame(1))
+    assert page.shown is not None
+    return page.shown
 
 
 def ask(
@@ -171,18 +172,19 @@ def test_pictures_and_states_follow_the_flight_and_the_next(
 ) -> None:
     with stream(page, "pictures") as pictures, stream(page, "states") as states:
         for number in range(2, 6):
-            watcher.on_frame(frame(number))  # type: ignore[arg-type]
+            watcher.hear(frame(number))
             picture = watcher.picture()
             assert picture is not None
             assert picture in read_until(pictures, picture)
             read_until(states, f'"clock_s": {0.1 * number}'.encode())
-        following = page.watcher(SCENARIO)
-        watcher.on_frame(frame(6))  # type: ignore[arg-type]
+        follow = page.watcher(SCENARIO)
+        watcher.hear(frame(6))
         read_until(states, b'"clock_s": 0.6000')  # the next has not begun
-        following.on_progress("Building the head", 0.1)
+        follow(Progressed("Building the head", 0.1))
         read_until(states, b'"stage": "Building the head: 10 %"')
-        following.on_frame(frame(9))  # type: ignore[arg-type]
-        picture = following.picture()
+        follow(frame(9))
+        assert page.shown is not None
+        picture = page.shown.picture()
         assert picture is not None
         read_until(pictures, picture)
 
@@ -194,7 +196,7 @@ def test_a_reader_that_does_not_read_gets_the_newest_and_holds_nobody_up(
     with stream(page, "pictures") as slow, stream(page, "pictures") as quick:
         for number in range(60):
             pixels = noise.integers(0, 256, (512, 512, 3), np.uint8)
-            watcher.on_frame(frame(number, pixels))  # type: ignore[arg-type]
+            watcher.hear(frame(number, pixels))
             newest = watcher.picture()
             assert newest is not None
             read_until(quick, newest)  # whoever reads sees every one
@@ -250,7 +252,7 @@ def test_strangers_lock_nobody_out(
                     stranger.send(b"G")
             time.sleep(0.1)
         assert len(page._server._open) == 1
-        watcher.on_frame(frame(2))  # type: ignore[arg-type]
+        watcher.hear(frame(2))
         read_until(reader, b"clock_s")
     for stranger in made:
         stranger.close()
@@ -308,14 +310,14 @@ def test_a_browser_shows_the_live_picture_and_the_words(tmp_path: Path) -> None:
     hostile = "<img src=x onerror=document.body.remove()>"
     scenario = SimpleNamespace(title=hostile, tasks=(), scope=SCENARIO.scope)
     with InstructorPage() as page:
-        watcher = page.watcher(scenario)  # type: ignore[arg-type]
+        hear = page.watcher(scenario)  # type: ignore[arg-type]
         hazards = Hazards(orbit=2.0, **{"optic nerve": 6.0})
-        watcher.on_patient(SimpleNamespace(hazards=hazards))  # type: ignore[arg-type]
-        watcher.on_start(None)
-        watcher.on_injury("orbit, right: through the lamina papyracea, by the forceps")
+        hear(HeadLoaded(SimpleNamespace(hazards=hazards)))  # type: ignore[arg-type]
+        hear(RecordingBegan(None))
+        hear(Injured("orbit, right: through the lamina papyracea, by the forceps"))
         pixels = np.zeros((256, 256, 3), np.uint8)
         pixels[..., 0] = 230
-        watcher.on_frame(frame(77, pixels))  # type: ignore[arg-type]
+        hear(frame(77, pixels))
         shot = tmp_path / "page.png"
         command = [str(CHROMIUM), "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
         command += [f"--screenshot={shot}", "--window-size=1280,800"]

@@ -20,7 +20,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from app.window.flight.flight_page import FlightPage
-from app.window.flight.flight_thread import DisplayedFrame, FlightThread
+from app.window.flight.flight_thread import DisplayedFrame, FlightThread, ScopeLaid
 from app.window.keyboard.actions import Act
 from app.window.style import style_sheet
 from app.window.window_size import scale_for
@@ -256,7 +256,7 @@ def test_an_assistant_lays_the_scope_for_a_tool_only(page: FlightPage) -> None:
         asked.append(frame)
         if frame.tool.name == NO_TOOL:
             return False
-        page._thread.laid.emit(False, "backbiter")
+        page._thread.told.emit(ScopeLaid(False, "backbiter"))
         return True
 
     button = page._actions.bar.button(Act.ASSIST)

@@ -25,8 +25,7 @@ from tests.app.window.opened_window import OpenedWindow
 opened = OpenedWindow(sys.argv[1], None, 64, Path(sys.argv[2]))
 flight, window, wait = opened.flight, opened.window, opened.wait
 page = opened.page
-frames = []
-flight.arrived.connect(lambda: frames.append(time.monotonic()))
+frames = opened.arrived_s
 opened.start()
 chance = random.Random(1)
 view, middle = page.picture, QPoint(200, 200)

@@ -15,6 +15,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from app.window.keyboard.actions import Act
+from paravol.flight_events import Injured
 from scenarios.instruments import INSTRUMENTS
 from tests.app.window.opened_window import OpenedWindow
 
@@ -101,7 +102,7 @@ QTest.keyClick(page, Key.Key_Home)
 until("a wash", lambda: seen[-1].tool.washed == 1)
 assert seen[-1].tool.roll_deg > 0.0
 # an injury is said, and rings the picture while it is new
-flight.on_injury("orbit, right: through the lamina papyracea, by the curette")
+flight.hear(Injured("orbit, right: through the lamina papyracea, by the curette"))
 until("an injury", lambda: page.picture._alarm == "injury: orbit, right")
 assert page.picture._message == "Injury: orbit, right"
 assert page.picture._detail == "through the lamina papyracea, by the curette"

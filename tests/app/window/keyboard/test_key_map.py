@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 
-from app.window.keyboard.actions import ACTIONS, FIXED, LEFT_HANDED, STEERING, Act
+from app.window.keyboard.actions import FIXED, LEFT_HANDED, STEERING, Act
 from app.window.keyboard.key_map import KeyMap
 from app.window.keyboard.places import SCAN_CODES
 from devices.controls.keyboard import FINE, MOVES, PEDALS
@@ -51,10 +51,9 @@ def asked(
     return found
 
 
-def test_all_actions_are_in_the_table_once_and_steering_has_its_names() -> None:
-    assert [action.act for action in ACTIONS] == list(dict.fromkeys(Act))
+def test_no_key_stands_twice_in_the_table_and_steering_has_its_names() -> None:
     assert {act.value for act in STEERING} == {*MOVES, *PEDALS, FINE}
-    keys = [key for action in ACTIONS for key in action.keys]
+    keys = [key for act in Act for key in act.keys]
     assert len(set(keys)) == len(keys)
 
 
@@ -172,11 +171,3 @@ def test_a_key_goes_up_for_what_it_went_down_for() -> None:
     assert keys.action(key_event("W", signs, up, ctrl)) is Act.MOVE_IN
     assert keys.action(key_event("W", signs, modifiers=ctrl)) is None
     assert keys.action(key_event("W", signs, up)) is None
-
-
-def test_a_press_of_an_action_asks_for_it() -> None:
-    keys = KeyMap()
-    for act in Act:
-        down, up = keys.press(act)
-        assert keys.action(down) is act
-        assert keys.action(up) is act

@@ -29,7 +29,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 from anatomy.scan.histogram import Peaks, transfer_of
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.guide import GuideMark, NameMark
 from paravol.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture

@@ -20,22 +20,23 @@ import sys
 from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from paravol.snapshots.snapshot_queue import MomentPicture
 from tests.app.window.opened_window import OpenedWindow
 
 size, record = int(sys.argv[2]), Path(sys.argv[3])
 opened = OpenedWindow(sys.argv[1], size=size, record=record)
 flight, window, until = opened.flight, opened.window, opened.until
 page = opened.page
-frames, told = [], []
-flight.arrived.connect(lambda: frames.append(0))
-flight.pictured.connect(told.append)
+frames = opened.arrived_s
+def pictures():
+    return [event for event in opened.told if isinstance(event, MomentPicture)]
 opened.start()
 assert not page._moments.isVisible()
 QTest.keyClick(page, Qt.Key.Key_Space)
-until("something to see", lambda: any(t.pixels is not None for t in told))
+until("something to see", lambda: any(t.pixels is not None for t in pictures()))
 window.grab().save(sys.argv[4])
 before = len(frames)
-until("the end", lambda: told[-1].done is None)
+until("the end", lambda: pictures()[-1].done is None)
 window.grab().save(sys.argv[5])
 until("live frames", lambda: len(frames) > before)
 print(page._moments.caption)

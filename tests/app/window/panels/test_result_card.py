@@ -8,7 +8,7 @@ CARDS = """
 from PySide6.QtCore import QRect, QRectF
 from PySide6.QtGui import QGuiApplication
 from app.window.panels.result_card import SMALLEST, ResultCard
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 
 class Told(FlightEnd):
     def rows(self):

@@ -10,7 +10,7 @@ import numpy as np
 from PySide6.QtWidgets import QApplication, QLabel
 
 from app.window.result.result_page import ResultPage
-from paravol.flight import FlightEnd
+from paravol.flight_events import FlightEnd
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.scripted_hand import ScriptedHand

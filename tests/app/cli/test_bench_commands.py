@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.bench_report_command import run_report
+from app.cli.bench_commands import report
 from benchmarks.schema import Results, save_results
 
 
@@ -13,18 +13,18 @@ def test_the_page_stands_beside_the_results_or_where_asked(
 ) -> None:
     results = tmp_path / "results.json"
     save_results(Results(), results)
-    assert run_report(results, None, write_docs=False) == 0
+    assert report(results) == 0
     assert (tmp_path / "report.html").read_text("utf-8").startswith("<!DOCTYPE html>")
     assert f"{tmp_path / 'report.html'}: 0 rows" in capsys.readouterr().out
-    run_report(results, tmp_path / "other.html", write_docs=False)
+    report(results, out=tmp_path / "other.html")
     assert (tmp_path / "other.html").is_file()
 
 
 def test_no_results_write_no_page_and_no_documents(tmp_path: Path) -> None:
     results = tmp_path / "results.json"
     with pytest.raises(ValueError, match=r"results\.json is not there"):
-        run_report(results, None, write_docs=True)
+        report(results, write_docs=True)
     assert list(tmp_path.iterdir()) == []
     save_results(Results(), results)
     with pytest.raises(ValueError, match="no results to quote"):
-        run_report(results, None, write_docs=True)
+        report(results, write_docs=True)
