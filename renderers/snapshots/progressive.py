@@ -3,7 +3,6 @@
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -12,11 +11,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.regions import Gather, Region
+from renderers.art.regions import Gather
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import GBuffer, Image, Scene
 from renderers.snapshots.delivery import Finisher
-from renderers.snapshots.growing import TILE_PX, TileWriter
+from renderers.snapshots.growing import Pixels, show
 from renderers.snapshots.request import ImageSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.team import (
@@ -87,10 +86,10 @@ def _nearest(size: int, other: int, short: int, other_short: int) -> NDArray[np.
     return nearest
 
 
-class Preview(AbstractContextManager["Preview"]):
-    """Show coarse pictures, then finished parts of the picture itself.
+class Preview:
+    """Show coarse pictures, then what is there of the picture itself.
 
-    None of it touches the picture: parts are shaded anew when all are there.
+    None of it touches the picture: all is shaded anew when all is there.
     """
 
     def __init__(
@@ -100,80 +99,57 @@ class Preview(AbstractContextManager["Preview"]):
 
         folder: the attempt's.
         """
+        self._folder = folder
         self._request = request
         self._scene = scene
         self._finisher = finisher
-        self._tiles = TileWriter(folder) if request.progressive else None
-        image = request.image
-        self._whole = Region(0, 0, image.width, image.height)
-        self._waiting = [
-            Region(x, y, min(x + TILE_PX, image.width), min(y + TILE_PX, image.height))
-            for y in range(0, image.height, TILE_PX)
-            for x in range(0, image.width, TILE_PX)
-        ]
+        self._pixels = np.zeros((request.image.height, request.image.width, 3), "u1")
         self._coarse: GBuffer | Image | None = None
         self._gain: float | None = None
+        self._rays = 0
         self._began = time.monotonic()
         self._spent_s = 0.0
-
-    def __exit__(self, *error: object) -> None:
-        if self._tiles is not None:
-            self._tiles.close()
 
     def show_coarse(self, request: SnapshotRequest, found: GBuffer | Image) -> None:
         """Show a coarse picture in place of the whole.
 
         request: for just that coarse picture.
         """
-        if self._tiles is not None:
+        if self._request.progressive:
             picture = self._finisher.finish(
                 _by_quick_light(request), self._scene, Traced(found, {})
             )
-            self._tiles.add(self._whole, picture.pixels)
+            self._pixels = _enlarged(picture.pixels, self._pixels.shape)
+            show(self._folder, self._pixels)
             self._coarse, self._gain = found, picture.gain
 
-    def show_picture(self, pixels: NDArray[np.uint8]) -> None:
-        """Show a picture of the final size that is not final."""
-        if self._tiles is not None:
-            self._tiles.add(self._whole, pixels)
+    def look(self, gather: Gather) -> None:
+        """Show what is gathered when there is time for it."""
+        elapsed = time.monotonic() - self._began
+        is_time = elapsed > FIRST_S and self._spent_s < SHARE * elapsed
+        if self._request.progressive and is_time:
+            self.show_gathered(gather)
 
-    def looking_at(self, gather: Gather, progress: Progress) -> Progress:
-        """Show what is gathered whenever progress is told and there is time for it."""
-        if self._tiles is None:
-            return progress
-
-        def go_on(share: float) -> bool:
-            elapsed = time.monotonic() - self._began
-            if elapsed > FIRST_S and self._spent_s < SHARE * elapsed:
-                self.show_parts(gather)
-            return progress(share)
-
-        return go_on
-
-    def show_parts(self, gather: Gather) -> None:
-        """Shade one sample a pixel of what is there; show the parts that are new."""
-        assert self._tiles is not None
+    def show_gathered(self, gather: Gather) -> None:
+        """Shade one sample a pixel of what is there, unless nothing is new."""
+        rays = gather.done.size - gather.missing
+        if rays == self._rays:
+            return
+        self._rays = rays
         began = time.monotonic()
         step = 2 if self._request.image.samples == 4 else 1
-        done = gather.done[::step, ::step]
-        fresh = [r for r in self._waiting if done[r.rows, r.columns].all()]
-        if fresh:
-            part = Gather(self._whole.right, self._whole.bottom)
-            part.value = np.ascontiguousarray(gather.value[::step, ::step])
-            part.depth = np.ascontiguousarray(gather.depth[::step, ::step])
-            part.solids = gather.solids and gather.solids.every(step)
-            single = self._single()
-            found = found_by(single, self._scene, part)
-            if self._coarse is not None:
-                # else the camera's blur would draw a dark rim round each part
-                found = fill(found, done, self._coarse)
-            pixels = self._finisher.finish(
-                single, self._scene, Traced(found, {})
-            ).pixels
-            for region in fresh:
-                self._tiles.add(region, pixels[region.rows, region.columns])
-            shown = set(fresh)
-            self._waiting = [region for region in self._waiting if region not in shown]
+        part = Gather(self._request.image.width, self._request.image.height)
+        part.value = np.ascontiguousarray(gather.value[::step, ::step])
+        part.depth = np.ascontiguousarray(gather.depth[::step, ::step])
+        part.solids = gather.solids and gather.solids.every(step)
+        single = self._single()
+        found, done = found_by(single, self._scene, part), gather.done[::step, ::step]
+        if self._coarse is not None:
+            # else the camera's blur would draw a dark rim round each part
+            found = fill(found, done, self._coarse)
+        picture = self._finisher.finish(single, self._scene, Traced(found, {}))
+        self._pixels[done] = picture.pixels[done]
+        show(self._folder, self._pixels)
         self._spent_s += time.monotonic() - began
 
     def _single(self) -> SnapshotRequest:
@@ -185,8 +161,16 @@ class Preview(AbstractContextManager["Preview"]):
         work = request.work
         if isinstance(work, ScopeWork) and work.gain is None:
             work = msgspec.structs.replace(work, gain=self._gain)
-        image = ImageSpec(self._whole.right, self._whole.bottom, 1)
+        image = msgspec.structs.replace(request.image, samples=1)
         return msgspec.structs.replace(request, image=image, work=work)
+
+
+def _enlarged(pixels: Pixels, shape: tuple[int, ...]) -> Pixels:
+    """Enlarge a coarse picture smoothly."""
+    from PIL import Image as PngImage
+
+    size, filter_ = (shape[1], shape[0]), PngImage.Resampling.BILINEAR
+    return np.array(PngImage.fromarray(pixels).resize(size, filter_))
 
 
 def _by_quick_light(request: SnapshotRequest) -> SnapshotRequest:
@@ -243,12 +227,17 @@ def trace_best(
     if request.progressive and coarse is None:
         enough = _never
     gather = empty_gather(request)
-    look = _until(progress, enough)
     if saved:
         cost["rays_kept"] = saved.restore(gather)
-        look = saved.watching(gather, look)
-    if preview:
-        look = preview.looking_at(gather, look)
+
+    def look(share: float) -> bool:
+        if preview:
+            preview.look(gather)
+        goes_on = progress(share) and not enough()
+        if saved and goes_on:
+            saved.look(gather)
+        return goes_on
+
     try:
         traced = team.trace(request, scene, look, gather, tools)
         cost.update(traced.counters)
@@ -282,7 +271,3 @@ def coarse_requests(request: SnapshotRequest) -> list[SnapshotRequest]:
 
 def _never() -> bool:
     return False
-
-
-def _until(progress: Progress, enough: Callable[[], bool]) -> Progress:
-    return lambda share: progress(share) and not enough()

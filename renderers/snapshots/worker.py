@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
@@ -16,6 +17,7 @@ from renderers.art.tracer import RenderStoppedError
 from renderers.scene import Scene
 from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.delivery import Finisher, write_picture
+from renderers.snapshots.growing import show
 from renderers.snapshots.heartbeat import Heartbeat, Verdict
 from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.path_traced import path_tracing_of
@@ -230,8 +232,8 @@ class _Worker:
         share = 1.0
         if picture is None and can_refine(request):
             refinement = Refinement(self.team, self.finisher, request, scene, go_on)
-            with Preview(folder, request, scene, self.finisher) as preview:
-                picture = refined(refinement, go_on, enough, preview.show_picture)
+            shows = partial(show, folder) if request.progressive else None
+            picture = refined(refinement, go_on, enough, shows)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
             self.cache.keep_picture(request, picture)
@@ -291,14 +293,13 @@ class _Worker:
         """Trace a view; show it while it comes."""
         # where light is followed by paths, that takes nearly all the time
         tracing = 0.05 if path_tracing_of(request) else 0.9
-        with Preview(folder, request, scene, self.finisher) as preview:
-            return trace_best(
-                self.team,
-                request,
-                scene,
-                lambda share: go_on(tracing * share),
-                enough,
-                preview,
-                saved,
-                load_tools(self.spool.data, request),
-            )
+        return trace_best(
+            self.team,
+            request,
+            scene,
+            lambda share: go_on(tracing * share),
+            enough,
+            Preview(folder, request, scene, self.finisher),
+            saved,
+            load_tools(self.spool.data, request),
+        )

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,11 +19,6 @@ from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, Traced, empty_gather
 from renderers.snapshots.worker import run_worker
 from tests.renderers.snapshots.watched_team import WatchedTeam
-
-
-@pytest.fixture
-def client(tmp_path: Any) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 def asked(client: SnapshotClient, scene: Scene, camera: Camera) -> SnapshotRequest:
@@ -226,7 +220,7 @@ def test_the_finished_picture_is_the_same_with_and_without(
     assert off.mean() < 0.4 * shown.pixels().mean()
 
 
-def test_a_part_is_shown_when_all_of_it_is_there(
+def test_what_is_there_is_shown_as_it_will_be(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     request = client.request_classic(scene, outside.with_size(*SIZE), progressive=True)
@@ -237,22 +231,21 @@ def test_a_part_is_shown_when_all_of_it_is_there(
     found, gather = empty_gather(request), empty_gather(request)
     SerialTeam().trace(request, scene, go, found)
     growing = GrowingPicture(spool, request.id, *SIZE)
-    with Preview(folder, request, scene, finisher) as preview:
-        preview.show_parts(gather)
-        assert not growing.update()
-        for region in (Region(64, 0, 128, 64), Region(0, 0, 60, 130)):
-            gather.add(
-                region,
-                found.value[region.rows, region.columns].reshape(-1, 4),
-                found.depth[region.rows, region.columns].reshape(-1),
-            )
-        preview.show_parts(gather)
-        assert growing.update()
-        # The second region ends inside the first part of its row.
-        assert np.array_equal(growing.pixels[:64, 64:128], expected[:64, 64:128])
-        assert not growing.pixels[:, :64].any()
-        preview.show_parts(gather)
-        assert not growing.update(), "nothing is shown twice"
+    preview = Preview(folder, request, scene, finisher)
+    preview.show_gathered(gather)
+    assert not growing.update()
+    region = Region(64, 0, 128, 64)
+    gather.add(
+        region,
+        found.value[region.rows, region.columns].reshape(-1, 4),
+        found.depth[region.rows, region.columns].reshape(-1),
+    )
+    preview.show_gathered(gather)
+    assert growing.update()
+    assert np.array_equal(growing.pixels[gather.done], expected[gather.done])
+    assert not growing.pixels[~gather.done].any()
+    preview.show_gathered(gather)
+    assert not growing.update(), "nothing is shown twice"
     finisher.close()
 
 
@@ -284,8 +277,8 @@ def test_coarse_pictures_come_first_and_parts_follow(
         volume=scene.surface.distance,
         transfer_function=scene.transfer_function,
     )
-    with Preview(folder, request, loaded, finisher) as preview:
-        traced = trace_best(SerialTeam(), request, loaded, look, lambda: False, preview)
+    preview = Preview(folder, request, loaded, finisher)
+    traced = trace_best(SerialTeam(), request, loaded, look, lambda: False, preview)
     assert isinstance(traced, Traced)
     final = finisher.finish(request, loaded, traced).pixels.astype(np.int16)
     finisher.close()
