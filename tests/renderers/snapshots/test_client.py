@@ -16,11 +16,6 @@ from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.worker import run_worker
 
 
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
-
-
 def test_a_finished_id_is_answered_again(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:

@@ -16,11 +16,6 @@ from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
 
 
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
-
-
 def drawn(
     client: SnapshotClient,
     scene: Scene,

@@ -8,18 +8,10 @@ import pytest
 
 from renderers.snapshots.data_store import HIDDEN, DataStore
 from renderers.snapshots.pruning import Pruner
-from renderers.snapshots.request import (
-    REQUEST_SCHEMA,
-    CameraSpec,
-    GridSpec,
-    ImageSpec,
-    ScopeWork,
-    SnapshotRequest,
-)
+from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import JobState, JobStatus, Spool
+from tests.renderers.snapshots.bare_requests import bare_request
 
-GRID = GridSpec((1.0, 1, 1), (0.0, 0, 0), ((1.0, 0, 0), (0.0, 1, 0), (0.0, 0, 1)))
-CAMERA = CameraSpec((0.0, 0, 0), ((1.0, 0, 0), (0.0, 0, 1), (0.0, -1, 0)), 0.7)
 DAY_S = 86_400.0
 
 
@@ -30,14 +22,7 @@ def spool(tmp_path: Path) -> Spool:
 
 def ask(spool: Spool, number: int) -> SnapshotRequest:
     """Publish a request for an array of its own."""
-    digest = spool.data.put(np.full(3, number))
-    request = SnapshotRequest(
-        schema=REQUEST_SCHEMA,
-        id=f"{number:032x}",
-        camera=CAMERA,
-        image=ImageSpec(8, 8),
-        work=ScopeWork(digest, digest, digest, GRID),
-    )
+    request = bare_request(number, spool.data.put(np.full(3, number)))
     spool.publish(request)
     return request
 

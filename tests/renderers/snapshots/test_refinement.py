@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -23,11 +22,6 @@ from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
 from renderers.snapshots.scene_loader import load_scene
 from renderers.snapshots.team import SerialTeam, Tools, Traced
 from renderers.snapshots.worker import run_worker
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 class WholeTeam(SerialTeam):

@@ -21,12 +21,12 @@ from renderers.snapshots.request import (
     ImageSpec,
     ScopeWork,
     SnapshotRequest,
-    decode_request,
 )
 from renderers.snapshots.result_cache import ResultCache, picture_key, trace_key
 from renderers.snapshots.scene_loader import load_scene, load_tools
 from renderers.snapshots.team import SerialTeam, Traced
 from renderers.snapshots.worker import run_worker
+from tests.renderers.snapshots.bare_requests import CAMERA, CLASSIC, bare_request
 
 ASKING: dict[str, Any] = {
     "id": "0" * 32,
@@ -90,11 +90,6 @@ STEPS = st.lists(
     min_size=1,
     max_size=5,
 )
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 def blade(camera: Camera) -> tuple[Mesh, NDArray[np.float64]]:
@@ -234,28 +229,6 @@ def test_what_was_stopped_early_is_not_kept() -> None:
 
 def asked(number: int) -> SnapshotRequest:
     """Ask for a view; the eye stands elsewhere for each number."""
-    record = {
-        "schema": "paravol.snapshot.request/2",
-        "id": "0" * 32,
-        "camera": {
-            "eye_mm": [float(number), 0, 0],
-            "axes": [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
-            "extent": 0.5,
-            "projection": "perspective",
-        },
-        "image": {"width": 8, "height": 8},
-        "work": {
-            "mode": "classic",
-            "volume": "0" * 64,
-            "grid": {
-                "spacing_mm": [1, 1, 1],
-                "origin_mm": [0, 0, 0],
-                "direction": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-            },
-            "nodes": [
-                {"density": 0, "color": [0, 0, 0], "kappa_per_mm": 0},
-                {"density": 1, "color": [0, 0, 0], "kappa_per_mm": 1},
-            ],
-        },
-    }
-    return decode_request(json.dumps(record).encode())
+    eye = float(number), 0.0, 0.0
+    camera = msgspec.structs.replace(CAMERA, eye_mm=eye)
+    return bare_request(0, camera=camera, work=CLASSIC)

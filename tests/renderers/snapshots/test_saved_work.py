@@ -29,11 +29,6 @@ LEASE_S = 0.05
 
 
 @pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
-
-
-@pytest.fixture
 def request_(client: SnapshotClient, scene: Scene, outside: Camera) -> SnapshotRequest:
     """Get a request that one attempt was begun at."""
     request = client.request_classic(scene, outside.with_size(*SIZE))

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -22,11 +21,6 @@ TRIANGLE = Mesh(
     np.array([[0, 1, 2]]),
     Material.DARK_PLASTIC,
 )
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 def test_a_scene_survives_its_request(

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -37,11 +36,6 @@ from tests.renderers.snapshots.watched_team import WatchedTeam
 from tests.tools import board, rod
 
 POLICY = CellPolicy(5, Dataflow.STATIC)
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 def test_a_team_of_ranks_delivers_the_same_bytes(

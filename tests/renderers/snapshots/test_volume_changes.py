@@ -1,4 +1,3 @@
-from pathlib import Path
 from typing import Any
 
 import hypothesis.strategies as st
@@ -26,11 +25,6 @@ from tests.renderers.snapshots.threaded_end import threaded_team
 
 SHAPES = arrays.array_shapes(min_dims=3, max_dims=3, min_side=2, max_side=21)
 TYPES = st.sampled_from([np.float32, np.int16, np.uint8, np.uint16])
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool")
 
 
 @st.composite

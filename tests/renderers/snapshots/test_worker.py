@@ -3,7 +3,6 @@ import hashlib
 import os
 import shutil
 import threading
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -26,11 +25,6 @@ from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import Claim, JobState, JobStatus, Spool, SpoolError
 from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
 from tests.renderers.snapshots.watched_team import WatchedTeam
-
-
-@pytest.fixture
-def client(tmp_path: Path) -> SnapshotClient:
-    return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
 
 
 def test_classic_is_what_the_tracer_draws(
