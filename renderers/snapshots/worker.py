@@ -3,8 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
@@ -16,14 +15,23 @@ from renderers.art.ranks.transport import RankRefusedError, TransportError
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import Scene
 from renderers.snapshots.data_store import write_whole
-from renderers.snapshots.delivery import Finisher, write_picture
+from renderers.snapshots.delivery import (
+    Attempt,
+    Finisher,
+    path_tracing_of,
+    write_picture,
+)
 from renderers.snapshots.growing import show
 from renderers.snapshots.heartbeat import Heartbeat, Verdict
 from renderers.snapshots.lease import LEASE_S
-from renderers.snapshots.path_traced import path_tracing_of
-from renderers.snapshots.progressive import Preview, trace_best
 from renderers.snapshots.pruning import KEEP_S, Pruner
-from renderers.snapshots.refinement import Refinement, can_refine, refined
+from renderers.snapshots.refinement import (
+    Preview,
+    Refinement,
+    can_refine,
+    stopped_picture,
+    trace_best,
+)
 from renderers.snapshots.request import (
     RESULT_SCHEMA,
     SnapshotRequest,
@@ -40,7 +48,7 @@ from renderers.snapshots.spool import (
     Spool,
     SpoolError,
 )
-from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
+from renderers.snapshots.team import SerialTeam, Team, Traced
 
 POLL_S = 0.05
 
@@ -195,7 +203,7 @@ class _Worker:
             return JobState.FAILED, str(error) or type(error).__name__
         return JobState.DONE, ""
 
-    def _render(self, request: SnapshotRequest, attempt: int, heart: Heartbeat) -> None:
+    def _render(self, request: SnapshotRequest, number: int, heart: Heartbeat) -> None:
         began = time.perf_counter()
         heart.limit(
             request.max_seconds,
@@ -221,8 +229,9 @@ class _Worker:
         scene = load_scene(self.spool.data, request)
         reached(Step.SCENE_LOADED)
         loaded = time.perf_counter()
-        folder = self.spool.attempt_folder(request.id, attempt)
-        saved = SavedWork(self.spool, request, attempt, self.save_every_s)
+        folder = self.spool.attempt_folder(request.id, number)
+        saved = SavedWork(self.spool, request, number, self.save_every_s)
+        attempt = Attempt(go_on, enough, saved)
         picture, traced = self.cache.picture(request), self.cache.traced(request)
         skipped = {
             "views_skipped": int(picture is not None),
@@ -232,20 +241,22 @@ class _Worker:
         share = 1.0
         if picture is None and can_refine(request):
             refinement = Refinement(self.team, self.finisher, request, scene, go_on)
-            shows = partial(show, folder) if request.progressive else None
-            picture = refined(refinement, go_on, enough, shows)
+            if request.progressive:
+                show(folder, refinement.picture().pixels)
+            picture = refinement.run(enough)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
             self.cache.keep_picture(request, picture)
         elif picture is None and traced is None:
-            traced = self._trace(request, scene, folder, go_on, enough, saved)
+            traced = self._trace(request, scene, folder, attempt)
             self.cache.keep_traced(request, traced)
             counters = traced.counters
             share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
         if picture is None:
             assert traced is not None
-            picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
+            picture = self.finisher.finish(request, scene, traced, attempt)
+            picture = stopped_picture(request, traced, picture)
             self.cache.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
@@ -260,7 +271,7 @@ class _Worker:
             width=request.image.width,
             height=request.image.height,
             ranks=self.team.ranks,
-            attempt=attempt,
+            attempt=number,
             gain=picture.gain,
             complete=picture.complete,
             traced=share,
@@ -282,13 +293,7 @@ class _Worker:
         heart.done = 1.0
 
     def _trace(
-        self,
-        request: SnapshotRequest,
-        scene: Scene,
-        folder: Path,
-        go_on: Progress,
-        enough: Callable[[], bool],
-        saved: SavedWork,
+        self, request: SnapshotRequest, scene: Scene, folder: Path, attempt: Attempt
     ) -> Traced:
         """Trace a view; show it while it comes."""
         # where light is followed by paths, that takes nearly all the time
@@ -297,9 +302,7 @@ class _Worker:
             self.team,
             request,
             scene,
-            lambda share: go_on(tracing * share),
-            enough,
+            replace(attempt, go_on=lambda share: attempt.go_on(tracing * share)),
             Preview(folder, request, scene, self.finisher),
-            saved,
             load_tools(self.spool.data, request),
         )

@@ -17,8 +17,9 @@ from renderers.snapshots.client import (
     SnapshotClient,
     SnapshotError,
 )
+from renderers.snapshots.delivery import Attempt
 from renderers.snapshots.growing import GrowingPicture
-from renderers.snapshots.progressive import coarse_requests, fill, trace_best
+from renderers.snapshots.refinement import coarse_requests, fill, trace_best
 from renderers.snapshots.request import (
     QualityName,
     RotationSpec,
@@ -254,7 +255,7 @@ def test_stopped_early_it_has_the_tool_in_every_part(
     team = WatchedTeam(looks=look)
 
     traced = trace_best(
-        team, request, scene, lambda share: True, lambda: bool(halfway), tools=loaded
+        team, request, scene, Attempt(enough=lambda: bool(halfway)), tools=loaded
     )
     done = traced.drawn
     assert done is not None
@@ -284,8 +285,8 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     samples: Samples,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("renderers.snapshots.progressive.FIRST_S", -1.0)
-    monkeypatch.setattr("renderers.snapshots.progressive.SHARE", 1e9)
+    monkeypatch.setattr("renderers.snapshots.refinement.FIRST_S", -1.0)
+    monkeypatch.setattr("renderers.snapshots.refinement.SHARE", 1e9)
     request = client.request_classic(
         scene, outside, instruments=tools, samples=samples, progressive=True
     )

@@ -9,8 +9,7 @@ from numpy.testing import assert_array_equal
 
 from renderers.scene import Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
-from renderers.snapshots.delivery import Finisher
-from renderers.snapshots.error_estimate import eye_codes, in_field
+from renderers.snapshots.delivery import Attempt, Finisher, eye_codes, in_field
 from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
 from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
@@ -96,7 +95,7 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
         looks.append(True)
         return len(looks) > 2
 
-    part = finisher.finish(request, scene, traced, lambda share: True, enough)
+    part = finisher.finish(request, scene, traced, Attempt(enough=enough))
     assert not part.complete
     assert part.noise is None
     assert 0 < np.count_nonzero(part.samples) < part.samples.size
