@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 
 import msgspec
 
@@ -92,63 +91,45 @@ def run_worker(
     code_key()
     cache = ResultCache(cache_bytes)
     worker = _Worker(spool, team, finisher, cache, save_every_s, stopped)
-    served = 0
+    served, is_refused = 0, False
     try:
-        refusals = _Refusals(spool)
         while not stopped():
-            with refusals:
+            try:
                 claim = spool.claim() or spool.take_over(lease_s)
-                if claim is not None:
+                if claim is None:
+                    pruner.prune_at_times()
+                else:
                     served += worker.serve(claim)
+                if is_refused:
+                    is_refused = False
+                    _say(f"Spool {folder} is served again.")
+                if claim is not None:
                     continue
-                pruner.prune_at_times()
                 if once and spool.is_quiet():
                     break
-            time.sleep(POLL_S if refusals.is_served else REFUSED_S)
+            except OSError as error:
+                # The disk is full, or may not be written for a while: outlast that. A
+                # job that was being drawn is taken over when its lease has run out.
+                if not spool.queue.is_dir():
+                    raise SpoolError(
+                        f"Spool {folder} is not there any more."
+                    ) from error
+                if not is_refused:
+                    is_refused = True
+                    said = error.strerror or error
+                    _say(
+                        f"Spool {folder} cannot be used: {said}; it is tried again and "
+                        "again."
+                    )
+            time.sleep(REFUSED_S if is_refused else POLL_S)
     finally:
         finisher.close()
         team.dismiss()
     return served
 
 
-class _Refusals:
-    """Outlast a disk that is full, or may not be written for a while.
-
-    That is told once, on standard error, and once more when it has passed. A job that
-    was being drawn meanwhile is taken over when its lease has run out.
-    """
-
-    def __init__(self, spool: Spool) -> None:
-        self._spool = spool
-        self.is_served = True
-
-    def __enter__(self) -> None:
-        """Begin to use the disk."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> bool:
-        """Go on after a refusal of the disk; SpoolError when the folder is gone."""
-        folder = self._spool.folder
-        if not isinstance(error, OSError):
-            if error is None and not self.is_served:
-                self.is_served = True
-                print(f"Spool {folder} is served again.", file=sys.stderr, flush=True)
-            return False
-        if not self._spool.queue.is_dir():
-            raise SpoolError(f"Spool {folder} is not there any more.") from error
-        if self.is_served:
-            self.is_served = False
-            print(
-                f"Spool {folder} cannot be used: {error.strerror or error}; it is "
-                "tried again and again.",
-                file=sys.stderr,
-                flush=True,
-            )
-        return True
+def _say(sentence: str) -> None:
+    print(sentence, file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True, slots=True)
