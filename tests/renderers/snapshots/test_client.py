@@ -28,7 +28,7 @@ def test_a_finished_id_is_answered_again(
     assert client.wait(request.id).result == before
 
 
-def test_an_array_is_hashed_once_and_not_kept_alive(
+def test_an_array_is_stored_once_and_not_kept_alive(
     client: SnapshotClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     array = np.arange(10.0)
