@@ -1,8 +1,10 @@
 """The worker: takes requests from a spool folder, draws them, one after the other."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +23,6 @@ from renderers.snapshots.delivery import (
     write_picture,
 )
 from renderers.snapshots.growing import show
-from renderers.snapshots.heartbeat import Heartbeat, Verdict
 from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.pruning import KEEP_S, Pruner
 from renderers.snapshots.refinement import (
@@ -44,6 +45,7 @@ from renderers.snapshots.spool import (
     SAVE_EVERY_S,
     Claim,
     JobState,
+    JobStatus,
     Spool,
     SpoolError,
 )
@@ -55,6 +57,13 @@ REFUSED_S = 1.0
 """Between two tries while the disk refuses."""
 
 MOST_ATTEMPTS = 3
+
+HEARTBEAT_S = 2.0
+
+LOOK_S = 0.05
+"""Time between two looks for a client's wish to cancel."""
+
+Verdict = tuple[JobState, str]
 
 
 def _never() -> bool:
@@ -130,6 +139,93 @@ def run_worker(
 
 def _say(sentence: str) -> None:
     print(sentence, file=sys.stderr, flush=True)
+
+
+class Heartbeat(AbstractContextManager["Heartbeat"]):
+    """Renew a job's status; end it when its client or its time says so.
+
+    A thread, because loading, compiling and shading can each take longer than a lease.
+    A job that is cancelled or late is said to have ended at once, whatever the worker
+    is in the middle of; the worker stops when it next asks `may_go_on`.
+    """
+
+    def __init__(self, spool: Spool, job_id: str, attempt: int) -> None:
+        self.done = 0.0
+        """Share of the picture, for the next status."""
+        self._spool = spool
+        self._job_id = job_id
+        self._attempt = attempt
+        self._beats = 0
+        self._limits: list[tuple[float, str]] = []
+        self._is_lost = False
+        self._is_over = False
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> "Heartbeat":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def limit(self, seconds: float, reason: str) -> None:
+        """Let the job fail for a reason so many seconds from now."""
+        self._limits.append((time.monotonic() + seconds, reason))
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether the final status was written here."""
+        return self._is_over
+
+    def may_go_on(self) -> bool:
+        """Return whether the job is still wanted, and still ours."""
+        return not (self._is_over or self._is_lost)
+
+    def look(self) -> bool:
+        """See whether the job was cancelled or is late; then as `may_go_on`."""
+        if self.may_go_on():
+            now = time.monotonic()
+            late = [reason for at, reason in self._limits if now >= at]
+            if self._spool.is_cancelled(self._job_id):
+                self.end(JobState.CANCELLED, "cancelled by its client")
+            elif late:
+                self.end(JobState.FAILED, late[0])
+        return self.may_go_on()
+
+    def end(self, state: JobState, message: str = "") -> None:
+        """Write the final status, unless it stands or another worker has the job."""
+        if self._say(state, message):
+            reached(Step.JOB_ENDED)
+
+    def _say(self, state: JobState, message: str = "") -> bool:
+        """Write a status; return whether the job is still ours to speak of."""
+        with self._lock:
+            # This process may have been held up so long that another took the job.
+            self._is_lost |= not self._spool.owns(self._job_id, self._attempt)
+            if not self.may_go_on():
+                return False
+            self._beats += 1
+            status = JobStatus(state, self._attempt, self._beats, self.done, message)
+            self._spool.set_status(self._job_id, status)
+            self._is_over = state.is_final
+            return True
+
+    def _watch(self) -> None:
+        last, shown = 0.0, -1.0
+        while not self._over.wait(LOOK_S):
+            try:
+                if not self.look():
+                    return
+                now = time.monotonic()
+                if now - last > HEARTBEAT_S or self.done != shown:
+                    last, shown = now, self.done
+                    self._say(JobState.RUNNING)
+            except OSError:
+                # The disk refuses for now. The lease runs out if it goes on to.
+                continue
 
 
 @dataclass(frozen=True, slots=True)

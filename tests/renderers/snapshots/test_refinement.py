@@ -17,7 +17,7 @@ from scipy.ndimage import gaussian_filter
 from renderers.art import ActiveRayTracer
 from renderers.art.regions import Gather, Region
 from renderers.art.tracer import RenderStoppedError
-from renderers.scene import Camera, GBuffer, Image, Material, Mesh, Scene
+from renderers.scene import Camera, GBuffer, Image, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Attempt, Finisher, Picture
 from renderers.snapshots.growing import FILE_NAME, GrowingPicture
@@ -40,6 +40,7 @@ from renderers.snapshots.scene_loader import load_scene
 from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, Tools, Traced, empty_gather
 from renderers.snapshots.worker import run_worker
+from tests.renderers.snapshots.bare_requests import blade
 from tests.renderers.snapshots.watched_team import WatchedTeam
 
 
@@ -309,15 +310,6 @@ class WholeTeam(SerialTeam):
         tools: Tools = (),
     ) -> Traced:
         return super().trace(request, scene, progress)
-
-
-def blade(camera: Camera) -> tuple[Mesh, NDArray[np.float64]]:
-    """Hold a metal triangle before the lens."""
-    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
-    pose = np.eye(4)
-    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
-    pose[:3, 3] = camera.eye_mm
-    return Mesh(corners, np.array([[0, 1, 2]]), Material.METAL), pose
 
 
 def asked(

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
-from numpy.typing import NDArray
 
-from renderers.scene import Camera, GBuffer, Material, Mesh, Scene
+from renderers.scene import Camera, GBuffer, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.delivery import Finisher, Picture
 from renderers.snapshots.request import (
@@ -26,7 +25,7 @@ from renderers.snapshots.result_cache import ResultCache, picture_key, trace_key
 from renderers.snapshots.scene_loader import load_scene, load_tools
 from renderers.snapshots.team import SerialTeam, Traced
 from renderers.snapshots.worker import run_worker
-from tests.renderers.snapshots.bare_requests import CAMERA, CLASSIC, bare_request
+from tests.renderers.snapshots.bare_requests import CAMERA, CLASSIC, bare_request, blade
 
 ASKING: dict[str, Any] = {
     "id": "0" * 32,
@@ -90,14 +89,6 @@ STEPS = st.lists(
     min_size=1,
     max_size=5,
 )
-
-
-def blade(camera: Camera) -> tuple[Mesh, NDArray[np.float64]]:
-    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
-    pose = np.eye(4)
-    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
-    pose[:3, 3] = camera.eye_mm
-    return Mesh(corners, np.array([[0, 1, 2]]), Material.METAL), pose
 
 
 @settings(max_examples=6, deadline=None)

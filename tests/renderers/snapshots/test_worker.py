@@ -3,6 +3,8 @@ import hashlib
 import os
 import shutil
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -13,7 +15,7 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.ranks.transport import TransportError
 from renderers.art.tracer import FASTER, FIRST_BLOCKS
-from renderers.scene import Camera, Material, Mesh, Scene
+from renderers.scene import Camera, Scene
 from renderers.snapshots import worker
 from renderers.snapshots.client import (
     SnapshotCancelledError,
@@ -23,7 +25,8 @@ from renderers.snapshots.client import (
 )
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import Claim, JobState, JobStatus, Spool, SpoolError
-from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
+from renderers.snapshots.worker import MOST_ATTEMPTS, Heartbeat, run_worker
+from tests.renderers.snapshots.bare_requests import blade
 from tests.renderers.snapshots.watched_team import WatchedTeam
 
 
@@ -53,15 +56,9 @@ def test_the_scope_sees_tissue_and_an_instrument(
 ) -> None:
     assert scene.surface is not None
     camera = inside.with_size(48, 40)
-    corners = np.array([[-0.5, -0.5, 1], [0.5, -0.5, 1], [0, 0.5, 1.0]])
-    blade = Mesh(corners, np.array([[0, 1, 2]]), Material.METAL)
-    pose = np.eye(4)
-    # Right, up, forward are left-handed: the blade is turned over instead.
-    pose[:3, :3] = camera.frame[1:].T * [-1, 1, 1]
-    pose[:3, 3] = camera.eye_mm
     bare = client.request_scope(scene.surface, camera)
     held = client.request_scope(
-        scene.surface, camera, gain=0.5, instruments=[(blade, pose)]
+        scene.surface, camera, gain=0.5, instruments=[blade(camera)]
     )
     for request in (bare, held):
         client.submit(request)
@@ -100,16 +97,6 @@ def test_a_wrong_request_is_rejected_and_the_next_is_served(
         with pytest.raises(SnapshotError, match=f"was rejected: .*{reason}"):
             client.wait(job)
     assert client.wait(good.id).picture.exists()
-
-
-def test_a_job_cancelled_while_drawn_ends_early(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    team = WatchedTeam(looks=lambda request, _: client.cancel(request.id))
-    assert run_worker(client.spool.folder, once=True, team=team) == 1
-    with pytest.raises(SnapshotCancelledError):
-        client.wait(job)
 
 
 def test_a_job_may_not_take_longer_than_it_said(
@@ -192,15 +179,6 @@ def test_a_deadline_counts_from_when_it_was_asked_for(
         client.wait(late.id)
     assert client.wait(early.id).picture.exists()
     assert taken.count(Step.SCENE_LOADED) == 1, "the late one was not even loaded"
-
-
-def test_once_takes_over_what_a_dead_worker_left(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    job = client.submit(client.request_classic(scene, outside))
-    assert Spool(client.spool.folder).claim() is not None
-    assert run_worker(client.spool.folder, once=True, lease_s=0.05) == 1
-    assert client.wait(job).result.attempt == 2
 
 
 def test_a_stopped_worker_leaves_its_job_to_the_next(
@@ -350,3 +328,64 @@ def test_a_folder_that_was_taken_away_ends_its_worker(
 
     with pytest.raises(SpoolError, match="is not there any more"):
         run_worker(folder, stopped=stopped)
+
+
+JOB = "ab" * 16
+PATIENCE_S = 30.0
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> Spool:
+    spool = Spool(tmp_path / "spool")
+    spool.job_folder(JOB).mkdir()
+    spool.begin_attempt(JOB, 1)
+    return spool
+
+
+def wait_for(what: Callable[[], bool]) -> None:
+    """Wait until something holds that the heart's own thread brings about."""
+    for _ in range(round(PATIENCE_S / 0.01)):
+        if what():
+            return
+        threading.Event().wait(0.01)
+    raise AssertionError(f"nothing came of it within {PATIENCE_S:g} s")
+
+
+def test_a_busy_worker_is_alive_and_tells_its_share(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.done = 0.25
+        wait_for(lambda: begun.status(JOB).done == 0.25)
+        heart.done = 0.5
+        wait_for(lambda: begun.status(JOB).done == 0.5)
+        assert begun.status(JOB).heartbeat >= 2
+        assert heart.may_go_on()
+    assert not heart.is_over
+
+
+def test_late_jobs_fail_for_the_first_limit_that_was_passed(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.limit(3600.0, "much later")
+        heart.limit(-1.0, "too late")
+        wait_for(lambda: begun.status(JOB).state is JobState.FAILED)
+        assert not heart.look()
+    assert begun.status(JOB).message == "too late"
+
+
+def test_the_last_word_is_the_last(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.end(JobState.DONE)
+        heart.done = 0.1
+        begun.ask_cancel(JOB)
+        heart.end(JobState.FAILED, "no")
+        assert not heart.look()
+    assert heart.is_over
+    assert begun.status(JOB).state is JobState.DONE
+
+
+def test_who_lost_the_job_says_nothing_more(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        assert Spool(begun.folder).begin_attempt(JOB, 2)
+        heart.end(JobState.DONE)
+        assert not heart.may_go_on()
+        assert not heart.is_over
+    assert begun.status(JOB) == JobStatus(JobState.RUNNING, 2)
