@@ -1,12 +1,11 @@
 import io
 import pickle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from renderers.snapshots.data_store import DataStore, write_whole
+from renderers.snapshots.data_store import DataStore
 
 
 def test_arrays_come_back_read_only(tmp_path: Path) -> None:
@@ -64,33 +63,3 @@ def test_nothing_is_unpickled(tmp_path: Path) -> None:
         (tmp_path / ("a" * 64)).write_bytes(record)
         with pytest.raises(ValueError, match=r"."):
             store.get("a" * 64, ("float32", "object"), 1000)
-
-
-def test_arrays_of_one_shape_and_other_content_have_other_keys(tmp_path: Path) -> None:
-    """Whoever calls them alike: one voxel is enough, and both can be had."""
-    store = DataStore(tmp_path)
-    first = np.zeros((4, 5, 6), np.int16)
-    second = first.copy()
-    second[3, 4, 5] = 1
-    digests = [store.put(first), store.put(second), store.put(first.copy())]
-    assert digests[0] == digests[2] != digests[1]
-    for digest, array in zip(digests, (first, second), strict=False):
-        assert np.array_equal(store.get(digest, ("int16",), 10_000), array)
-
-
-def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    write_whole(path, b"one")
-    write_whole(path, memoryview(b"two, longer"))
-    assert path.read_bytes() == b"two, longer"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
-    path = tmp_path / "file"
-    write_whole(path, b"one")
-    text: Any = "text"
-    with pytest.raises(TypeError):
-        write_whole(path, text)
-    assert path.read_bytes() == b"one"
-    assert list(tmp_path.iterdir()) == [path]

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 from renderers.scene import Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
 from renderers.snapshots.delivery import Attempt, Finisher, eye_codes, in_field
-from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
+from renderers.snapshots.request import PathTracingSpec
 from renderers.snapshots.team import SerialTeam
 from renderers.snapshots.worker import run_worker
 
@@ -129,19 +129,3 @@ def test_the_state_of_another_view_is_refused(
     state = client.put(part.state())
     with pytest.raises(SnapshotError, match=r"goes on from float64 \(24, 24, 7\)"):
         drawn(client, scene, camera.with_size(24, 24), PathTracingSpec(state=state))
-
-
-def test_a_request_says_how_many_paths_strictly(
-    client: SnapshotClient, scene: Scene, camera: Camera
-) -> None:
-    assert scene.surface is not None
-    request = client.request_scope(
-        scene.surface, camera, path_tracing=PathTracingSpec()
-    )
-    record = msgspec.json.encode(request)
-    for wrong in (b'"paths":31', b'"paths":"many"', b'"path":64'):
-        with pytest.raises(msgspec.ValidationError, match=r"\$\.work\.truth"):
-            msgspec.json.decode(
-                record.replace(b'"paths":256', wrong), type=SnapshotRequest
-            )
-    assert isinstance(request.work, ScopeWork)

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from renderers.art import ActiveRayTracer
+from renderers.art import ActiveRayTracer, render_among
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.regions import REGION_PX, Gather
 from renderers.scene import Camera, Scene
+from renderers.scene.composition import solids_seen
 from renderers.snapshots import saved_work
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import PathTracingSpec, SnapshotRequest
@@ -23,6 +24,7 @@ from renderers.snapshots.team import RankTeam
 from renderers.snapshots.worker import run_worker
 from tests.renderers.snapshots.threaded_end import threaded_team
 from tests.renderers.snapshots.watched_team import WatchedTeam
+from tests.tools import rod
 
 SIZE = (100, 86)
 LEASE_S = 0.05
@@ -192,7 +194,9 @@ def test_a_job_taken_over_goes_on_where_it_was(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     camera = outside.with_size(256, 512)
-    job = client.submit(client.request_classic(scene, camera))
+    middle = scene.volume.center_mm
+    tools = [rod(middle, middle + np.array([15.0, -20, 12]))]
+    job = client.submit(client.request_classic(scene, camera, instruments=tools))
     for share in (0.3, 0.6):
         # dies without a word, twice
         team = WatchedTeam(looks=die_at(client, share))
@@ -204,7 +208,7 @@ def test_a_job_taken_over_goes_on_where_it_was(
     take_over(client)
     snapshot = client.wait(job)
     alone = ActiveRayTracer(scene, threads=1)
-    expected = alone.render(camera)
+    expected = render_among(alone, camera, solids_seen(camera, tools))
     assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     assert expected.depth_mm is not None
     assert snapshot.depth_mm().tobytes() == expected.depth_mm.tobytes()

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from renderers.art import ActiveRayTracer, render_among
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.scene import Camera, Distortion, Image, Mesh, Projection, Scene
-from renderers.scene.composition import before_solids, solids_seen
+from renderers.scene.composition import solids_seen
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import downsample_radiance
 from renderers.snapshots.client import (
@@ -24,12 +24,10 @@ from renderers.snapshots.request import (
     QualityName,
     RotationSpec,
     Samples,
-    ScopeWork,
     SnapshotRequest,
     to_deflection,
 )
 from renderers.snapshots.scene_loader import load_tools
-from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import SerialTeam, ending_rays
 from renderers.snapshots.worker import run_worker
 from tests.renderers.snapshots.threaded_end import threaded_team
@@ -37,31 +35,6 @@ from tests.renderers.snapshots.watched_team import WatchedTeam
 from tests.tools import board, rod
 
 POLICY = CellPolicy(5, Dataflow.STATIC)
-
-
-def test_a_team_of_ranks_delivers_the_same_bytes(
-    client: SnapshotClient, scene: Scene, outside: Camera
-) -> None:
-    good = client.request_classic(scene, outside)
-    assert not isinstance(good.work, ScopeWork)
-    cancelled = client.request_classic(scene, outside)
-    client.cancel(cancelled.id)
-    again = client.request_classic(scene, outside, samples=4)
-    for request in (good, cancelled, again):
-        client.submit(request)
-    with threaded_team(Spool(client.spool.folder).data, POLICY) as team:
-        served = run_worker(client.spool.folder, once=True, team=team)
-    assert served == 3
-    expected = ActiveRayTracer(scene).render(outside)
-    snapshot = client.wait(good.id)
-    assert snapshot.result.ranks == 3
-    assert snapshot.result.counters["requests"] > 0
-    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
-    fine = ActiveRayTracer(scene).render(outside.with_size(100, 86))
-    assert client.wait(again.id).radiance() == pytest.approx(
-        fine.rgba.reshape(43, 2, 50, 2, 4).mean(axis=(1, 3)), abs=1e-6
-    )
-    assert isinstance(fine, Image)
 
 
 TURN = RotationSpec((2.0, 14.0, 16.0), 6.0, (1.0, 0.0, 0.5), 40.0)
@@ -192,21 +165,6 @@ def test_ranks_give_the_same_bits_wherever_cells_or_rays_go(
         assert_array_equal(found.radiance(), rgba)
 
 
-def test_a_tool_in_empty_air_is_all_there_is(
-    client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
-) -> None:
-    nothing = np.full_like(scene.volume.values, -300)
-    air = replace(scene, volume=scene.volume.with_values(nothing, -1000.0))
-    found = drawn(client, client.request_classic(air, outside, instruments=tools))
-    solids = solids_seen(outside, tools)
-    dark = np.zeros((43, 50, 4), np.float32)
-    none = Image(dark, np.full((43, 50), np.inf, np.float32))
-    assert_array_equal(found.depth_mm(), solids.depth_mm)
-    alone = before_solids(none, air, outside, solids)
-    assert_array_equal(found.radiance(), alone.rgba)
-    assert 0.05 < (solids.coverage > 0).mean() < 0.5
-
-
 def test_what_is_behind_all_tissue_shows_only_through_it(
     client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
@@ -300,27 +258,6 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     off = np.abs(growing.pixels.astype(np.int16) - one)
     # the light of one of four rays is taken where the pixel's middle is
     assert off.max() <= step - 1
-
-
-@pytest.mark.usefixtures("steady_pace")
-def test_who_takes_a_job_over_ends_rays_at_the_same_tools(
-    client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
-) -> None:
-    camera = outside.with_size(256, 512)
-    job = client.submit(client.request_classic(scene, camera, instruments=tools))
-
-    def die(asked: SnapshotRequest, share: float) -> None:
-        if share > 0.3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_worker(client.spool.folder, team=WatchedTeam(looks=die), save_every_s=0.0)
-    run_worker(client.spool.folder, once=True, lease_s=0.2)
-    found = client.wait(job)
-    assert found.result.counters["rays_kept"] > 0
-    rgba, depth = among(scene, camera, tools)
-    assert_array_equal(found.radiance(), rgba)
-    assert_array_equal(found.depth_mm(), depth)
 
 
 def test_what_is_wrong_with_a_tool_is_told_to_the_client(
