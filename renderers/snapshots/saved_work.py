@@ -107,8 +107,7 @@ class SavedWork:
 
     def look(self, gather: Gather) -> None:
         """Save what is gathered when it is time."""
-        if time.monotonic() >= self._due:
-            self._at_a_price(lambda: self.save_rays(gather))
+        self._when_due(lambda: self.save_rays(gather))
 
     def save_rays(self, gather: Gather) -> None:
         """Save the squares of the picture that are finished and were not saved yet."""
@@ -137,15 +136,16 @@ class SavedWork:
 
     def watch_paths(self, state: Callable[[], NDArray[np.float64]]) -> None:
         """Save what light by paths goes on from, when it is time."""
-        if time.monotonic() >= self._due:
-            self._at_a_price(lambda: self.save_paths(state()))
+        self._when_due(lambda: self.save_paths(state()))
 
     def save_paths(self, state: NDArray[np.float64]) -> None:
         """Save it in place of what this attempt saved before."""
         self._write(f"paths{ENDING}", np.ascontiguousarray(state, "<f8").tobytes())
 
-    def _at_a_price(self, save: Callable[[], None]) -> None:
+    def _when_due(self, save: Callable[[], None]) -> None:
         began = time.monotonic()
+        if began < self._due:
+            return
         try:
             save()
         except OSError:

@@ -152,13 +152,14 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
     def __init__(self, spool: Spool, job_id: str, attempt: int) -> None:
         self.done = 0.0
         """Share of the picture, for the next status."""
+        self.is_over = False
+        """Whether the final status was written here."""
         self._spool = spool
         self._job_id = job_id
         self._attempt = attempt
         self._beats = 0
         self._limits: list[tuple[float, str]] = []
         self._is_lost = False
-        self._is_over = False
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
@@ -175,14 +176,9 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
         """Let the job fail for a reason so many seconds from now."""
         self._limits.append((time.monotonic() + seconds, reason))
 
-    @property
-    def is_over(self) -> bool:
-        """Return whether the final status was written here."""
-        return self._is_over
-
     def may_go_on(self) -> bool:
         """Return whether the job is still wanted, and still ours."""
-        return not (self._is_over or self._is_lost)
+        return not (self.is_over or self._is_lost)
 
     def look(self) -> bool:
         """See whether the job was cancelled or is late; then as `may_go_on`."""
@@ -210,7 +206,7 @@ class Heartbeat(AbstractContextManager["Heartbeat"]):
             self._beats += 1
             status = JobStatus(state, self._attempt, self._beats, self.done, message)
             self._spool.set_status(self._job_id, status)
-            self._is_over = state.is_final
+            self.is_over = state.is_final
             return True
 
     def _watch(self) -> None:
