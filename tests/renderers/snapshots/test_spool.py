@@ -165,14 +165,6 @@ def test_a_folder_of_ones_own_is_closed_to_others(tmp_path: Path) -> None:
         assert spool.claim() is None
 
 
-def test_a_damaged_status_is_named(spool: Spool) -> None:
-    spool.publish(bare_request(1))
-    spool.claim()
-    (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b'{"state": "odd"}')
-    with pytest.raises(SpoolError, match="is damaged"):
-        spool.status(f"{1:032x}")
-
-
 def test_what_no_worker_would_accept_is_not_published(spool: Spool) -> None:
     wrong = msgspec.structs.replace(bare_request(1), priority=11)
     with pytest.raises(ValueError, match="priority must be a whole number, at most 9"):
@@ -188,6 +180,8 @@ def test_a_damaged_status_stops_nobody_else(spool: Spool, now: list[float]) -> N
         spool.publish(bare_request(number))
         assert spool.claim() is not None
     (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b"odd")
+    with pytest.raises(SpoolError, match="is damaged"):
+        spool.status(f"{1:032x}")
     assert spool.take_over(15) is None
     now[0] += 16
     taken = [spool.take_over(15), spool.take_over(15)]
