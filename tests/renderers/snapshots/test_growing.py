@@ -31,6 +31,7 @@ def test_each_picture_is_read_once_and_the_next_attempt_s_follow(spool: Spool) -
     show(spool.attempt_folder(JOB), noise(HEIGHT, WIDTH))
     assert [picture.update(), picture.update()] == [True, False]
     assert np.array_equal(picture.pixels, noise(HEIGHT, WIDTH))
+    show(spool.job_folder(JOB) / "attempt-2", noise(HEIGHT, WIDTH, 3))
     (spool.job_folder(JOB) / "attempt-2").mkdir()
     assert not picture.update(), "what was shown stays until there is more"
     assert np.array_equal(picture.pixels, noise(HEIGHT, WIDTH))
