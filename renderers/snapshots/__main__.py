@@ -51,61 +51,7 @@ class _Ending:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the worker; return the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m renderers.snapshots",
-        description="Serve snapshot requests from a spool folder.",
-    )
-    parser.add_argument("--spool", type=Path, required=True, help="the spool folder")
-    parser.add_argument(
-        "--once",
-        action="store_true",
-        help="stop when nothing is left that no living worker does",
-    )
-    parser.add_argument(
-        "--backend",
-        choices=("auto", "serial", "mpi"),
-        default="auto",
-        help="auto takes MPI when started by mpiexec with several ranks",
-    )
-    parser.add_argument(
-        "--threads", type=int, default=2, help="threads of a serial worker"
-    )
-    parser.add_argument(
-        "--cache-cells", type=int, help="cells a rank keeps; all by default"
-    )
-    parser.add_argument(
-        "--dataflow",
-        choices=[way.value for way in Dataflow],
-        default=Dataflow.MIGRATING.value,
-        help="how ranks share cells",
-    )
-    parser.add_argument(
-        "--from-file",
-        action="store_true",
-        help="no rank has to keep cells: homes read them from the volume's file",
-    )
-    parser.add_argument(
-        "--lease",
-        type=float,
-        default=LEASE_S,
-        help="seconds until a worker counts as dead; 60 on a network disk",
-    )
-    parser.add_argument(
-        "--keep-days",
-        type=float,
-        default=KEEP_S / DAY_S,
-        help="days that finished jobs stay in the spool folder",
-    )
-    parser.add_argument(
-        "--save-every",
-        type=float,
-        default=SAVE_EVERY_S,
-        help="seconds after which finished rays are saved for who takes the job over",
-    )
-    parser.add_argument(
-        "--parent", type=int, help="process id; end when that process is gone"
-    )
-    options = parser.parse_args(arguments)
+    options = _parsed(arguments)
     ending = _Ending(options.parent)
 
     def serve(team: "Team | None" = None) -> None:
@@ -132,6 +78,34 @@ def main(arguments: list[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 1
     return 0
+
+
+def _parsed(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m renderers.snapshots",
+        description="Serve snapshot requests from a spool folder.",
+    )
+    add = parser.add_argument
+    add("--spool", type=Path, required=True, help="the spool folder")
+    told = "stop when nothing is left that no living worker does"
+    add("--once", action="store_true", help=told)
+    told = "auto takes MPI when started by mpiexec with several ranks"
+    add("--backend", choices=("auto", "serial", "mpi"), default="auto", help=told)
+    add("--threads", type=int, default=2, help="threads of a serial worker")
+    add("--cache-cells", type=int, help="cells a rank keeps; all by default")
+    flows = [flow.value for flow in Dataflow]
+    told, usual = "how ranks share cells", Dataflow.MIGRATING.value
+    add("--dataflow", choices=flows, default=usual, help=told)
+    told = "no rank has to keep cells: homes read them from the volume's file"
+    add("--from-file", action="store_true", help=told)
+    told = "seconds until a worker counts as dead; 60 on a network disk"
+    add("--lease", type=float, default=LEASE_S, help=told)
+    told = "days that finished jobs stay in the spool folder"
+    add("--keep-days", type=float, default=KEEP_S / DAY_S, help=told)
+    told = "seconds after which finished rays are saved for who takes the job over"
+    add("--save-every", type=float, default=SAVE_EVERY_S, help=told)
+    add("--parent", type=int, help="process id; end when that process is gone")
+    return parser.parse_args(arguments)
 
 
 def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> int:

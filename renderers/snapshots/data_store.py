@@ -6,11 +6,9 @@ that nothing a request says can point outside the folder.
 
 import hashlib
 import io
-import math
 import os
 import re
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
@@ -20,7 +18,7 @@ from disk import UserError, foreign_file, whole_file
 from renderers.art.job_steps import Step, reached
 
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
-_LARGEST_HEADER = 4096
+LARGEST_HEADER = 4096
 
 
 class DataStore:
@@ -63,16 +61,17 @@ class DataStore:
             raise UserError(f"{digest!r} is no digest")
         path = self._folder / digest
         try:
-            with foreign_file(path, "an array"), path.open("rb") as file:
-                dtype, shape, offset = _read_header(file)
-                size = os.fstat(file.fileno()).st_size
+            size = path.stat().st_size
+            with foreign_file(path, "an array"):
+                array = npy.open_memmap(path, mode="r", max_header_size=LARGEST_HEADER)
         except FileNotFoundError as error:
             raise UserError(f"there is no data {digest}") from error
-        expected = offset + math.prod(shape) * dtype.itemsize
-        if dtype.hasobject or dtype.name not in dtypes:
+        if array.dtype.name not in dtypes or not array.flags.c_contiguous:
             raise UserError(
-                f"data {digest} holds {dtype}, expected {' or '.join(dtypes)}"
+                f"data {digest} holds {array.dtype}, expected {' or '.join(dtypes)} in "
+                "C order"
             )
+        expected = array.offset + array.nbytes
         if size != expected or size > largest_bytes:
             raise UserError(
                 f"data {digest} has {size} bytes; its header says {expected} and at "
@@ -84,10 +83,6 @@ class DataStore:
             if found != digest:
                 raise UserError(f"data {digest} was changed; its digest is {found}")
             self._verified.add(digest)
-        with foreign_file(path, "an array"):
-            array: NDArray[np.generic] = np.load(
-                path, mmap_mode="r", allow_pickle=False
-            )
         return array
 
 
@@ -96,20 +91,6 @@ def npy_record(array: NDArray[np.generic]) -> memoryview:
     buffer = io.BytesIO()
     npy.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
     return buffer.getbuffer()
-
-
-def _read_header(file: BinaryIO) -> tuple[np.dtype[np.generic], tuple[int, ...], int]:
-    version = npy.read_magic(file)
-    if version == (1, 0):
-        header = npy.read_array_header_1_0(file, max_header_size=_LARGEST_HEADER)
-    elif version == (2, 0):
-        header = npy.read_array_header_2_0(file, max_header_size=_LARGEST_HEADER)
-    else:
-        raise UserError(f"an array record of version {version} cannot be read")
-    shape, fortran, dtype = header
-    if fortran and len(shape) > 1:
-        raise UserError("an array record must be in C order")
-    return dtype, shape, file.tell()
 
 
 HIDDEN = ".tmp-"

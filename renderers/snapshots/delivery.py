@@ -2,13 +2,16 @@
 
 import hashlib
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.tracer import RenderStoppedError
 from renderers.scene import (
     AirSurface,
     Camera,
@@ -31,22 +34,38 @@ from renderers.shading import (
     downsample_gbuffer,
     downsample_radiance,
 )
-from renderers.shading.path_tracer import BATCH_PATHS, SeenWalls
+from renderers.shading.path_sampling import PathSampling
+from renderers.shading.path_tracer import BATCH_PATHS, PathLight, PathTracer, SeenWalls
 from renderers.snapshots.data_store import DataStore, make_last, npy_record, write_whole
-from renderers.snapshots.error_estimate import eye_codes, in_field, stopped_error
-from renderers.snapshots.path_traced import follow_light, path_tracing_of
-from renderers.snapshots.request import ClassicWork, ScopeWork, SnapshotRequest
+from renderers.snapshots.request import (
+    ClassicWork,
+    PathTracingSpec,
+    ScopeWork,
+    SnapshotRequest,
+)
 from renderers.snapshots.saved_work import SavedWork
 from renderers.snapshots.scene_loader import instrument_meshes, seen_surface
 from renderers.snapshots.team import Progress, Traced, traced_camera
 
+LARGEST_STATE = 8 << 30
+"""Bytes of a state accepted."""
 
-def _go_on(_: float) -> bool:
-    return True
+LOOK_EVERY = 8
+"""Batches of blocks between two looks at the noise and at the spool: some 50 ms."""
 
 
-def _never() -> bool:
-    return False
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """Hold what is asked, and kept, while a picture is drawn.
+
+    go_on: told the share done; answers whether to go on. enough: whether the best
+    picture so far will do. saved: what is kept for whoever takes the job over, and was
+    by those before.
+    """
+
+    go_on: Progress = lambda share: True
+    enough: Callable[[], bool] = lambda: False
+    saved: SavedWork | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +106,41 @@ class ScopeView:
         """Return what casts shadows."""
         return [Caster.of(mesh, pose) for mesh, pose in self.tools]
 
+    def shaded(
+        self, gbuffer: GBuffer, bounced: PathLight | None = None
+    ) -> NDArray[np.float32]:
+        """Return the radiance of what rays found, tools among it.
+
+        bounced: light from wall to wall, where it is known; None for the quick one.
+        """
+        return self.shader.shade(
+            gbuffer, self.camera, self.light, bounced, self.casters
+        )
+
+    def walls(self, gbuffer: GBuffer) -> SeenWalls:
+        """Return the walls that light is followed to."""
+        weight = self.shader.reflectance(gbuffer, self.camera, self.light)
+        return SeenWalls.of(gbuffer, self.camera, self.light, weight)
+
     def with_tools(self, found: GBuffer) -> GBuffer:
         """Put the tools before or behind what rays found."""
         for mesh, pose in self.tools:
             found = found.nearest(mesh.gbuffer(self.camera, pose))
         return found
+
+
+class _Paths(NamedTuple):
+    """Hold what paths found; see `SnapshotResult` for complete and noise."""
+
+    light: PathLight
+    complete: bool
+    noise: float | None
+    state: NDArray[np.float64]
+
+
+def path_tracing_of(request: SnapshotRequest) -> PathTracingSpec | None:
+    """Return a request's path tracing, None in other modes."""
+    return request.work.path_tracing if isinstance(request.work, ScopeWork) else None
 
 
 class Finisher:
@@ -108,46 +157,19 @@ class Finisher:
         request: SnapshotRequest,
         scene: Scene,
         traced: Traced,
-        go_on: Progress = _go_on,
-        enough: Callable[[], bool] = _never,
-        saved: SavedWork | None = None,
+        attempt: Attempt | None = None,
     ) -> Picture:
         """Light and expose mode scope; put mode classic before its background.
 
-        go_on, enough: asked while light is followed by paths. saved: of an earlier
-        attempt, for those paths to go on from.
+        attempt: asked while light is followed by paths. RenderStoppedError when it may
+        not go on.
         """
         found, work = traced.found, request.work
         if isinstance(work, ClassicWork):
             assert isinstance(found, Image)
-            picture = self._classic(request, work, found)
-        else:
-            assert isinstance(found, GBuffer)
-            picture = self._scope(request, work, scene, found, go_on, enough, saved)
-        if traced.drawn is None:
-            return picture
-        rays = _added(request, traced.drawn)
-        samples = np.where(rays > 0, picture.samples, 0)
-        if path_tracing_of(request) is None:
-            samples = rays
-        counted = np.ones(rays.shape, np.bool_)
-        if picture.gain is not None:
-            counted = in_field(picture.coverage)
-        error = stopped_error(
-            eye_codes(picture.radiance[..., :3], picture.gain or 1.0),
-            rays == request.image.samples,
-            max(traced.coarse // (2 if request.image.samples == 4 else 1), 1),
-            counted,
-        )
-        # of light upon coarse walls neither the noise nor the paths are worth keeping
-        return replace(
-            picture,
-            complete=False,
-            samples=samples.astype(np.uint32),
-            noise=None,
-            state=None,
-            error=error,
-        )
+            return self._classic(request, work, found)
+        assert isinstance(found, GBuffer)
+        return self._scope(request, work, scene, found, attempt or Attempt())
 
     def close(self) -> None:
         """End the threads."""
@@ -182,61 +204,80 @@ class Finisher:
         work: ScopeWork,
         scene: Scene,
         found: GBuffer,
-        go_on: Progress,
-        enough: Callable[[], bool],
-        saved: SavedWork | None,
+        attempt: Attempt,
     ) -> Picture:
         sight = self.sight(request, work, scene)
-        fine, light, shader = sight.camera, sight.light, sight.shader
         gbuffer = sight.with_tools(found)
-        casters = sight.casters
-        radiance = shader.shade(gbuffer, fine, light, casters=casters)
-        traced_light = error = None
-        samples = np.full(
-            (request.image.height, request.image.width),
-            request.image.samples,
-            np.uint32,
-        )
+        radiance = sight.shaded(gbuffer)
+        paths = error = None
+        size = request.image.height, request.image.width
+        samples = np.full(size, request.image.samples, np.uint32)
         if work.path_tracing is not None:
-            traced_light = follow_light(
-                self._data,
-                work,
-                seen_surface(request, scene),
-                SeenWalls.of(
-                    gbuffer, fine, light, shader.reflectance(gbuffer, fine, light)
-                ),
-                self._threads,
-                go_on,
-                enough,
-                saved,
+            surface = seen_surface(request, scene)
+            paths = self._follow(
+                work, work.path_tracing, surface, sight.walls(gbuffer), attempt
             )
-            known = traced_light.batches > 0
-            by_paths = shader.shade(gbuffer, fine, light, traced_light.light, casters)
+            assert paths.light.batches is not None
+            known = paths.light.batches > 0
+            by_paths = sight.shaded(gbuffer, paths.light)
             told = known & in_field(gbuffer.coverage)
             pair = radiance[told], by_paths[told]
             radiance = np.where(known[..., None], by_paths, radiance)
-            samples = _added(request, traced_light.batches) * np.uint32(BATCH_PATHS)
+            samples = added_up(request, paths.light.batches) * np.uint32(BATCH_PATHS)
         if request.image.samples == 4:
             radiance = downsample_radiance(radiance)
             gbuffer = downsample_gbuffer(gbuffer)
         pixels, gain = self.expose(request, work, radiance, gbuffer)
-        if traced_light is not None and traced_light.noise is None and len(pair[0]):
+        if paths is not None and paths.noise is None and len(pair[0]):
             # where paths were walked they tell what the quick light, which stands in
             # for them elsewhere, is off by; their own noise is in it
             quick, by_paths = (eye_codes(part, gain) for part in pair)
             error = float(np.sqrt(np.mean((quick - by_paths) ** 2)))
-        return Picture(
-            pixels,
-            radiance,
-            gbuffer.depth_mm,
-            gbuffer.coverage,
-            samples,
-            gain,
-            traced_light is None or traced_light.complete,
-            None if traced_light is None else traced_light.noise,
-            None if traced_light is None else traced_light.state,
-            error,
+        depth, coverage = gbuffer.depth_mm, gbuffer.coverage
+        picture = Picture(pixels, radiance, depth, coverage, samples, gain, error=error)
+        if paths is None:
+            return picture
+        return replace(
+            picture, complete=paths.complete, noise=paths.noise, state=paths.state
         )
+
+    def _follow(
+        self,
+        work: ScopeWork,
+        spec: PathTracingSpec,
+        surface: AirSurface,
+        walls: SeenWalls,
+        attempt: Attempt,
+    ) -> _Paths:
+        """Walk paths until noise or number is reached, or it is enough.
+
+        Raise RenderStoppedError when the attempt may not go on, ValueError for a state
+        that is not this view's.
+        """
+        saved = attempt.saved
+        state = None if saved is None else saved.paths()
+        if state is None and spec.state is not None:
+            stored = self._data.get(spec.state, ("float64",), LARGEST_STATE)
+            state = np.asarray(stored)
+        tracer = PathTracer(
+            surface, blood_bias=work.blood_bias, seed=work.seed, threads=self._threads
+        )
+        with closing(tracer):
+            sampling = PathSampling(tracer, walls, state)
+            most = sampling.blocks * -(-spec.paths // BATCH_PATHS)
+            while True:
+                noise, done = sampling.noise(), sampling.batches
+                if not attempt.go_on(0.05 + 0.95 * min(done / max(most, 1), 1.0)):
+                    raise RenderStoppedError()
+                is_whole = sampling.is_complete and done >= most
+                complete = noise <= spec.noise or is_whole
+                if complete or attempt.enough():
+                    known = noise if np.isfinite(noise) else None
+                    return _Paths(sampling.light(), complete, known, sampling.state())
+                if saved is not None:
+                    saved.watch_paths(sampling.state)
+                for _ in range(min(LOOK_EVERY, max(most - done, 1))):
+                    sampling.step()
 
     def sight(
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
@@ -358,6 +399,23 @@ def _living(surface: AirSurface, wounds: Wounds) -> tuple[AirSurface, _Arrays]:
     return own, (distance, film, before, pale)
 
 
+def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:
+    """Encode light as the eye weighs it, in codes of 255."""
+    light = np.clip(radiance * np.float32(gain), 0, 1)
+    return np.asarray(255 * light ** np.float32(1 / 2.2))
+
+
+def in_field(coverage: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Mark the pixels ``(h, w)`` of an endoscope's picture that show something.
+
+    Beyond the field's stop nothing is shown.
+    """
+    half = min(coverage.shape) / 2
+    rows, columns = ((np.arange(n) + 0.5 - n / 2) / half for n in coverage.shape)
+    inside = np.hypot(rows[:, None], columns[None]) <= 1
+    return np.asarray((coverage > 0) & inside)
+
+
 def write_picture(
     folder: Path, request: SnapshotRequest, picture: Picture
 ) -> dict[str, str]:
@@ -382,7 +440,9 @@ def write_picture(
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
-def _added(request: SnapshotRequest, plane: NDArray[np.generic]) -> NDArray[np.uint32]:
+def added_up(
+    request: SnapshotRequest, plane: NDArray[np.generic]
+) -> NDArray[np.uint32]:
     """Add up what the rays of each pixel have."""
     counts = plane.astype(np.uint32)
     if request.image.samples == 1:

@@ -33,19 +33,13 @@ from renderers.scene.lens_state import NONE, LensState, all_over
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""
 
-
 REQUEST_SCHEMA: Literal["paravol.snapshot.request/2"] = "paravol.snapshot.request/2"
-
-
 RESULT_SCHEMA: Literal["paravol.snapshot.result/2"] = "paravol.snapshot.result/2"
-
 
 # Patterns are searched, not matched, and `$` accepts a final newline: hence the length.
 Digest: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{64}$", min_length=64, max_length=64)
 ]
-
-
 JobId: TypeAlias = Annotated[
     str, Meta(pattern="^[0-9a-f]{32}$", min_length=32, max_length=32)
 ]
@@ -57,29 +51,13 @@ def is_job_id(name: str) -> bool:
 
 
 Coordinate: TypeAlias = Annotated[float, Meta(ge=-1e7, le=1e7)]
-
-
 Cosine: TypeAlias = Annotated[float, Meta(ge=-1.001, le=1.001)]
-
-
 Positive: TypeAlias = Annotated[float, Meta(gt=0, le=1e6)]
-
-
 Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
-
-
 Amount: TypeAlias = Annotated[float, Meta(ge=0, le=1e6)]
-
-
 Pixels: TypeAlias = Annotated[int, Meta(ge=8, le=8192)]
-
-
 Point: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
-
-
 Axis: TypeAlias = tuple[Cosine, Cosine, Cosine]
-
-
 Row: TypeAlias = tuple[Cosine, Cosine, Cosine, Coordinate]
 QualityName = Literal["preview", "snapshot", "final", "reference"]
 ProjectionName = Literal["equidistant", "perspective", "orthographic"]

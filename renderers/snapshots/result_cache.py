@@ -74,23 +74,22 @@ class ResultCache:
     def keep_traced(self, request: SnapshotRequest, traced: Traced) -> None:
         """Keep what rays found, unless some were left out."""
         if traced.drawn is None:
-            self._traces.put(trace_key(request), traced, _bytes(traced.found))
+            self._traces.put(trace_key(request), traced, traced.found)
 
     def keep_picture(self, request: SnapshotRequest, picture: Picture) -> None:
         """Keep a picture, unless it was stopped early."""
         if picture.complete:
-            self._pictures.put(picture_key(request), picture, _bytes(picture))
+            self._pictures.put(picture_key(request), picture, picture)
 
 
 class _Recent(Generic[V]):
-    """Map keys to values of known sizes; the least recently used make room.
+    """Map keys to values; the least recently used make room.
 
     Keys are digested: one with a camera and a transfer function is 2,000 bytes long.
     """
 
     def __init__(self, room: int) -> None:
         self._room = room
-        self._used = 0
         self._values: OrderedDict[bytes, tuple[V, int]] = OrderedDict()
 
     def get(self, key: bytes) -> V | None:
@@ -100,18 +99,12 @@ class _Recent(Generic[V]):
         self._values.move_to_end(name)
         return self._values[name][0]
 
-    def put(self, key: bytes, value: V, size: int) -> None:
+    def put(self, key: bytes, value: V, arrays: Picture | GBuffer | Image) -> None:
+        held = (getattr(arrays, field.name) for field in fields(arrays))
+        size = sum(array.nbytes for array in held if isinstance(array, np.ndarray))
         name = hashlib.sha256(key).digest()
-        if name in self._values:
-            self._used -= self._values.pop(name)[1]
-        if size > self._room:
-            return
-        self._values[name] = value, size
-        self._used += size
-        while self._used > self._room:
-            self._used -= self._values.popitem(last=False)[1][1]
-
-
-def _bytes(holder: Picture | GBuffer | Image) -> int:
-    values = (getattr(holder, field.name) for field in fields(holder))
-    return sum(value.nbytes for value in values if isinstance(value, np.ndarray))
+        self._values.pop(name, None)
+        if size <= self._room:
+            self._values[name] = value, size
+            while sum(size for _, size in self._values.values()) > self._room:
+                self._values.popitem(last=False)

@@ -30,7 +30,7 @@ from renderers.art.regions import (
 from renderers.snapshots.data_store import write_whole
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import SAVE_EVERY_S, Spool
-from renderers.snapshots.team import Progress, traced_camera
+from renderers.snapshots.team import traced_camera
 
 SHARE = 0.05
 """Of the time, that may go into saving."""
@@ -105,16 +105,9 @@ class SavedWork:
         self._saved |= finished_squares(gather.done, REGION_PX)
         return empty - gather.missing
 
-    def watching(self, gather: Gather, progress: Progress) -> Progress:
-        """Save what is gathered, when it is time, whenever progress is told."""
-
-        def go_on(share: float) -> bool:
-            goes_on = progress(share)
-            if goes_on and time.monotonic() >= self._due:
-                self._at_a_price(lambda: self.save_rays(gather))
-            return goes_on
-
-        return go_on
+    def look(self, gather: Gather) -> None:
+        """Save what is gathered when it is time."""
+        self._when_due(lambda: self.save_rays(gather))
 
     def save_rays(self, gather: Gather) -> None:
         """Save the squares of the picture that are finished and were not saved yet."""
@@ -143,15 +136,16 @@ class SavedWork:
 
     def watch_paths(self, state: Callable[[], NDArray[np.float64]]) -> None:
         """Save what light by paths goes on from, when it is time."""
-        if time.monotonic() >= self._due:
-            self._at_a_price(lambda: self.save_paths(state()))
+        self._when_due(lambda: self.save_paths(state()))
 
     def save_paths(self, state: NDArray[np.float64]) -> None:
         """Save it in place of what this attempt saved before."""
         self._write(f"paths{ENDING}", np.ascontiguousarray(state, "<f8").tobytes())
 
-    def _at_a_price(self, save: Callable[[], None]) -> None:
+    def _when_due(self, save: Callable[[], None]) -> None:
         began = time.monotonic()
+        if began < self._due:
+            return
         try:
             save()
         except OSError:

@@ -7,7 +7,7 @@
                 finish             likewise: what there is will do
                 attempt-<n>/       made by the one worker that makes attempt n
                   status.json      state, heartbeat, share done, message
-                  growing.tiles    parts of the picture, as they come
+                  growing.picture  the picture so far, coarse at first
                   *.saved          for whoever takes the job over; gone when it ends
                   picture.png radiance.npy depth.npy samples.npy
                   result.json      written last

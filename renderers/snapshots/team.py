@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -125,33 +124,6 @@ _LOOK_S = 0.02
 """Time between two looks at the progress, which may read the disk."""
 
 
-class Team(Protocol):
-    """Promise what a worker needs."""
-
-    ranks: int
-    traces_parts: bool
-    """Whether `Gather.wanted` saves anything; ranks trace all rays."""
-
-    def trace(
-        self,
-        request: SnapshotRequest,
-        scene: Scene,
-        progress: Progress,
-        gather: Gather | None = None,
-        tools: Tools = (),
-    ) -> Traced:
-        """Trace a request; raise RenderStoppedError when `progress` says so.
-
-        gather: one of `empty_gather`, for those who look at what has come; what is done
-        in it already is not traced again. tools: of `load_tools`.
-        """
-        ...
-
-    def dismiss(self) -> None:
-        """Let everybody go."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class _KeptTracer:
     scene: bytes
@@ -160,7 +132,10 @@ class _KeptTracer:
 
 
 class SerialTeam:
-    """Trace with the threads of this process."""
+    """Trace with the threads of this process.
+
+    traces_parts: whether `Gather.wanted` saves anything; ranks trace all rays.
+    """
 
     ranks = 1
     traces_parts = True
@@ -177,9 +152,12 @@ class SerialTeam:
         gather: Gather | None = None,
         tools: Tools = (),
     ) -> Traced:
-        """Trace a request. The tracer is kept for the next one of the same scene.
+        """Trace a request; raise RenderStoppedError when `progress` says so.
 
-        Or follows where only the volume's values are others: after an edit, and back.
+        gather: one of `empty_gather`, for those who look at what has come; what is done
+        in it already is not traced again. tools: of `load_tools`.
+        The tracer is kept for the next request of the same scene, or follows where only
+        the volume's values are others: after an edit, and back.
         """
         key, family = scene_key(request), family_key(request)
         if self._kept is None or self._kept.family != family:
@@ -246,37 +224,32 @@ class _Prepared:
         self._kept: _PreparedScene | None = None
 
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
-        kept = self._kept
-        if kept is None or kept.scene != scene_key(request):
-            kept = self._edit(request, scene) or self._make(request, scene)
-            self._kept = kept
+        kept, march = self._kept, None
+        key, family = scene_key(request), family_key(request)
+        if kept is not None and kept.scene == key:
+            return kept.march, kept.node
+        if (
+            kept is not None
+            and kept.family == family
+            and not isinstance(kept.node, RayNode)
+        ):
+            march = edit_node(kept.node, kept.work, scene)
+        if kept is not None and march is not None:
+            kept = replace(kept, scene=key, march=march)
+        else:
+            march, node, work = make_frame_node(
+                scene,
+                mode_of(request),
+                request.to_quality(),
+                self._policy,
+                rank=self._transport.rank,
+                ranks=self._transport.ranks,
+                distances=self._transport.distances,
+                deflection=to_deflection(request.deflectors),
+            )
+            kept = _PreparedScene(key, family, march, node, work)
+        self._kept = kept
         return kept.march, kept.node
-
-    def _edit(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene | None":
-        kept = self._kept
-        if kept is None or kept.family != family_key(request):
-            return None
-        if isinstance(kept.node, RayNode):
-            return None
-        march = edit_node(kept.node, kept.work, scene)
-        if march is None:
-            return None
-        return replace(kept, scene=scene_key(request), march=march)
-
-    def _make(self, request: SnapshotRequest, scene: Scene) -> "_PreparedScene":
-        march, node, work = make_frame_node(
-            scene,
-            mode_of(request),
-            request.to_quality(),
-            self._policy,
-            rank=self._transport.rank,
-            ranks=self._transport.ranks,
-            distances=self._transport.distances,
-            deflection=to_deflection(request.deflectors),
-        )
-        return _PreparedScene(
-            scene_key(request), family_key(request), march, node, work
-        )
 
     def forget(self) -> None:
         self._kept = None
@@ -299,9 +272,10 @@ class _Order(msgspec.Struct):
 class RankTeam:
     """Trace with all ranks of a transport; lives on rank 0."""
 
+    traces_parts = False
+
     def __init__(self, rank: Rank, policy: CellPolicy | None = None) -> None:
         self.ranks = rank.transport.ranks
-        self.traces_parts = False
         self._rank = rank
         self._prepared = _Prepared(rank.transport, policy or CellPolicy())
 
@@ -313,7 +287,7 @@ class RankTeam:
         gather: Gather | None = None,
         tools: Tools = (),
     ) -> Traced:
-        """Trace a request; other ranks load what they need themselves."""
+        """Trace as a `SerialTeam`; other ranks load what they need themselves."""
         rank = self._rank
         frame = rank.frame + 1
         gather = gather or empty_gather(request)
@@ -360,6 +334,10 @@ class RankTeam:
                     stopped = True
                     self._rank.cancel()
         return stopped
+
+
+Team = SerialTeam | RankTeam
+"""Those whom a worker may have trace."""
 
 
 def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:

@@ -95,30 +95,18 @@ class VolumeChanges:
                 f"{name}: bricks of {base.dtype} are rows of {wide} int32, got "
                 f"{record.dtype} {record.shape}"
             )
-        numbers = np.ascontiguousarray(record[:, 0])
+        numbers = record[:, 0].astype(np.int64)
         bricks = math.prod(_counts(base.shape))
-        wrong = numbers[(numbers < 0) | (numbers >= bricks)]
-        if len(wrong):
+        if np.any(np.diff(numbers, prepend=-1, append=bricks) <= 0):
             raise UserError(
-                f"{name}: there is no brick {wrong[0]}; the volume has {bricks}"
-            )
-        disorder = np.flatnonzero(np.diff(numbers) <= 0)
-        if len(disorder):
-            at = int(disorder[0])
-            raise UserError(
-                f"{name}: bricks must ascend, each there once; {numbers[at + 1]} comes "
-                f"after {numbers[at]}"
+                f"{name}: bricks must ascend, each there once, and be some of the "
+                f"volume's {bricks}"
             )
         edges = (len(record), EDGE, EDGE, EDGE)
         values = np.ascontiguousarray(record[:, 1:]).view(base.dtype).reshape(edges)
-        if base.dtype.kind == "f":
-            unreal = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2, 3)))
-            if len(unreal):
-                raise UserError(
-                    f"{name}: brick {numbers[unreal[0]]} holds a value that is not "
-                    "finite"
-                )
-        return cls(numbers, values)
+        if base.dtype.kind == "f" and not np.isfinite(values).all():
+            raise UserError(f"{name}: a brick holds a value that is not finite")
+        return cls(numbers.astype(np.int32), values)
 
     def applied(self, base: NDArray[np.generic]) -> NDArray[np.generic]:
         """Return a copy of a volume with the bricks in it."""

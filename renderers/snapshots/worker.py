@@ -1,11 +1,12 @@
 """The worker: takes requests from a spool folder, draws them, one after the other."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 
 import msgspec
 
@@ -15,13 +16,22 @@ from renderers.art.ranks.transport import RankRefusedError, TransportError
 from renderers.art.tracer import RenderStoppedError
 from renderers.scene import Scene
 from renderers.snapshots.data_store import write_whole
-from renderers.snapshots.delivery import Finisher, write_picture
-from renderers.snapshots.heartbeat import Heartbeat, Verdict
+from renderers.snapshots.delivery import (
+    Attempt,
+    Finisher,
+    path_tracing_of,
+    write_picture,
+)
+from renderers.snapshots.growing import show
 from renderers.snapshots.lease import LEASE_S
-from renderers.snapshots.path_traced import path_tracing_of
-from renderers.snapshots.progressive import Preview, trace_best
 from renderers.snapshots.pruning import KEEP_S, Pruner
-from renderers.snapshots.refinement import Refinement, can_refine, refined
+from renderers.snapshots.refinement import (
+    Preview,
+    Refinement,
+    can_refine,
+    stopped_picture,
+    trace_best,
+)
 from renderers.snapshots.request import (
     RESULT_SCHEMA,
     SnapshotRequest,
@@ -35,10 +45,11 @@ from renderers.snapshots.spool import (
     SAVE_EVERY_S,
     Claim,
     JobState,
+    JobStatus,
     Spool,
     SpoolError,
 )
-from renderers.snapshots.team import Progress, SerialTeam, Team, Traced
+from renderers.snapshots.team import SerialTeam, Team, Traced
 
 POLL_S = 0.05
 
@@ -46,6 +57,13 @@ REFUSED_S = 1.0
 """Between two tries while the disk refuses."""
 
 MOST_ATTEMPTS = 3
+
+HEARTBEAT_S = 2.0
+
+LOOK_S = 0.05
+"""Time between two looks for a client's wish to cancel."""
+
+Verdict = tuple[JobState, str]
 
 
 def _never() -> bool:
@@ -82,63 +100,128 @@ def run_worker(
     code_key()
     cache = ResultCache(cache_bytes)
     worker = _Worker(spool, team, finisher, cache, save_every_s, stopped)
-    served = 0
+    served, is_refused = 0, False
     try:
-        refusals = _Refusals(spool)
         while not stopped():
-            with refusals:
+            try:
                 claim = spool.claim() or spool.take_over(lease_s)
-                if claim is not None:
+                if claim is None:
+                    pruner.prune_at_times()
+                else:
                     served += worker.serve(claim)
+                if is_refused:
+                    is_refused = False
+                    _say(f"Spool {folder} is served again.")
+                if claim is not None:
                     continue
-                pruner.prune_at_times()
                 if once and spool.is_quiet():
                     break
-            time.sleep(POLL_S if refusals.is_served else REFUSED_S)
+            except OSError as error:
+                # The disk is full, or may not be written for a while: outlast that. A
+                # job that was being drawn is taken over when its lease has run out.
+                if not spool.queue.is_dir():
+                    raise SpoolError(
+                        f"Spool {folder} is not there any more."
+                    ) from error
+                if not is_refused:
+                    is_refused = True
+                    said = error.strerror or error
+                    _say(
+                        f"Spool {folder} cannot be used: {said}; it is tried again and "
+                        "again."
+                    )
+            time.sleep(REFUSED_S if is_refused else POLL_S)
     finally:
         finisher.close()
         team.dismiss()
     return served
 
 
-class _Refusals:
-    """Outlast a disk that is full, or may not be written for a while.
+def _say(sentence: str) -> None:
+    print(sentence, file=sys.stderr, flush=True)
 
-    That is told once, on standard error, and once more when it has passed. A job that
-    was being drawn meanwhile is taken over when its lease has run out.
+
+class Heartbeat(AbstractContextManager["Heartbeat"]):
+    """Renew a job's status; end it when its client or its time says so.
+
+    A thread, because loading, compiling and shading can each take longer than a lease.
+    A job that is cancelled or late is said to have ended at once, whatever the worker
+    is in the middle of; the worker stops when it next asks `may_go_on`.
     """
 
-    def __init__(self, spool: Spool) -> None:
+    def __init__(self, spool: Spool, job_id: str, attempt: int) -> None:
+        self.done = 0.0
+        """Share of the picture, for the next status."""
+        self.is_over = False
+        """Whether the final status was written here."""
         self._spool = spool
-        self.is_served = True
+        self._job_id = job_id
+        self._attempt = attempt
+        self._beats = 0
+        self._limits: list[tuple[float, str]] = []
+        self._is_lost = False
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
 
-    def __enter__(self) -> None:
-        """Begin to use the disk."""
+    def __enter__(self) -> "Heartbeat":
+        self._thread.start()
+        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> bool:
-        """Go on after a refusal of the disk; SpoolError when the folder is gone."""
-        folder = self._spool.folder
-        if not isinstance(error, OSError):
-            if error is None and not self.is_served:
-                self.is_served = True
-                print(f"Spool {folder} is served again.", file=sys.stderr, flush=True)
-            return False
-        if not self._spool.queue.is_dir():
-            raise SpoolError(f"Spool {folder} is not there any more.") from error
-        if self.is_served:
-            self.is_served = False
-            print(
-                f"Spool {folder} cannot be used: {error.strerror or error}; it is "
-                "tried again and again.",
-                file=sys.stderr,
-                flush=True,
-            )
-        return True
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def limit(self, seconds: float, reason: str) -> None:
+        """Let the job fail for a reason so many seconds from now."""
+        self._limits.append((time.monotonic() + seconds, reason))
+
+    def may_go_on(self) -> bool:
+        """Return whether the job is still wanted, and still ours."""
+        return not (self.is_over or self._is_lost)
+
+    def look(self) -> bool:
+        """See whether the job was cancelled or is late; then as `may_go_on`."""
+        if self.may_go_on():
+            now = time.monotonic()
+            late = [reason for at, reason in self._limits if now >= at]
+            if self._spool.is_cancelled(self._job_id):
+                self.end(JobState.CANCELLED, "cancelled by its client")
+            elif late:
+                self.end(JobState.FAILED, late[0])
+        return self.may_go_on()
+
+    def end(self, state: JobState, message: str = "") -> None:
+        """Write the final status, unless it stands or another worker has the job."""
+        if self._say(state, message):
+            reached(Step.JOB_ENDED)
+
+    def _say(self, state: JobState, message: str = "") -> bool:
+        """Write a status; return whether the job is still ours to speak of."""
+        with self._lock:
+            # This process may have been held up so long that another took the job.
+            self._is_lost |= not self._spool.owns(self._job_id, self._attempt)
+            if not self.may_go_on():
+                return False
+            self._beats += 1
+            status = JobStatus(state, self._attempt, self._beats, self.done, message)
+            self._spool.set_status(self._job_id, status)
+            self.is_over = state.is_final
+            return True
+
+    def _watch(self) -> None:
+        last, shown = 0.0, -1.0
+        while not self._over.wait(LOOK_S):
+            try:
+                if not self.look():
+                    return
+                now = time.monotonic()
+                if now - last > HEARTBEAT_S or self.done != shown:
+                    last, shown = now, self.done
+                    self._say(JobState.RUNNING)
+            except OSError:
+                # The disk refuses for now. The lease runs out if it goes on to.
+                continue
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +276,7 @@ class _Worker:
             return JobState.FAILED, str(error) or type(error).__name__
         return JobState.DONE, ""
 
-    def _render(self, request: SnapshotRequest, attempt: int, heart: Heartbeat) -> None:
+    def _render(self, request: SnapshotRequest, number: int, heart: Heartbeat) -> None:
         began = time.perf_counter()
         heart.limit(
             request.max_seconds,
@@ -219,8 +302,9 @@ class _Worker:
         scene = load_scene(self.spool.data, request)
         reached(Step.SCENE_LOADED)
         loaded = time.perf_counter()
-        folder = self.spool.attempt_folder(request.id, attempt)
-        saved = SavedWork(self.spool, request, attempt, self.save_every_s)
+        folder = self.spool.attempt_folder(request.id, number)
+        saved = SavedWork(self.spool, request, number, self.save_every_s)
+        attempt = Attempt(go_on, enough, saved)
         picture, traced = self.cache.picture(request), self.cache.traced(request)
         skipped = {
             "views_skipped": int(picture is not None),
@@ -230,20 +314,22 @@ class _Worker:
         share = 1.0
         if picture is None and can_refine(request):
             refinement = Refinement(self.team, self.finisher, request, scene, go_on)
-            with Preview(folder, request, scene, self.finisher) as preview:
-                picture = refined(refinement, go_on, enough, preview.show_picture)
+            if request.progressive:
+                show(folder, refinement.picture().pixels)
+            picture = refinement.run(enough)
             counters = dict(refinement.counters)
             share = float(picture.samples.mean()) / 4
             self.cache.keep_picture(request, picture)
         elif picture is None and traced is None:
-            traced = self._trace(request, scene, folder, go_on, enough, saved)
+            traced = self._trace(request, scene, folder, attempt)
             self.cache.keep_traced(request, traced)
             counters = traced.counters
             share = 1.0 if traced.drawn is None else float(traced.drawn.mean())
         found = time.perf_counter()
         if picture is None:
             assert traced is not None
-            picture = self.finisher.finish(request, scene, traced, go_on, enough, saved)
+            picture = self.finisher.finish(request, scene, traced, attempt)
+            picture = stopped_picture(request, traced, picture)
             self.cache.keep_picture(request, picture)
         reached(Step.PICTURE_SHADED)
         shaded = time.perf_counter()
@@ -258,7 +344,7 @@ class _Worker:
             width=request.image.width,
             height=request.image.height,
             ranks=self.team.ranks,
-            attempt=attempt,
+            attempt=number,
             gain=picture.gain,
             complete=picture.complete,
             traced=share,
@@ -280,25 +366,16 @@ class _Worker:
         heart.done = 1.0
 
     def _trace(
-        self,
-        request: SnapshotRequest,
-        scene: Scene,
-        folder: Path,
-        go_on: Progress,
-        enough: Callable[[], bool],
-        saved: SavedWork,
+        self, request: SnapshotRequest, scene: Scene, folder: Path, attempt: Attempt
     ) -> Traced:
         """Trace a view; show it while it comes."""
         # where light is followed by paths, that takes nearly all the time
         tracing = 0.05 if path_tracing_of(request) else 0.9
-        with Preview(folder, request, scene, self.finisher) as preview:
-            return trace_best(
-                self.team,
-                request,
-                scene,
-                lambda share: go_on(tracing * share),
-                enough,
-                preview,
-                saved,
-                load_tools(self.spool.data, request),
-            )
+        return trace_best(
+            self.team,
+            request,
+            scene,
+            replace(attempt, go_on=lambda share: attempt.go_on(tracing * share)),
+            Preview(folder, request, scene, self.finisher),
+            load_tools(self.spool.data, request),
+        )

@@ -1,10 +1,9 @@
-"""A client of a spool of its own."""
+"""A spool folder of a test's own, and who asks for pictures there."""
 
 from pathlib import Path
 
 import pytest
 
-from renderers.scene import Camera, Scene
 from renderers.snapshots.client import SnapshotClient
 
 
@@ -12,9 +11,3 @@ from renderers.snapshots.client import SnapshotClient
 def client(tmp_path: Path) -> SnapshotClient:
     """Get a client that soon takes a silent worker for dead."""
     return SnapshotClient(tmp_path / "spool", name="test", lease_s=0.4)
-
-
-@pytest.fixture
-def job(client: SnapshotClient, scene: Scene, outside: Camera) -> str:
-    """Ask for a picture of the small scene."""
-    return client.submit(client.request_classic(scene, outside))

@@ -28,7 +28,7 @@ def test_a_finished_id_is_answered_again(
     assert client.wait(request.id).result == before
 
 
-def test_an_array_is_hashed_once_and_not_kept_alive(
+def test_an_array_is_stored_once_and_not_kept_alive(
     client: SnapshotClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     array = np.arange(10.0)
@@ -44,14 +44,16 @@ def test_an_array_is_hashed_once_and_not_kept_alive(
     assert alive() is None
 
 
-def test_nobody_serves(client: SnapshotClient, job: str) -> None:
+def test_nobody_serves(client: SnapshotClient, scene: Scene, outside: Camera) -> None:
+    job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(SnapshotError, match=r"still queued after 0\.1 s; is a worker"):
         client.wait(job, timeout_s=0.1)
 
 
 def test_a_job_cancelled_in_the_queue_is_never_drawn(
-    client: SnapshotClient, job: str
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
+    job = client.submit(client.request_classic(scene, outside))
     client.cancel(job)
     run_worker(client.spool.folder, once=True)
     with pytest.raises(SnapshotCancelledError):

@@ -38,9 +38,10 @@ def test_what_is_not_the_promised_array_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is no digest"):
         store.get("../" + digest, ("float32",), 1000)
     record = (tmp_path / digest).read_bytes()
-    (tmp_path / digest).write_bytes(record[:-4])
-    with pytest.raises(ValueError, match="its header says"):
-        DataStore(tmp_path).get(digest, ("float32",), 1000)
+    for wrong, said in ((record[:-4], "damaged"), (record + b"\0", "its header says")):
+        (tmp_path / digest).write_bytes(wrong)
+        with pytest.raises(ValueError, match=said):
+            DataStore(tmp_path).get(digest, ("float32",), 1000)
     (tmp_path / digest).write_bytes(record[:-1] + b"\1")
     with pytest.raises(ValueError, match="was changed"):
         DataStore(tmp_path).get(digest, ("float32",), 1000)

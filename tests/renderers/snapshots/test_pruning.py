@@ -10,7 +10,7 @@ from renderers.snapshots.data_store import HIDDEN, DataStore
 from renderers.snapshots.pruning import Pruner
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import JobState, JobStatus, Spool
-from tests.renderers.snapshots.asking import scope_request
+from tests.renderers.snapshots.bare_requests import bare_request
 
 DAY_S = 86_400.0
 
@@ -22,8 +22,7 @@ def spool(tmp_path: Path) -> Spool:
 
 def ask(spool: Spool, number: int) -> SnapshotRequest:
     """Publish a request for an array of its own."""
-    digest = spool.data.put(np.full(3, number))
-    request = scope_request(number, digest)
+    request = bare_request(number, spool.data.put(np.full(3, number)))
     spool.publish(request)
     return request
 

@@ -25,7 +25,7 @@ from renderers.snapshots.result_cache import ResultCache, picture_key, trace_key
 from renderers.snapshots.scene_loader import load_scene, load_tools
 from renderers.snapshots.team import SerialTeam, Traced
 from renderers.snapshots.worker import run_worker
-from tests.renderers.snapshots.asking import blade, classic_work, scope_request
+from tests.renderers.snapshots.bare_requests import CAMERA, CLASSIC, bare_request, blade
 
 ASKING: dict[str, Any] = {
     "id": "0" * 32,
@@ -220,6 +220,6 @@ def test_what_was_stopped_early_is_not_kept() -> None:
 
 def asked(number: int) -> SnapshotRequest:
     """Ask for a view; the eye stands elsewhere for each number."""
-    request = scope_request(0)
-    camera = msgspec.structs.replace(request.camera, eye_mm=(float(number), 0.0, 0.0))
-    return msgspec.structs.replace(request, camera=camera, work=classic_work())
+    eye = float(number), 0.0, 0.0
+    camera = msgspec.structs.replace(CAMERA, eye_mm=eye)
+    return bare_request(0, camera=camera, work=CLASSIC)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from renderers.art import ActiveRayTracer, render_among
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.regions import REGION_PX, Gather
-from renderers.scene import AirSurface, Camera, Scene
+from renderers.scene import Camera, Scene
 from renderers.scene.composition import solids_seen
 from renderers.snapshots import saved_work
 from renderers.snapshots.client import SnapshotClient
@@ -22,10 +22,9 @@ from renderers.snapshots.saved_work import ENDING, SavedWork, code_key, unwrap, 
 from renderers.snapshots.spool import Spool
 from renderers.snapshots.team import RankTeam
 from renderers.snapshots.worker import run_worker
-from tests.renderers.snapshots.asking import served
 from tests.renderers.snapshots.threaded_end import threaded_team
 from tests.renderers.snapshots.watched_team import WatchedTeam
-from tests.tools import board
+from tests.tools import rod
 
 SIZE = (100, 86)
 LEASE_S = 0.05
@@ -191,12 +190,12 @@ def take_over(client: SnapshotClient, team: RankTeam | None = None) -> None:
 
 
 @pytest.mark.usefixtures("steady_pace")
-@pytest.mark.parametrize("with_tool", [False, True])
 def test_a_job_taken_over_goes_on_where_it_was(
-    client: SnapshotClient, scene: Scene, outside: Camera, with_tool: bool
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     camera = outside.with_size(256, 512)
-    tools = [board(outside, 27.0, 11.0)] if with_tool else []
+    middle = scene.volume.center_mm
+    tools = [rod(middle, middle + np.array([15.0, -20, 12]))]
     job = client.submit(client.request_classic(scene, camera, instruments=tools))
     for share in (0.3, 0.6):
         # dies without a word, twice
@@ -250,18 +249,21 @@ def test_ranks_go_on_with_what_one_process_found(
 
 def test_light_by_paths_is_gone_on_with_to_the_same_bits(
     client: SnapshotClient,
-    surface: AirSurface,
+    scene: Scene,
     inside: Camera,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    assert scene.surface is not None
     truth = PathTracingSpec(paths=96)
     jobs = []
     for _ in range(2):
         request = client.request_scope(
-            surface, inside.with_size(48, 40), samples=1, path_tracing=truth
+            scene.surface, inside.with_size(48, 40), samples=1, path_tracing=truth
         )
         jobs.append(request)
-    whole = served(client, jobs[0], threads=1)
+    client.submit(jobs[0])
+    run_worker(client.spool.folder, once=True, threads=1)
+    whole = client.wait(jobs[0].id)
     client.submit(jobs[1])
     counted: list[NDArray[np.float64]] = []
     save = SavedWork.save_paths

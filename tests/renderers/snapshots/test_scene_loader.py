@@ -4,15 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from renderers.scene import (
-    AIR_HU,
-    AirSurface,
-    Camera,
-    Material,
-    Mesh,
-    Projection,
-    Scene,
-)
+from renderers.scene import AIR_HU, Camera, Material, Mesh, Projection, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import ScopeWork, SnapshotRequest, TranslationSpec
 from renderers.snapshots.scene_loader import (
@@ -22,7 +14,7 @@ from renderers.snapshots.scene_loader import (
     load_scene,
     scene_key,
 )
-from tests.renderers.snapshots.asking import served
+from renderers.snapshots.worker import run_worker
 
 TRIANGLE = Mesh(
     np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]),
@@ -86,11 +78,14 @@ def test_a_key_tells_scenes_apart_but_not_views(
 
 
 def test_instruments_stand_where_their_pose_says(
-    client: SnapshotClient, surface: AirSurface
+    client: SnapshotClient, scene: Scene
 ) -> None:
+    assert scene.surface is not None
     camera = Camera.looking_at([0, -10, 0], [0, 0, 0], size=(32, 32))
     pose = np.array([[1.0, 0, 0, 0], [0, 0, -1, -4], [0, 1, 0, 0], [0, 0, 0, 1]])
-    request = client.request_scope(surface, camera, instruments=[(TRIANGLE, pose)])
+    request = client.request_scope(
+        scene.surface, camera, instruments=[(TRIANGLE, pose)]
+    )
     work = request.work
     assert isinstance(work, ScopeWork)
     ((mesh, placed),) = instrument_meshes(client.data, work.instruments)
@@ -99,20 +94,23 @@ def test_instruments_stand_where_their_pose_says(
     assert set(np.unique(found.material)) == {0, Material.DARK_PLASTIC}
     mirrored = pose.copy()
     mirrored[:3, 0] *= -1
-    bent = client.request_scope(surface, camera, instruments=[(TRIANGLE, mirrored)])
+    bent = client.request_scope(
+        scene.surface, camera, instruments=[(TRIANGLE, mirrored)]
+    )
     assert isinstance(bent.work, ScopeWork)
     with pytest.raises(ValueError, match="pose must be rigid"):
         instrument_meshes(client.data, bent.work.instruments)
 
 
 def test_what_casts_a_tools_shadow_goes_with_it(
-    client: SnapshotClient, surface: AirSurface
+    client: SnapshotClient, scene: Scene
 ) -> None:
+    assert scene.surface is not None
     camera = Camera.looking_at([0, -10, 0], [0, 0, 0], size=(32, 32))
     rods = np.array([[0.0, 0, 0, 0, 0, 9, 0.5]])
     shaded = Mesh(TRIANGLE.vertices, TRIANGLE.faces, TRIANGLE.material, rods)
     both = [(shaded, np.eye(4)), (TRIANGLE, np.eye(4))]
-    request = client.request_scope(surface, camera, instruments=both)
+    request = client.request_scope(scene.surface, camera, instruments=both)
     work = request.work
     assert isinstance(work, ScopeWork)
     (first, _), (second, _) = instrument_meshes(client.data, work.instruments)
@@ -150,9 +148,10 @@ def at(
 
 
 def test_in_mode_scope_the_air_distance_tells(
-    client: SnapshotClient, surface: AirSurface, inside: Camera
+    client: SnapshotClient, scene: Scene, inside: Camera
 ) -> None:
-    distance = surface.distance
+    assert scene.surface is not None
+    distance = scene.surface.distance
     densest = np.unravel_index(int(distance.values.argmax()), distance.shape)
     wall = distance.world_from_voxel @ [*densest[::-1], 1.0]
     for place, expected in (
@@ -160,7 +159,7 @@ def test_in_mode_scope_the_air_distance_tells(
         (wall[:3], True),
         (wall[:3] + 1e3, False),
     ):
-        request = client.request_scope(surface, at(inside, place), gain=1.0)
+        request = client.request_scope(scene.surface, at(inside, place), gain=1.0)
         assert stands_in_tissue(client, request) is expected
 
 
@@ -182,10 +181,11 @@ def test_in_mode_classic_the_transfer_function_tells(
 
 
 def test_tissue_counts_where_it_is_seen(
-    client: SnapshotClient, surface: AirSurface, inside: Camera
+    client: SnapshotClient, scene: Scene, inside: Camera
 ) -> None:
     """Pulled over the eye, it is around it; the result says so."""
-    distance = surface.distance
+    assert scene.surface is not None
+    distance = scene.surface.distance
     eye = inside.eye_mm
     steps = np.linspace(0, 6, 61)
     way = inside.frame[3]
@@ -197,10 +197,12 @@ def test_tissue_counts_where_it_is_seen(
         radius_mm=radius,
         shift_mm=tuple((-away * way).tolist()),
     )
-    request = client.request_scope(surface, inside.with_size(16, 16), gain=1.0)
+    request = client.request_scope(scene.surface, inside.with_size(16, 16), gain=1.0)
     bent = msgspec.structs.replace(request, deflectors=(pull,))
     assert not stands_in_tissue(client, request)
     assert stands_in_tissue(client, bent)
-    result = served(client, bent).result
+    job = client.submit(bent)
+    run_worker(client.spool.folder, once=True)
+    result = client.wait(job).result
     assert result.camera_in_tissue
     assert result.step_voxels == 0.5

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from renderers.snapshots.spool import JobState, JobStatus, Spool, SpoolError
-from tests.renderers.snapshots.asking import scope_request
+from tests.renderers.snapshots.bare_requests import bare_request
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def spool(tmp_path: Path, now: list[float]) -> Spool:
 
 
 def test_a_request_is_claimed_once(spool: Spool) -> None:
-    request = scope_request(1)
+    request = bare_request(1)
     spool.publish(request)
     claimed = spool.claim()
     assert claimed == (request.id, msgspec.json.encode(request), 1)
@@ -32,7 +32,7 @@ def test_a_request_is_claimed_once(spool: Spool) -> None:
 
 def test_urgent_before_early_before_late(spool: Spool) -> None:
     for number, priority in ((3, 5), (1, 5), (2, 0)):
-        spool.publish(scope_request(number, priority=priority))
+        spool.publish(bare_request(number, priority=priority))
         path = next((spool.folder / "queue").glob(f"*{number:032x}*"))
         os.utime(path, ns=(0, 10**9 * (1 if number == 3 else 2)))
     order = []
@@ -43,7 +43,7 @@ def test_urgent_before_early_before_late(spool: Spool) -> None:
 
 def test_of_two_claimers_one_wins(spool: Spool) -> None:
     for number in range(20):
-        spool.publish(scope_request(number))
+        spool.publish(bare_request(number))
     won: list[list[str]] = [[], [], []]
     start = threading.Barrier(3)
 
@@ -67,7 +67,7 @@ def test_a_claimer_leaves_what_another_is_claiming(
     spool: Spool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second comes between the first one's link and its look at the count."""
-    spool.publish(scope_request(1))
+    spool.publish(bare_request(1))
     other = Spool(spool.folder)
     link = os.link
 
@@ -84,7 +84,7 @@ def test_a_claimer_leaves_what_another_is_claiming(
 
 
 def test_publishing_again_changes_nothing(spool: Spool) -> None:
-    request = scope_request(1)
+    request = bare_request(1)
     spool.publish(request)
     spool.publish(request)
     assert len(list((spool.folder / "queue").iterdir())) == 1
@@ -92,11 +92,11 @@ def test_publishing_again_changes_nothing(spool: Spool) -> None:
     spool.publish(request)
     assert spool.claim() is None
     with pytest.raises(SpoolError, match="already asks for something else"):
-        spool.publish(scope_request(1, priority=3))
+        spool.publish(bare_request(1, priority=3))
 
 
 def test_a_silent_worker_is_replaced_once(spool: Spool, now: list[float]) -> None:
-    request = scope_request(1)
+    request = bare_request(1)
     spool.publish(request)
     spool.claim()
     others = [Spool(spool.folder, lambda: now[0]) for _ in range(2)]
@@ -117,7 +117,7 @@ def test_a_silent_worker_is_replaced_once(spool: Spool, now: list[float]) -> Non
 def test_a_claimer_that_died_before_its_first_word_is_replaced(
     spool: Spool, now: list[float]
 ) -> None:
-    request = scope_request(1)
+    request = bare_request(1)
     spool.publish(request)
     entry = next((spool.folder / "queue").iterdir())
     folder = spool.job_folder(request.id)
@@ -130,18 +130,6 @@ def test_a_claimer_that_died_before_its_first_word_is_replaced(
     assert not list((spool.folder / "queue").iterdir())
     assert taken is not None
     assert taken[2] == 1
-
-
-def test_finished_jobs_are_left_alone(spool: Spool, now: list[float]) -> None:
-    for number, state in enumerate(JobState):
-        if state.is_final:
-            spool.publish(scope_request(number))
-            claimed = spool.claim()
-            assert claimed is not None
-            spool.set_status(claimed[0], JobStatus(state, 1))
-    for _ in range(2):
-        assert spool.take_over(1) is None
-        now[0] += 100
 
 
 def test_a_request_longer_than_allowed_is_read_no_further(spool: Spool) -> None:
@@ -177,19 +165,11 @@ def test_a_folder_of_ones_own_is_closed_to_others(tmp_path: Path) -> None:
         assert spool.claim() is None
 
 
-def test_a_damaged_status_is_named(spool: Spool) -> None:
-    spool.publish(scope_request(1))
-    spool.claim()
-    (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b'{"state": "odd"}')
-    with pytest.raises(SpoolError, match="is damaged"):
-        spool.status(f"{1:032x}")
-
-
 def test_what_no_worker_would_accept_is_not_published(spool: Spool) -> None:
-    wrong = msgspec.structs.replace(scope_request(1), priority=11)
+    wrong = msgspec.structs.replace(bare_request(1), priority=11)
     with pytest.raises(ValueError, match="priority must be a whole number, at most 9"):
         spool.publish(wrong)
-    large = msgspec.structs.replace(scope_request(1), client="x" * 300_000)
+    large = msgspec.structs.replace(bare_request(1), client="x" * 300_000)
     with pytest.raises(ValueError, match="at most 262144 bytes"):
         spool.publish(large)
     assert not list(spool.queue.iterdir())
@@ -197,9 +177,11 @@ def test_what_no_worker_would_accept_is_not_published(spool: Spool) -> None:
 
 def test_a_damaged_status_stops_nobody_else(spool: Spool, now: list[float]) -> None:
     for number in (1, 2):
-        spool.publish(scope_request(number))
+        spool.publish(bare_request(number))
         assert spool.claim() is not None
     (spool.attempt_folder(f"{1:032x}") / "status.json").write_bytes(b"odd")
+    with pytest.raises(SpoolError, match="is damaged"):
+        spool.status(f"{1:032x}")
     assert spool.take_over(15) is None
     now[0] += 16
     taken = [spool.take_over(15), spool.take_over(15)]
@@ -213,7 +195,7 @@ def test_it_is_quiet_when_all_that_is_left_has_a_living_worker(
     spool: Spool, now: list[float]
 ) -> None:
     assert spool.is_quiet()
-    request = scope_request(1)
+    request = bare_request(1)
     spool.publish(request)
     assert not spool.is_quiet()
     other = Spool(spool.folder, lambda: now[0])
@@ -232,15 +214,25 @@ def test_it_is_quiet_when_all_that_is_left_has_a_living_worker(
     assert fresh.is_quiet()
 
 
+def test_the_age_of_a_request_is_by_the_disks_clock(spool: Spool) -> None:
+    spool.publish(bare_request(1))
+    entry = next(spool.queue.iterdir())
+    asked = entry.stat().st_mtime - 90
+    os.utime(entry, (asked, asked))
+    claim = spool.claim()
+    assert claim is not None
+    assert 90 <= spool.age_s(claim.job_id) < 120
+
+
 def test_jobs_that_ended_are_not_read_again(
     spool: Spool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Else an idle worker's time would grow with what it has ever done."""
-    for number in range(5):
-        spool.publish(scope_request(number))
+    for number, state in enumerate(filter(lambda s: s.is_final, JobState)):
+        spool.publish(bare_request(number))
         claim = spool.claim()
         assert claim is not None
-        spool.set_status(claim.job_id, JobStatus(JobState.DONE, 1))
+        spool.set_status(claim.job_id, JobStatus(state, 1))
     assert spool.take_over(15) is None
     looks: list[str] = []
     status = Spool.status
@@ -252,7 +244,7 @@ def test_jobs_that_ended_are_not_read_again(
     monkeypatch.setattr(Spool, "status", counted)
     assert spool.take_over(15) is None
     assert not looks
-    spool.publish(scope_request(9))
+    spool.publish(bare_request(9))
     assert spool.claim() is not None
     assert spool.take_over(15) is None
     assert set(looks) == {f"{9:032x}"}
@@ -280,7 +272,7 @@ def test_strangers_among_jobs_are_no_jobs(
     now[0] += 100.0
     assert spool.take_over(0.0) is None
     assert spool.is_quiet()
-    spool.publish(scope_request(1))
+    spool.publish(bare_request(1))
     claim = spool.claim()
     assert claim is not None
     assert (spool.jobs / name).exists()

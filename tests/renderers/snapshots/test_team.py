@@ -12,9 +12,14 @@ from renderers.scene import Camera, Distortion, Image, Mesh, Projection, Scene
 from renderers.scene.composition import solids_seen
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import downsample_radiance
-from renderers.snapshots.client import SnapshotClient, SnapshotError
+from renderers.snapshots.client import (
+    Snapshot,
+    SnapshotClient,
+    SnapshotError,
+)
+from renderers.snapshots.delivery import Attempt
 from renderers.snapshots.growing import GrowingPicture
-from renderers.snapshots.progressive import coarse_requests, fill, trace_best
+from renderers.snapshots.refinement import coarse_requests, fill, trace_best
 from renderers.snapshots.request import (
     QualityName,
     RotationSpec,
@@ -25,10 +30,12 @@ from renderers.snapshots.request import (
 from renderers.snapshots.scene_loader import load_tools
 from renderers.snapshots.team import SerialTeam, ending_rays
 from renderers.snapshots.worker import run_worker
-from tests.renderers.snapshots.asking import served
 from tests.renderers.snapshots.threaded_end import threaded_team
 from tests.renderers.snapshots.watched_team import WatchedTeam
 from tests.tools import board, rod
+
+POLICY = CellPolicy(5, Dataflow.STATIC)
+
 
 TURN = RotationSpec((2.0, 14.0, 16.0), 6.0, (1.0, 0.0, 0.5), 40.0)
 
@@ -43,6 +50,12 @@ def tools(scene: Scene) -> list[PlacedMesh]:
     ]
 
 
+def drawn(client: SnapshotClient, request: SnapshotRequest, **how: Any) -> Snapshot:
+    client.submit(request)
+    assert run_worker(client.spool.folder, once=True, **how) == 1
+    return client.wait(request.id)
+
+
 def among(
     scene: Scene, camera: Camera, tools: list[PlacedMesh], **how: Any
 ) -> tuple[Any, Any]:
@@ -53,13 +66,13 @@ def among(
 
 
 @pytest.mark.parametrize(
-    ("lens", "quality", "threads"),
+    ("lens", "quality", "samples", "deflectors"),
     [
-        ("perspective", "preview", 1),
-        ("distorted", "snapshot", 2),
-        ("orthographic", "snapshot", 2),
-        ("equidistant", "final", 2),
-        ("perspective", "reference", 2),
+        ("perspective", "preview", 1, ()),
+        ("distorted", "snapshot", 4, ()),
+        ("orthographic", "snapshot", 1, ()),
+        ("equidistant", "final", 4, (TURN,)),
+        ("perspective", "reference", 1, ()),
     ],
 )
 def test_a_request_gives_the_bits_of_render_among(
@@ -69,8 +82,10 @@ def test_a_request_gives_the_bits_of_render_among(
     tools: list[PlacedMesh],
     lens: str,
     quality: QualityName,
-    threads: int,
+    samples: Samples,
+    deflectors: tuple[RotationSpec, ...],
 ) -> None:
+    """Of each ray, where there are four to a pixel."""
     camera = outside
     if lens == "distorted":
         camera = replace(outside, distortion=Distortion(-0.2, 0.03))
@@ -79,36 +94,25 @@ def test_a_request_gives_the_bits_of_render_among(
         law = Projection[lens.upper()]
         camera = replace(outside, extent=extent, projection=law)
     request = client.request_classic(
-        scene, camera, quality=quality, instruments=tools, progressive=threads == 1
+        scene,
+        camera,
+        quality=quality,
+        samples=samples,
+        instruments=tools,
+        deflectors=deflectors,
+        progressive=quality != "final",
     )
-    found = served(client, request, threads=threads)
-    rgba, depth = among(scene, camera, tools, quality=quality)
+    found = drawn(client, request, threads=1 if quality == "preview" else 2)
+    side = 2 if samples == 4 else 1
+    fine = camera.with_size(50 * side, 43 * side)
+    bent = to_deflection(deflectors)
+    rgba, depth = among(scene, fine, tools, quality=quality, deflection=bent)
+    if samples == 4:
+        rgba = downsample_radiance(rgba)
+        depth = depth.reshape(43, 2, 50, 2).min(axis=(1, 3))
     assert_array_equal(found.radiance(), rgba)
     assert_array_equal(found.depth_mm(), depth)
     assert_array_equal(found.coverage(), rgba[..., 3])
-    assert (depth == solids_seen(camera, tools).depth_mm)[np.isfinite(depth)].any()
-
-
-def test_four_samples_are_four_rays_each_with_its_own_end(
-    client: SnapshotClient, scene: Scene, outside: Camera, tools: list[PlacedMesh]
-) -> None:
-    request = client.request_classic(
-        scene, outside, instruments=tools, samples=4, progressive=True
-    )
-    moved = msgspec.structs.replace(request, deflectors=(TURN,))
-    fine = outside.with_size(100, 86)
-    for asked, how in (
-        (request, {}),
-        (
-            msgspec.structs.replace(moved, id="0" * 32),
-            {"deflection": to_deflection((TURN,))},
-        ),
-    ):
-        found = served(client, asked)
-        rgba, depth = among(scene, fine, tools, **how)
-        assert_array_equal(found.radiance(), downsample_radiance(rgba))
-        nearest = depth.reshape(43, 2, 50, 2).min(axis=(1, 3))
-        assert_array_equal(found.depth_mm(), nearest)
 
 
 @pytest.mark.parametrize("dataflow", list(Dataflow))
@@ -152,6 +156,35 @@ def test_ranks_give_the_same_bits_wherever_cells_or_rays_go(
         assert_array_equal(found.radiance(), rgba)
 
 
+def test_what_is_behind_all_tissue_shows_only_through_it(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """And not a bit of it behind what lets nothing through."""
+    far = [board(outside, 60.0, 16.0)]
+    sharp = replace(
+        scene.transfer_function, kappa_per_mm=np.array([0.0, 0.0, 0.05, 90.0])
+    )
+    walled = replace(scene, transfer_function=sharp)
+    solids = solids_seen(outside, far)
+    radiance = []
+    for placed in (far, []):
+        request = client.request_classic(walled, outside, instruments=placed)
+        # every ray goes on until nothing is left of its light
+        whole = msgspec.structs.replace(request, cutoff=0.0)
+        radiance.append(drawn(client, whole).radiance())
+    found, bare = radiance
+    met, opaque = solids.coverage > 0, bare[..., 3] == 1
+    assert (met & opaque).sum() > 50 < (met & (bare[..., 3] < 0.5)).sum()
+    unchanged = opaque | ~met
+    assert_array_equal(found[unchanged], bare[unchanged])
+    rest = 1 - bare[met]
+    assert_array_equal(found[met, 3], bare[met, 3] + (1 - bare[met, 3]))
+    added = found[met, :3] - bare[met, :3]
+    # black plastic, .035 at most under so much light
+    assert np.all(added >= 0)
+    assert np.all(added <= 0.2 * rest[:, 3:] + 1e-7)
+
+
 @pytest.mark.usefixtures("steady_pace")
 def test_stopped_early_it_has_the_tool_in_every_part(
     client: SnapshotClient, scene: Scene, outside: Camera
@@ -171,7 +204,7 @@ def test_stopped_early_it_has_the_tool_in_every_part(
     team = WatchedTeam(looks=look)
 
     traced = trace_best(
-        team, request, scene, lambda share: True, lambda: bool(halfway), tools=loaded
+        team, request, scene, Attempt(enough=lambda: bool(halfway)), tools=loaded
     )
     done = traced.drawn
     assert done is not None
@@ -201,12 +234,12 @@ def test_parts_that_are_shown_on_the_way_have_the_tool(
     samples: Samples,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("renderers.snapshots.progressive.FIRST_S", -1.0)
-    monkeypatch.setattr("renderers.snapshots.progressive.SHARE", 1e9)
+    monkeypatch.setattr("renderers.snapshots.refinement.FIRST_S", -1.0)
+    monkeypatch.setattr("renderers.snapshots.refinement.SHARE", 1e9)
     request = client.request_classic(
         scene, outside, instruments=tools, samples=samples, progressive=True
     )
-    served(client, request)
+    drawn(client, request)
     growing = GrowingPicture(client.spool, request.id, 50, 43)
     assert growing.update()
     # the last look was at all of it, at one ray a pixel
@@ -227,15 +260,11 @@ def test_what_is_wrong_with_a_tool_is_told_to_the_client(
     ):
         ending_rays(request, ())
     mesh, pose = tools[0]
-    mirrored = pose * [-1, 1, 1, 1]
-    bent = client.request_classic(scene, outside, instruments=[(mesh, mirrored)])
-    with pytest.raises(SnapshotError, match="pose must be rigid"):
-        served(client, bent)
     gone = msgspec.structs.replace(request.work.instruments[0], faces="0" * 64)
     work = msgspec.structs.replace(request.work, instruments=(gone,))
     lost = msgspec.structs.replace(request, work=work)
     with pytest.raises(SnapshotError, match="there is no data 0000"):
-        served(client, lost)
+        drawn(client, lost)
     tissue = Mesh(mesh.vertices, mesh.faces, type(mesh.material)(0))
     with pytest.raises(ValueError, match="cannot be made of TISSUE"):
         client.request_classic(scene, outside, instruments=[(tissue, pose)])

@@ -3,6 +3,8 @@ import hashlib
 import os
 import shutil
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -13,13 +15,18 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.kernels.march_types import BLOCK_COLUMNS, TILE_PX
 from renderers.art.ranks.transport import TransportError
 from renderers.art.tracer import FASTER, FIRST_BLOCKS
-from renderers.scene import AirSurface, Camera, Scene
+from renderers.scene import Camera, Scene
 from renderers.snapshots import worker
-from renderers.snapshots.client import SnapshotClient, SnapshotError, WorkerLostError
+from renderers.snapshots.client import (
+    SnapshotCancelledError,
+    SnapshotClient,
+    SnapshotError,
+    WorkerLostError,
+)
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.spool import Claim, JobState, JobStatus, Spool, SpoolError
-from renderers.snapshots.worker import MOST_ATTEMPTS, run_worker
-from tests.renderers.snapshots.asking import blade, served
+from renderers.snapshots.worker import MOST_ATTEMPTS, Heartbeat, run_worker
+from tests.renderers.snapshots.bare_requests import blade
 from tests.renderers.snapshots.watched_team import WatchedTeam
 
 
@@ -45,12 +52,18 @@ def test_classic_is_what_the_tracer_draws(
 
 
 def test_the_scope_sees_tissue_and_an_instrument(
-    client: SnapshotClient, surface: AirSurface, inside: Camera
+    client: SnapshotClient, scene: Scene, inside: Camera
 ) -> None:
+    assert scene.surface is not None
     camera = inside.with_size(48, 40)
-    bare = client.request_scope(surface, camera)
-    held = client.request_scope(surface, camera, gain=0.5, instruments=[blade(camera)])
-    first, second = served(client, bare), served(client, held)
+    bare = client.request_scope(scene.surface, camera)
+    held = client.request_scope(
+        scene.surface, camera, gain=0.5, instruments=[blade(camera)]
+    )
+    for request in (bare, held):
+        client.submit(request)
+    assert run_worker(client.spool.folder, once=True) == 2
+    first, second = client.wait(bare.id), client.wait(held.id)
     assert first.pixels().shape == (40, 48, 3)
     assert first.result.gain is not None
     assert second.result.gain == 0.5
@@ -92,6 +105,27 @@ def test_a_job_may_not_take_longer_than_it_said(
     job = client.submit(client.request_classic(scene, outside, max_seconds=1e-9))
     run_worker(client.spool.folder, once=True)
     with pytest.raises(SnapshotError, match=r"failed: .*longer than max_seconds"):
+        client.wait(job)
+
+
+def test_a_client_that_cancels_need_not_wait_for_a_busy_worker(
+    client: SnapshotClient, scene: Scene, outside: Camera
+) -> None:
+    """The client is told while the worker is in the middle of something long."""
+    told: list[JobState] = []
+
+    def wait(request: SnapshotRequest) -> None:
+        client.cancel(request.id)
+        for _ in range(3000):
+            if client.spool.status(request.id).state is not JobState.RUNNING:
+                break
+            threading.Event().wait(0.01)
+        told.append(client.spool.status(request.id).state)
+
+    job = client.submit(client.request_classic(scene, outside))
+    assert run_worker(client.spool.folder, once=True, team=WatchedTeam(wait)) == 1
+    assert told == [JobState.CANCELLED]
+    with pytest.raises(SnapshotCancelledError):
         client.wait(job)
 
 
@@ -148,8 +182,9 @@ def test_a_deadline_counts_from_when_it_was_asked_for(
 
 
 def test_a_stopped_worker_leaves_its_job_to_the_next(
-    client: SnapshotClient, job: str, scene: Scene, outside: Camera
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
+    job = client.submit(client.request_classic(scene, outside))
     asked: list[str] = []
     team = WatchedTeam(looks=lambda request, _: asked.append(request.id))
     folder = client.spool.folder
@@ -180,8 +215,9 @@ def test_a_stopped_worker_leaves_its_job_to_the_next(
 
 
 def test_a_job_that_kills_its_workers_is_given_up(
-    client: SnapshotClient, job: str
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
+    job = client.submit(client.request_classic(scene, outside))
     assert client.spool.claim() is not None
     for attempt in range(2, MOST_ATTEMPTS + 1):
         assert client.spool.begin_attempt(job, attempt)
@@ -194,11 +230,12 @@ def test_a_job_that_kills_its_workers_is_given_up(
 
 
 def test_a_fault_of_ours_is_told_to_the_client_and_raised(
-    client: SnapshotClient, job: str
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     def broken(request: SnapshotRequest) -> None:
         raise ZeroDivisionError("by nothing")
 
+    job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(ZeroDivisionError):
         run_worker(client.spool.folder, once=True, team=WatchedTeam(broken))
     with pytest.raises(SnapshotError, match="the worker broke: ZeroDivisionError"):
@@ -206,11 +243,12 @@ def test_a_fault_of_ours_is_told_to_the_client_and_raised(
 
 
 def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
-    client: SnapshotClient, job: str
+    client: SnapshotClient, scene: Scene, outside: Camera
 ) -> None:
     def lost(request: SnapshotRequest) -> None:
         raise TransportError("rank 2 died")
 
+    job = client.submit(client.request_classic(scene, outside))
     with pytest.raises(TransportError, match="rank 2 died"):
         run_worker(client.spool.folder, once=True, team=WatchedTeam(lost))
     assert client.spool.status(job).state is JobState.RUNNING
@@ -228,12 +266,14 @@ def test_when_ranks_are_lost_the_job_is_left_to_the_next_worker(
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
 def test_a_full_disk_is_outlasted(
     client: SnapshotClient,
-    job: str,
+    scene: Scene,
+    outside: Camera,
     number: int,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A job that meets it is drawn once there is room; it is told once."""
+    job = client.submit(client.request_classic(scene, outside))
     monkeypatch.setattr(worker, "REFUSED_S", 0.01)
     refusals = [OSError(number, os.strerror(number))] * 3
 
@@ -253,9 +293,13 @@ def test_a_full_disk_is_outlasted(
 
 
 def test_a_disk_that_fills_while_a_job_is_drawn_leaves_it_to_the_next(
-    client: SnapshotClient, job: str, monkeypatch: pytest.MonkeyPatch
+    client: SnapshotClient,
+    scene: Scene,
+    outside: Camera,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Not even that it failed can be written then."""
+    job = client.submit(client.request_classic(scene, outside))
     monkeypatch.setattr(worker, "REFUSED_S", 0.01)
     write, has_room = Spool.set_status, [False]
 
@@ -270,7 +314,9 @@ def test_a_disk_that_fills_while_a_job_is_drawn_leaves_it_to_the_next(
     assert client.wait(job).result.attempt == 2
 
 
-def test_a_folder_that_was_taken_away_ends_its_worker(client: SnapshotClient) -> None:
+def test_a_folder_that_was_taken_away_ends_its_worker(
+    client: SnapshotClient,
+) -> None:
     folder = client.spool.folder
     asked: list[bool] = []
 
@@ -282,3 +328,64 @@ def test_a_folder_that_was_taken_away_ends_its_worker(client: SnapshotClient) ->
 
     with pytest.raises(SpoolError, match="is not there any more"):
         run_worker(folder, stopped=stopped)
+
+
+JOB = "ab" * 16
+PATIENCE_S = 30.0
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> Spool:
+    spool = Spool(tmp_path / "spool")
+    spool.job_folder(JOB).mkdir()
+    spool.begin_attempt(JOB, 1)
+    return spool
+
+
+def wait_for(what: Callable[[], bool]) -> None:
+    """Wait until something holds that the heart's own thread brings about."""
+    for _ in range(round(PATIENCE_S / 0.01)):
+        if what():
+            return
+        threading.Event().wait(0.01)
+    raise AssertionError(f"nothing came of it within {PATIENCE_S:g} s")
+
+
+def test_a_busy_worker_is_alive_and_tells_its_share(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.done = 0.25
+        wait_for(lambda: begun.status(JOB).done == 0.25)
+        heart.done = 0.5
+        wait_for(lambda: begun.status(JOB).done == 0.5)
+        assert begun.status(JOB).heartbeat >= 2
+        assert heart.may_go_on()
+    assert not heart.is_over
+
+
+def test_late_jobs_fail_for_the_first_limit_that_was_passed(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.limit(3600.0, "much later")
+        heart.limit(-1.0, "too late")
+        wait_for(lambda: begun.status(JOB).state is JobState.FAILED)
+        assert not heart.look()
+    assert begun.status(JOB).message == "too late"
+
+
+def test_the_last_word_is_the_last(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        heart.end(JobState.DONE)
+        heart.done = 0.1
+        begun.ask_cancel(JOB)
+        heart.end(JobState.FAILED, "no")
+        assert not heart.look()
+    assert heart.is_over
+    assert begun.status(JOB).state is JobState.DONE
+
+
+def test_who_lost_the_job_says_nothing_more(begun: Spool) -> None:
+    with Heartbeat(begun, JOB, 1) as heart:
+        assert Spool(begun.folder).begin_attempt(JOB, 2)
+        heart.end(JobState.DONE)
+        assert not heart.may_go_on()
+        assert not heart.is_over
+    assert begun.status(JOB) == JobStatus(JobState.RUNNING, 2)

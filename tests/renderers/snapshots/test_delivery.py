@@ -1,35 +1,39 @@
 """Snapshots whose light is followed by paths: they end, stop, and go on."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from renderers.scene import AirSurface, Camera, Scene
+from renderers.scene import Camera, Scene
 from renderers.snapshots.client import Snapshot, SnapshotClient, SnapshotError
-from renderers.snapshots.delivery import Finisher
-from renderers.snapshots.error_estimate import eye_codes, in_field
-from renderers.snapshots.request import PathTracingSpec, ScopeWork, SnapshotRequest
+from renderers.snapshots.delivery import Attempt, Finisher, eye_codes, in_field
+from renderers.snapshots.request import PathTracingSpec
 from renderers.snapshots.team import SerialTeam
-from tests.renderers.snapshots.asking import served
+from renderers.snapshots.worker import run_worker
 
 
 def drawn(
     client: SnapshotClient,
-    surface: AirSurface,
+    scene: Scene,
     camera: Camera,
     path_tracing: PathTracingSpec | None,
     deliver_after_s: float | None = None,
 ) -> Snapshot:
+    assert scene.surface is not None
     request = client.request_scope(
-        surface,
+        scene.surface,
         camera,
         samples=1,
         path_tracing=path_tracing,
         deliver_after_s=deliver_after_s,
         gain=1.0,
     )
-    return served(client, request)
+    job = client.submit(request)
+    run_worker(client.spool.folder, once=True)
+    return client.wait(job)
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +42,9 @@ def camera(inside: Camera) -> Camera:
 
 
 def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
-    client: SnapshotClient, surface: AirSurface, camera: Camera
+    client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    few = drawn(client, surface, camera, PathTracingSpec(paths=48))
+    few = drawn(client, scene, camera, PathTracingSpec(paths=48))
     assert few.result.complete
     seen = few.samples()[few.coverage() > 0]
     assert set(np.unique(seen % 16)) == {0}
@@ -49,11 +53,11 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
     assert blocks[blocks > 0].mean() == 48
     assert few.result.noise is not None
     assert few.result.noise > 0
-    low = drawn(client, surface, camera, PathTracingSpec(paths=2**20, noise=0.15))
+    low = drawn(client, scene, camera, PathTracingSpec(paths=2**20, noise=0.15))
     assert low.result.complete
     assert low.result.noise is not None
     assert low.result.noise <= 0.15
-    quick = drawn(client, surface, camera, None)
+    quick = drawn(client, scene, camera, None)
     assert quick.result.noise is None
     assert not np.array_equal(quick.radiance(), few.radiance())
     assert_array_equal(quick.depth_mm(), few.depth_mm())
@@ -62,20 +66,22 @@ def test_it_ends_when_its_paths_are_walked_or_its_noise_is_low(
 
 
 def test_stopped_at_once_it_shows_the_quick_light_and_says_so(
-    client: SnapshotClient, surface: AirSurface, camera: Camera
+    client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    cut = drawn(client, surface, camera, PathTracingSpec(), deliver_after_s=1e-9)
+    cut = drawn(client, scene, camera, PathTracingSpec(), deliver_after_s=1e-9)
     assert not cut.result.complete
     assert cut.result.noise is None
     assert not cut.samples().any()
 
 
 def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
-    client: SnapshotClient, scene: Scene, surface: AirSurface, camera: Camera
+    tmp_path: Path, scene: Scene, camera: Camera
 ) -> None:
     """As long as its noise is not known; by those of its walls that have paths."""
+    assert scene.surface is not None
+    client = SnapshotClient(tmp_path / "spool")
     request = client.request_scope(
-        surface,
+        scene.surface,
         camera.with_size(64, 64),
         samples=1,
         path_tracing=PathTracingSpec(),
@@ -89,7 +95,7 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
         looks.append(True)
         return len(looks) > 2
 
-    part = finisher.finish(request, scene, traced, lambda share: True, enough)
+    part = finisher.finish(request, scene, traced, Attempt(enough=enough))
     assert not part.complete
     assert part.noise is None
     assert 0 < np.count_nonzero(part.samples) < part.samples.size
@@ -105,34 +111,21 @@ def test_stopped_between_it_tells_what_the_quick_light_is_off_by(
 
 
 def test_going_on_is_never_having_stopped(
-    client: SnapshotClient, surface: AirSurface, camera: Camera
+    client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    whole = drawn(client, surface, camera, PathTracingSpec(paths=96))
-    part = drawn(client, surface, camera, PathTracingSpec(paths=48))
+    whole = drawn(client, scene, camera, PathTracingSpec(paths=96))
+    part = drawn(client, scene, camera, PathTracingSpec(paths=48))
     state = client.put(part.state())
-    rest = drawn(client, surface, camera, PathTracingSpec(paths=96, state=state))
+    rest = drawn(client, scene, camera, PathTracingSpec(paths=96, state=state))
     assert rest.radiance().tobytes() == whole.radiance().tobytes()
     assert_array_equal(rest.samples(), whole.samples())
     assert rest.result.noise == whole.result.noise
 
 
 def test_the_state_of_another_view_is_refused(
-    client: SnapshotClient, surface: AirSurface, camera: Camera
+    client: SnapshotClient, scene: Scene, camera: Camera
 ) -> None:
-    part = drawn(client, surface, camera, PathTracingSpec(paths=32))
+    part = drawn(client, scene, camera, PathTracingSpec(paths=32))
     state = client.put(part.state())
     with pytest.raises(SnapshotError, match=r"goes on from float64 \(24, 24, 7\)"):
-        drawn(client, surface, camera.with_size(24, 24), PathTracingSpec(state=state))
-
-
-def test_a_request_says_how_many_paths_strictly(
-    client: SnapshotClient, surface: AirSurface, camera: Camera
-) -> None:
-    request = client.request_scope(surface, camera, path_tracing=PathTracingSpec())
-    record = msgspec.json.encode(request)
-    for wrong in (b'"paths":31', b'"paths":"many"', b'"path":64'):
-        with pytest.raises(msgspec.ValidationError, match=r"\$\.work\.truth"):
-            msgspec.json.decode(
-                record.replace(b'"paths":256', wrong), type=SnapshotRequest
-            )
-    assert isinstance(request.work, ScopeWork)
+        drawn(client, scene, camera.with_size(24, 24), PathTracingSpec(state=state))
