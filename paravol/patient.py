@@ -16,10 +16,9 @@ from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
-from anatomy.phantom.findings import with_findings
 from anatomy.phantom.parameters import Opacity
 from anatomy.phantom.phantom import head_skin
-from anatomy.phantom.variants import with_variants
+from anatomy.phantom.variants import with_findings, with_variants
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
@@ -367,7 +366,7 @@ def load_phantom(
     the voxels. progress: called with what is being done and the share, 0 to 1.
     variants: of its anatomy, as ``"onodi:left"`` or ``"concha-bullosa"``. polyps: their
     grades 0 to 4, right and left. disease: what else fills sinuses and what surgery
-    left, as ``"fluid:maxillary:left=0.4"``, see `anatomy.phantom.findings`. UserError
+    left, as ``"fluid:maxillary:left=0.4"``, see `anatomy.phantom.variants`. UserError
     for an unknown variant or word.
     """
     right, left = polyps

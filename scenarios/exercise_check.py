@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.abstract import SCENES
-from anatomy.phantom.findings import with_findings
 from anatomy.phantom.parameters import PhantomParameters
-from anatomy.phantom.variants import with_variants
+from anatomy.phantom.variants import with_findings, with_variants
 from anatomy.tissue import Label
 from disk import UserError
 from disk.line_finder import toml_line

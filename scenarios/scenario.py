@@ -51,7 +51,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     decongested: its mucosa was shrunk before, see `surgery.decongestion`.
     variants: of a phantom's anatomy, names of `anatomy.phantom.variants`.
     polyps_right, polyps_left: grades 0 to 4 of a phantom's polyps.
-    disease: of a phantom, words of `anatomy.phantom.findings`.
+    disease: of a phantom, words of `anatomy.phantom.variants`.
     """
 
     seed: int = 1

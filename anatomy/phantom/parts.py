@@ -7,6 +7,7 @@ import numpy as np
 from anatomy.phantom import maxillary, sinuses
 from anatomy.phantom.disease import Content, Disease, contents_of, drawn_findings
 from anatomy.phantom.ethmoid import (
+    CANAL_WALL_MM,
     ethmoid,
 )
 from anatomy.phantom.fixed_shapes import SHAPES
@@ -22,7 +23,6 @@ from anatomy.phantom.sphenoid import (
     sphenoid_body,
     wall_over,
 )
-from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.tissue import Label, Side
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from anatomy.phantom.ethmoid import CANAL_WALL_MM
 from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
 from anatomy.phantom.plates import skull_base
@@ -22,7 +23,6 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
-from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.tissue import Side
 
 FACE_MM = -54.9

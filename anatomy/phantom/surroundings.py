@@ -14,8 +14,10 @@ from anatomy.phantom.disease import SHELL_MM, Content
 from anatomy.phantom.ethmoid import (
     ethmoid_block,
     ethmoid_roof,
+    ethmoidal_arteries,
     keros_depth,
     lamina_papyracea,
+    maxillary_canals,
 )
 from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import head_outside
@@ -46,7 +48,6 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.phantom.sphenoid import sphenoid
 from anatomy.phantom.turbinates import inferior_lift, middle_bow, middle_lean
-from anatomy.phantom.vessels import ethmoidal_arteries, maxillary_canals
 from anatomy.table_file import read_table
 from anatomy.tissue import TISSUES, Label, Side
 

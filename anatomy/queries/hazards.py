@@ -11,6 +11,7 @@ from anatomy.frame import lps_from_ras
 from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.phantom.air import blocks_of, checked_points, distance_at_points
+from anatomy.phantom.ethmoid import ethmoidal_arteries
 from anatomy.phantom.fixed_shapes import SHAPES
 from anatomy.phantom.head import outside
 from anatomy.phantom.model import Model, build_model
@@ -20,7 +21,6 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Chain, Field, u, z
-from anatomy.phantom.vessels import ethmoidal_arteries
 from anatomy.redistance import signed_distance
 from anatomy.tissue import Side
 from renderers.scene.volume import Volume

@@ -2,14 +2,13 @@
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from anatomy.phantom.air import LARGEST_SLIVER_ML
-from anatomy.phantom.findings import is_healthy
 from anatomy.phantom.fixed_shapes import course
 from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.variants import is_healthy
 from anatomy.queries.landmarks import septal_shift
 from anatomy.tissue import AIR_LABELS, Label, Side
 from disk import UserError
@@ -70,16 +69,8 @@ def _is_open(phantom: Phantom, side: Side) -> bool:
     ends = np.array(course("infundibulum").points[-2:])
     along = np.linspace(0, 1, 25)[:, None]
     way = ends[0] * (1 - along) + ends[1] * along
-    labels = _nearest(phantom, septal_shift(phantom.parameters, way, side))
+    labels = phantom.labels.nearest(septal_shift(phantom.parameters, way, side))
     return bool(np.isin(labels, list(AIR_LABELS)).any())
-
-
-def _nearest(phantom: Phantom, points: NDArray[np.float64]) -> NDArray[np.uint8]:
-    volume = phantom.labels
-    index = np.round((points - volume.origin_mm) / volume.spacing_mm).astype(int)
-    index = np.clip(index, 0, np.array(volume.shape[::-1]) - 1)
-    values: NDArray[np.uint8] = volume.values[index[:, 2], index[:, 1], index[:, 0]]
-    return values
 
 
 def _field(

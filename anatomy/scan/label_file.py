@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from anatomy.files.nifti import opened
 from anatomy.files.volumes import as_image, load_layers
@@ -20,6 +19,7 @@ from anatomy.hazard_volumes import FARTHEST_MM, UNIT_MM, HazardVolumes
 from anatomy.redistance import signed_distance
 from anatomy.scan.dicom_segments import read_segments
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
+from anatomy.scan.scan import patient_box
 from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
 
@@ -135,7 +135,7 @@ def check_labels(labels: LabelMap, scan: Volume) -> None:
     grid = labels.volume
     if grid.shape == scan.shape:
         # files may count slices from either end: the box that they fill is the same
-        apart = _box(grid) - _box(scan)
+        apart = np.subtract(patient_box(grid), patient_box(scan))
         if np.abs(apart).max() > SAME_PLACE_MM:
             raise UserError(
                 f"{labels.source} has the scan's {scan.shape[2]} x {scan.shape[1]} x "
@@ -165,15 +165,6 @@ def check_labels(labels: LabelMap, scan: Volume) -> None:
             f"{labels.source} does not fit the scan: {in_air:.0%} of its hazards lie "
             "in air; give the labels of this scan, in its frame"
         )
-
-
-def _box(volume: Volume) -> NDArray[np.float64]:
-    """Return the least and the greatest place of a grid's corners, ``(2, 3)`` mm."""
-    last = np.array(volume.shape[::-1]) - 1
-    matrix = volume.world_from_voxel
-    corners = np.indices((2, 2, 2)).reshape(3, 8).T * last
-    places = corners @ matrix[:3, :3].T + matrix[:3, 3]
-    return np.stack([places.min(axis=0), places.max(axis=0)])
 
 
 def hazards_from_labels(labels: LabelMap, grid: Volume) -> HazardVolumes:

@@ -12,8 +12,12 @@ from anatomy import (
 )
 from anatomy.abstract import build_scene
 from anatomy.case import DiseaseRecord, write_case, write_space
-from anatomy.phantom.findings import told_findings, with_findings
-from anatomy.phantom.variants import variant_names, without_variants
+from anatomy.phantom.variants import (
+    told_findings,
+    variant_names,
+    with_findings,
+    without_variants,
+)
 from app.cli.terminal import Stages, print_json
 from disk import UserError
 from paravol.case_options import PhantomOptions

@@ -5,10 +5,10 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from anatomy.frame import lps_from_ras
-from anatomy.phantom.findings import with_findings
 from anatomy.phantom.maxillary import WINDOW_MM
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom, distance_at
+from anatomy.phantom.variants import with_findings
 from anatomy.tissue import AIR_LABELS, Label, Side
 
 HEAD = PhantomParameters(septal_deviation_mm=0.0)

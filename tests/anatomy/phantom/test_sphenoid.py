@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from anatomy.phantom.ethmoid import CANAL_WALL_MM
 from anatomy.phantom.fixed_shapes import SHAPES, course
 from anatomy.phantom.parameters import SPHENOID_KINDS, PhantomParameters
 from anatomy.phantom.phantom import build_phantom, distance_at
@@ -19,7 +20,6 @@ from anatomy.phantom.sphenoid import (
     sphenoid_middle,
 )
 from anatomy.phantom.variants import with_variants
-from anatomy.phantom.vessels import CANAL_WALL_MM
 from anatomy.queries.hazards import hazard_distances
 from anatomy.tissue import Label, Side
 from benchmarks.phantom_figures.sinus_volumes import leaks, sinus_volumes_ml

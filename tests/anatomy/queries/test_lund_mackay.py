@@ -4,9 +4,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from anatomy.phantom.findings import with_findings
 from anatomy.phantom.parameters import Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
+from anatomy.phantom.variants import with_findings
 from anatomy.queries.lund_mackay import lund_mackay, trapped_sinuses
 from anatomy.tissue import Label, Side
 
