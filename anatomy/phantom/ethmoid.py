@@ -1,4 +1,4 @@
-"""The ethmoid cells of one side, before and behind the basal lamella, and the arteries."""
+"""The ethmoid cells of one side, and the arteries in their roof."""
 
 from dataclasses import dataclass
 

@@ -1,7 +1,9 @@
 """The parts of the air of one side, and the walls behind each."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
+import msgspec
 import numpy as np
 
 from anatomy.phantom import maxillary, sinuses
@@ -24,6 +26,7 @@ from anatomy.phantom.sphenoid import (
     wall_over,
 )
 from anatomy.phantom.wall_noise import LIMITS_MM
+from anatomy.table_file import read_table
 from anatomy.tissue import Label, Side
 
 UNEVEN_MM = LIMITS_MM[0] * sinuses.SINUS_UNEVENNESS
@@ -63,96 +66,68 @@ class Part:
     sinus: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Builder:
-    """Make parts of one side."""
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Hold ``parts.toml``."""
 
-    side: Side
+    parts: tuple[tuple[str, int, str, str, float, float | Literal["sinus"], str], ...]
 
-    def body(
-        self,
-        name: str,
-        number: int,
-        field: Field,
-        label: Label,
-        wall: Wall,
-        steepness: float = 1.7,
-        noise_mm: float = 0.0,
-        sinus: str = "",
-    ) -> Part:
-        """Make a part with a cavity of its own number."""
-        cavity = 10 * int(self.side) + number
-        return Part(
-            name, self.side, field, label, cavity, wall, steepness, noise_mm, sinus
-        )
 
-    def duct(
-        self, name: str, field: Field, label: Label, wall: Wall, sinus: str = ""
-    ) -> Part:
-        """Make a part that joins two others."""
-        return Part(name, self.side, field, label, DUCT, wall, 1.2, 0.0, sinus)
+_TABLE = read_table(__file__, "parts.toml", _Table)
 
 
 def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
     """List the parts of one side without disease."""
     t = parameters.mucosa_mm
-    septa = Wall(t, parameters.cell_bone_mm, Label.ETHMOID_SEPTUM)
-    parts = _main_parts(parameters, side, septa)
-    return parts + _variant_parts(parameters, side, septa)
+    walls = {
+        "nose": Wall(1.0, 0.5),
+        "large": Wall(t, 0.7),
+        "small": Wall(0.5, 0.25),
+        "face": Wall(t, 0.3, Label.SPHENOID_WALL),
+        "septa": Wall(t, parameters.cell_bone_mm, Label.ETHMOID_SEPTUM),
+        "uncinate": Wall(0.5, 0.25, Label.UNCINATE),
+        "recess": Wall(t, 0.3),
+        "membrane": Wall(0.5, 0.0),
+        "frontal": Wall(t, 1.5),
+    }
+    # The bulla's face has no hole into the gutter before it.
+    apart = t + walls["septa"].bone_mm + walls["uncinate"].mucosa_mm
+    fields: dict[str, Field | None] = {
+        **SHAPES,
+        **_main_fields(parameters, side, apart),
+        **_variant_fields(parameters, side),
+    }
+    found = []
+    for name, number, label, wall, steepness, noise, sinus in _TABLE.parts:
+        field = fields[name]
+        if field is not None:
+            cavity = 10 * int(side) + number if number else DUCT
+            noise_mm = UNEVEN_MM if noise == "sinus" else noise
+            found.append(
+                Part(name, side, field, Label[label], cavity, walls[wall], steepness,
+                     noise_mm, sinus)
+            )  # fmt: skip
+    return found
 
 
-def _main_parts(parameters: PhantomParameters, side: Side, septa: Wall) -> list[Part]:
-    """List the parts that every side has."""
-    body, duct = _Builder(side).body, _Builder(side).duct
+def _main_fields(
+    parameters: PhantomParameters, side: Side, apart_mm: float
+) -> dict[str, Field]:
+    """Build what every side has. apart_mm: from the gutter to the anterior cells."""
     cells, t = ethmoid(parameters, side), parameters.mucosa_mm
-    face = Wall(t, 0.3, Label.SPHENOID_WALL)
-    uncinate = Wall(0.5, 0.25, Label.UNCINATE)
-    nasal, fore, rear = Label.NASAL_AIR, "anterior_ethmoid", "posterior_ethmoid"
-    anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
-    cavity = nasal_air(parameters, side)
     antrum = sinuses.lining(maxillary.maxillary(parameters, side))
     nerve = CANAL_WALL_MM + t - SHAPES["maxillary nerve"]
-    antrum = _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve)
     hollow = sinuses.lining(sphenoid_body(parameters, side))
-    hollow = _kept_off(hollow, *canal_walls(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
+    gutter = (apart_mm - SHAPES[name] for name in ("infundibulum", "hiatus"))
     canal = wall_over(parameters, side, "dehiscent-optic")
-    back = _kept_off(back, canal - SHAPES["optic nerve"])
-    large, small = Wall(t, 0.7), Wall(0.5, 0.25)
-    infundibulum, ostium = SHAPES["infundibulum"], SHAPES["maxillary ostium"]
-    # The bulla's face has no hole into the gutter before it.
-    apart = t + septa.bone_mm + uncinate.mucosa_mm
-    front = _kept_off(front, apart - infundibulum, apart - SHAPES["hiatus"])
-    air, complex_ = Label.MAXILLARY_AIR, "ostiomeatal"
-    return [
-        body("nose", 1, cavity, nasal, Wall(1.0, 0.5), 2.4, 1.9),
-        body("maxillary sinus", 2, antrum, air, large, 1.9, UNEVEN_MM, "maxillary"),
-        body(
-            "sphenoid sinus",
-            4,
-            hollow,
-            Label.SPHENOID_AIR,
-            face,
-            1.9,
-            UNEVEN_MM,
-            "sphenoid",
-        ),
-        body("anterior ethmoid", 5, front, anterior, septa, 1.7, 0.2, fore),
-        body("posterior ethmoid", 6, back, posterior, septa, 1.7, 0.2, rear),
-        duct("infundibulum", infundibulum, nasal, uncinate, complex_),
-        duct("maxillary ostium", ostium, nasal, small, complex_),
-        duct("hiatus", SHAPES["hiatus"], nasal, uncinate, complex_),
-        duct(
-            "frontal recess",
-            frontal_recess(parameters, side),
-            anterior,
-            Wall(t, 0.3),
-            fore,
-        ),
-        duct("sphenoid ostium", SHAPES["sphenoid ostium"], nasal, face),
-        duct("bulla outlet", SHAPES["bulla outlet"], anterior, septa, fore),
-        duct("posterior outlet", SHAPES["posterior outlet"], posterior, septa, rear),
-    ]
+    return {
+        "nose": nasal_air(parameters, side),
+        "maxillary sinus": _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve),
+        "sphenoid sinus": _kept_off(hollow, *canal_walls(parameters, side)),
+        "anterior ethmoid": _kept_off(front, *gutter),
+        "posterior ethmoid": _kept_off(back, canal - SHAPES["optic nerve"]),
+        "frontal recess": frontal_recess(parameters, side),
+    }
 
 
 def _kept_off(lined: Mark, *walls: Field) -> Mark:
@@ -160,73 +135,37 @@ def _kept_off(lined: Mark, *walls: Field) -> Mark:
     return Mark(lined.row, smooth_max(0.8, lined.inner, *walls))
 
 
-def _variant_parts(
-    parameters: PhantomParameters, side: Side, septa: Wall
-) -> list[Part]:
-    """List the parts that only some sides have: cells with outlets, frontal sinuses."""
-    body, duct = _Builder(side).body, _Builder(side).duct
-    variant, fore, rear = (
-        Label.VARIANT_CELL_AIR,
-        "anterior_ethmoid",
-        "posterior_ethmoid",
-    )
-    anterior, posterior = Label.ANTERIOR_ETHMOID_AIR, Label.POSTERIOR_ETHMOID_AIR
-    parts = []
-
-    def cell(name: str, number: int, field: Field, sinus: str) -> Part:
-        marked = Mark(Row.SINUS, field)
-        return body(name, number, marked, variant, septa, 1.8, 0.0, sinus)
-
-    for name, number, label, sinus in (
-        ("agger nasi", 7, anterior, fore),
-        ("haller", 8, anterior, fore),
-        ("concha bullosa", 9, variant, ""),
-    ):
-        if parameters.has(name.replace(" ", "-"), side):
-            parts.append(cell(name, number, SHAPES[name], sinus))
-            outlet = SHAPES[f"{name} outlet"]
-            parts.append(duct(f"{name} outlet", outlet, label, septa, sinus))
+def _variant_fields(
+    parameters: PhantomParameters, side: Side
+) -> dict[str, Field | None]:
+    """Build what only some sides have: cells with outlets, frontal sinuses."""
     lobes = frontal(parameters, side)
-    # These two share numbers with cells that lie too far away to have a common wall.
-    if parameters.has("supraorbital-cell", side):
-        way = sinuses.supraorbital_outlet(parameters)
-        field = sinuses.supraorbital(parameters)
-        parts.append(cell("supraorbital cell", 7, field, fore))
-        parts.append(duct("supraorbital outlet", way, anterior, septa, fore))
-    if parameters.has("frontal-septal-cell", side) and lobes is not None:
-        way = SHAPES["septal cell outlet"]
-        parts.append(cell("frontal septal cell", 8, SHAPES["septal cell"], fore))
-        parts.append(duct("septal cell outlet", way, anterior, septa, fore))
-    if parameters.has("accessory-ostium", side):
-        second, wall = sinuses.accessory_ostium(parameters, side), Wall(0.5, 0.0)
-        nasal = Label.NASAL_AIR
-        parts.append(duct("accessory ostium", second, nasal, wall, "ostiomeatal"))
-    if parameters.has("retrobulbar-recess", side):
-        way = SHAPES["retrobulbar outlet"]
-        parts.append(duct("retrobulbar outlet", way, anterior, septa, fore))
-    if parameters.has("onodi", side):
-        # It shares its cavity with the posterior cells that it grew from.
-        parts.append(cell("onodi", 6, onodi(parameters, side), rear))
-        way = SHAPES["onodi outlet"]
-        parts.append(duct("onodi outlet", way, posterior, septa, rear))
     area = parameters.antrostomy_of(side)
-    if area > 0.0:
-        window = maxillary.antrostomy(area)
-        parts.append(duct("antrostomy", window, Label.NASAL_AIR, Wall(0.5, 0.25)))
-    if lobes is not None:
-        parts.append(
-            body(
-                "frontal sinus",
-                3,
-                sinuses.lining(lobes),
-                Label.FRONTAL_AIR,
-                Wall(parameters.mucosa_mm, 1.5),
-                1.8,
-                UNEVEN_MM,
-                "frontal",
-            )
-        )
-    return parts
+    found: dict[str, Field | None] = {
+        "accessory ostium": sinuses.accessory_ostium(parameters, side),
+        "antrostomy": maxillary.antrostomy(area) if area > 0.0 else None,
+        "frontal sinus": None if lobes is None else sinuses.lining(lobes),
+        "supraorbital outlet": sinuses.supraorbital_outlet(parameters),
+    }
+    if not parameters.has("accessory-ostium", side):
+        found["accessory ostium"] = None
+    if not parameters.has("retrobulbar-recess", side):
+        found["retrobulbar outlet"] = None
+    for name, cell, outlet in (
+        ("agger nasi", SHAPES["agger nasi"], "agger nasi outlet"),
+        ("haller", SHAPES["haller"], "haller outlet"),
+        ("concha bullosa", SHAPES["concha bullosa"], "concha bullosa outlet"),
+        ("supraorbital cell", sinuses.supraorbital(parameters), "supraorbital outlet"),
+        ("frontal septal cell", SHAPES["septal cell"], "septal cell outlet"),
+        ("onodi", onodi(parameters, side), "onodi outlet"),
+    ):
+        is_there = parameters.has(name.replace(" ", "-"), side)
+        if name == "frontal septal cell":
+            is_there = is_there and lobes is not None
+        found[name] = Mark(Row.SINUS, cell) if is_there else None
+        if not is_there:
+            found[outlet] = None
+    return found
 
 
 def side_parts(
