@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anatomy.phantom.parameters import LeftRatios, Opacity, PhantomParameters
+from anatomy.phantom.parameters import (
+    SINUSES,
+    LeftRatios,
+    Opacity,
+    PhantomParameters,
+)
 from anatomy.tissue import Side
 
 
@@ -41,12 +46,10 @@ def test_a_value_out_of_range_is_named(name: str, value: Any) -> None:
         PhantomParameters(**{name: value})
 
 
-@pytest.mark.parametrize("ratios", [{"keros": 13.0}, {"keros": -1.0}])
-def test_a_ratio_of_the_olfactory_fossae_out_of_range_is_named(
-    ratios: dict[str, float],
-) -> None:
+@pytest.mark.parametrize("keros", [13.0, -1.0])
+def test_a_ratio_of_the_olfactory_fossae_out_of_range_is_named(keros: float) -> None:
     with pytest.raises(ValueError, match=r"left ratio of the olfactory fossa .* 12\]"):
-        LeftRatios(**ratios)
+        LeftRatios(keros=keros)
 
 
 def test_a_fossas_depth_stays_within_what_the_model_can_carry() -> None:
@@ -60,15 +63,7 @@ def test_a_tiny_frontal_sinus_is_refused() -> None:
 
 
 def test_a_side_counts_up_to_twelve() -> None:
-    full = Opacity(
-        maxillary=2,
-        anterior_ethmoid=2,
-        posterior_ethmoid=2,
-        sphenoid=2,
-        frontal=2,
-        ostiomeatal=2,
-        polyps=4,
-    )
+    full = Opacity(**dict.fromkeys((*SINUSES, "ostiomeatal"), 2), polyps=4)
     assert full.total == 12
     assert Opacity(polyps=3).total == 0
 

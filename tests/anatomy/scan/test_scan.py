@@ -122,13 +122,6 @@ def test_numbers_that_are_none_are_refused_or_counted(tmp_path: Path) -> None:
     assert scan.volume.values[0, 1, 0] <= -1000
 
 
-def test_a_scan_without_tissue_is_refused(tmp_path: Path) -> None:
-    ct = head()
-    flat = stored(ct, np.full(ct.shape, -1000, np.int16), tmp_path / "air.nrrd")
-    with pytest.raises(ValueError, match="same everywhere"):
-        read_scan(flat)
-
-
 @pytest.mark.parametrize("offset", [0, 1024])
 @pytest.mark.parametrize("window", [(-200, 200), (-160, 240), (-400, 1500)])
 @pytest.mark.parametrize("noise", [0.0, 15.0])
@@ -205,18 +198,11 @@ def test_a_gzip_that_unpacks_without_end_is_never_unpacked(tmp_path: Path) -> No
         assert grown_kb < 150_000
 
 
-CATALOGUE = {
-    "all air": (-1000, "the volume is the same everywhere"),
-    "constant": (40, "the volume is the same everywhere"),
-}
-
-
-@pytest.mark.parametrize("row", CATALOGUE)
-def test_a_volume_without_a_head_is_refused(tmp_path: Path, row: str) -> None:
-    value, complaint = CATALOGUE[row]
+@pytest.mark.parametrize("value", [-1000, 40])
+def test_a_volume_without_a_head_is_refused(tmp_path: Path, value: int) -> None:
     ct = head()
     file = stored(ct, np.full(ct.shape, value, np.int16), tmp_path / "a.nrrd")
-    with pytest.raises(ValueError, match=complaint):
+    with pytest.raises(ValueError, match="the volume is the same everywhere"):
         read_scan(file)
 
 
