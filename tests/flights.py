@@ -63,27 +63,37 @@ def coarse_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "coarse.toml"
 
 
+def part_of(
+    whole: ProbePath,
+    name: str,
+    from_s: float,
+    to_s: float,
+    tools: tuple[tuple[float, str], ...] = (),
+) -> ProbePath:
+    """Return what a path does between two times; it begins at 0."""
+    part = (whole.t_s >= from_s) & (whole.t_s <= to_s)
+    times = whole.t_s[part]
+    return ProbePath(
+        name=name,
+        t_s=np.round(times - times[0], 6),
+        tip_mm=whole.tip_mm[part],
+        axis=whole.axis[part],
+        roll_deg=whole.roll_deg[part],
+        instrument_tip_mm=whole.instrument_tip_mm[part],
+        instrument_axis=whole.instrument_axis[part],
+        buttons=whole.buttons[part],
+        tools=tools,
+    )
+
+
 @pytest.fixture(scope="session")
 def short_scenario(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two seconds of the bundled flight through a coarse head."""
     folder = tmp_path_factory.mktemp("scenario")
     scenario, bundled = load_scenario("first_flight")
     whole = load_probe_path(bundled / scenario.path)
-    part = (whole.t_s >= FIRST_S) & (whole.t_s <= LAST_S)
-    times = np.round(whole.t_s[part] - FIRST_S, 6)
-    save_probe_path(
-        ProbePath(
-            name="short",
-            t_s=times,
-            tip_mm=whole.tip_mm[part],
-            axis=whole.axis[part],
-            roll_deg=whole.roll_deg[part],
-            instrument_tip_mm=whole.instrument_tip_mm[part],
-            instrument_axis=whole.instrument_axis[part],
-            buttons=whole.buttons[part],
-        ),
-        folder / "short.path.json",
-    )
+    part = part_of(whole, "short", FIRST_S, LAST_S)
+    save_probe_path(part, folder / "short.path.json")
     text = (bundled / "first_flight.toml").read_text()
     for old, new in (
         ('name = "first_flight"', 'name = "short"'),

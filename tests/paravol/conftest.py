@@ -1,5 +1,7 @@
 """Exercises, screens and processes for the tests of flights without a window."""
 
+import pytest
+
 from tests.flights import (
     coarse_scenario,
     family,
@@ -8,6 +10,7 @@ from tests.flights import (
     short_scenario,
     train,
 )
+from tests.recorded_flight import Recorded, shaved
 
 __all__ = [
     "coarse_scenario",
@@ -17,3 +20,9 @@ __all__ = [
     "short_scenario",
     "train",
 ]
+
+
+@pytest.fixture(scope="session")
+def operated_flight(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """A recorded operation in which somebody shaves before an orbit; see `shaved`."""
+    return shaved(tmp_path_factory.mktemp("recorded") / "flight.paravol")

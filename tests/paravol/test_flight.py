@@ -26,18 +26,11 @@ from paravol import keyframes
 from paravol.flight import Flight, FlightOrder, save_frame_view
 from paravol.flight_loop import FrameEvent, Pace, fly
 from paravol.inputs import choose_input
-from paravol.inputs.flight_input import FlightInput, in_the_patient
+from paravol.inputs.flight_input import FlightInput
 from paravol.keyframes import Keyframes, load_keyframes
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
 from paravol.session_replay import replay_session
-from paravol.session_setup import (
-    LIVE_TIER,
-    SEED,
-    build_session,
-    build_view,
-    describe_session,
-)
 from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ScopeLook, load_view
 from renderers.scene import Change
@@ -51,6 +44,8 @@ from scenarios.bundle import (
     read_session,
 )
 from surgery.pushing import Pushing, Rod
+from tests.flights import part_of
+from tests.recorded_flight import Flight as Made
 
 ROOT = Path(__file__).parents[2]
 Train = Callable[..., tuple[subprocess.CompletedProcess[str], list[int]]]
@@ -254,31 +249,17 @@ def test_the_window_and_a_replay_save_the_view_that_was_seen(
 ) -> None:
     """Flown, saved by either way, read again: the camera has the same bits."""
     scenario, patient, samples = place
-    registration = in_the_patient()
-    info = describe_session(
-        scenario, patient, registration, size=SIZE, has_instrument=True
-    )
     record = tmp_path / "flight.paravol"
-    session = build_session(
-        scenario, patient, registration.world_from_device, (SIZE, SIZE)
-    )
-    drawer = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
-    )
+    made = Made(scenario, patient, size=SIZE, operates=False, has_instrument=True)
+    drawer = made.view
     order = flight_order(scenario, record)
     order.input.has_instrument = True
     files = []
-    with SessionRecorder(record, info) as recorder:
+    with made.recorded(record):
         for number, sample in enumerate(samples):
-            session.step(sample)
-            seen = session.view(sample)
-            frame = drawer.draw(seen, number=number, elapsed_s=0.1)
-            recorder.add(SampleRecord.of(sample))
-            recorder.add(
-                FrameRecord(
-                    number, number, frame.gain, seen.clearance_mm, frame.fingerprint()
-                )
-            )
+            made.step(sample)
+            frame = made.show(SIZE, 0.1)
+            seen = made.session.view(sample)
             event = FrameEvent(seen, frame, sample, number, 0.0)
             said, where = save_frame_view(order, patient, event)
             assert said == f"Saved the view at {sample.time_s:.1f} s"
@@ -296,7 +277,6 @@ def test_the_window_and_a_replay_save_the_view_that_was_seen(
                 seen, again, lit, gain=view.look.gain or 0.0, number=number
             )
             assert np.array_equal(pixels, frame.pixels)
-        recorder.close({})
     assert files[0].parent == record / "snapshots"
     out = tmp_path / "replayed.view.json"
     for sample, file in zip(samples, files, strict=True):
@@ -321,18 +301,9 @@ def test_frames_of_changing_size_are_recorded_and_replayed_to_the_bit(
 ) -> None:
     """And what is scored knows nothing of the size; a wrong size is noticed."""
     scenario, patient, samples = place
-    registration = in_the_patient()
-    info = describe_session(
-        scenario, patient, registration, size=SIZE, has_instrument=True
-    )
-    info = msgspec.structs.replace(info, operated=False)
+    made = Made(scenario, patient, size=SIZE, operates=False, has_instrument=True)
+    info, session = made.info, made.session
     record, other = tmp_path / "flight.paravol", tmp_path / "other.paravol"
-    session = build_session(
-        scenario, patient, registration.world_from_device, (SIZE, SIZE)
-    )
-    drawer = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
-    )
     flown = [replace(sample, time_s=0.1 * n) for n, sample in enumerate(samples * 4)]
     left = iter(flown)
 
@@ -352,7 +323,7 @@ def test_frames_of_changing_size_are_recorded_and_replayed_to_the_bit(
             Poses(),
             Given(),
             session,
-            drawer,
+            made.view,
             recorder,
             until_s=10.0,
             on_frame=lambda event: shown.append(event.frame.pixels.shape),
@@ -391,32 +362,13 @@ def test_a_disk_that_refuses_is_told_and_ends_nothing(
 ) -> None:
     scenario, patient, samples = place
     (tmp_path / "snapshots").write_text("no folder")
-    session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE))
-    seen = session.view(samples[0])
-    drawer = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=False, threads=1
-    )
-    frame = drawer.draw(seen, number=0, elapsed_s=0.0, gain=1.0)
+    made = Made(scenario, patient, size=SIZE, operates=False)
+    seen = made.session.view(samples[0])
+    frame = made.view.draw(seen, number=0, elapsed_s=0.0, gain=1.0)
     event = FrameEvent(seen, frame, samples[0], 0, 0.0)
     said, why = save_frame_view(flight_order(scenario, tmp_path), patient, event)
     assert said == "The view was not saved"
     assert "snapshots" in why
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--view-at", "1"], "--view-at and --out go together"),
-        (["--out", "a.view.json"], "--view-at and --out go together"),
-        (["--case", "somewhere"], "--case goes with --at, --view-at or a film"),
-        (["--view-at", "-1", "--out", "a.view.json"], "seconds from 0 on, got -1"),
-    ],
-)
-def test_half_a_wish_is_refused(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["replay", "nothing.paravol", *words]) == 1
-    assert message in capsys.readouterr().err
 
 
 @pytest.mark.display
@@ -649,19 +601,8 @@ def first_bite(folder: Path) -> Path:
     """Write two seconds of the bundled operation: tissue is pushed and bitten."""
     scenario, bundled = load_scenario("first_operation")
     whole = load_probe_path(bundled / scenario.path)
-    part = (whole.t_s >= 2.6) & (whole.t_s <= 4.6)
-    cut = replace(
-        whole,
-        name="bite",
-        t_s=np.round(whole.t_s[part] - whole.t_s[part][0], 6),
-        tip_mm=whole.tip_mm[part],
-        axis=whole.axis[part],
-        roll_deg=whole.roll_deg[part],
-        instrument_tip_mm=whole.instrument_tip_mm[part],
-        instrument_axis=whole.instrument_axis[part],
-        buttons=whole.buttons[part],
-        tools=((0.0, "straight forceps"),),
-    )
+    tools = ((0.0, "straight forceps"),)
+    cut = part_of(whole, "bite", 2.6, 4.6, tools=tools)
     save_probe_path(cut, folder / "bite.path.json")
     text = (bundled / "first_operation.toml").read_text().split("[[moments]]")[0]
     for old, new in (

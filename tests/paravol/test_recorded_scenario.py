@@ -9,16 +9,16 @@ import pytest
 
 from devices import load_probe_path
 from disk import UserError
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
 from paravol.recorded_scenario import scenario_from_session
-from paravol.session_setup import build_session, describe_session
+from paravol.session_setup import build_session
 from renderers.scene import AirSurface, Volume
 from scenarios import InstrumentState, Sample, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.bundle import SampleRecord, read_recording
 from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Follow, Reach
+from tests.recorded_flight import info_of, write_records
 from tests.scenes import make_scene
 
 EVERY_S = 0.04
@@ -56,34 +56,29 @@ def samples() -> list[Sample]:
     return found
 
 
+Flown = tuple[Path, PatientScene]
+
+
 @pytest.fixture(scope="module")
-def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PatientScene]:
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
     folder = tmp_path_factory.mktemp("recorded") / "An expert's way.paravol"
-    scene = make_scene()
     values = np.full((30, 60, 60), -4.0, np.float32)
     distance = Volume(values, np.ones(3), np.array([-30.0, -30, -15]), np.eye(3), 1.0)
     zeros = distance.with_values(np.zeros(values.shape, np.uint8), 0)
     air = AirSurface(distance, zeros, zeros)
-    scene = replace(scene, surface=air)
+    scene = replace(make_scene(), surface=air)
     scenario, _ = load_scenario("first_flight")
     landmarks = dict.fromkeys(scenario.targets, np.zeros(3))
     patient = PatientScene(scene, landmarks, "a" * 64)
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=32, has_instrument=True
-    )
+    info = info_of(scenario, patient)
     matrix = np.eye(4)
     matrix[:3, 3] = SHIFT
-
     info = msgspec.structs.replace(info, world_from_device=matrix.ravel().tolist())
-    with SessionRecorder(folder, info) as recorder:
-        for sample in samples():
-            recorder.add(SampleRecord.of(sample))
-        recorder.close({})
-    return folder, patient
+    return write_records(folder, info, map(SampleRecord.of, samples())), patient
 
 
 def test_the_recording_passes_the_exercise_made_of_it(
-    flown: tuple[Path, PatientScene], tmp_path: Path
+    flown: Flown, tmp_path: Path
 ) -> None:
     """Read from the written file, stepped by the recorded samples, frozen ones too."""
     folder, patient = flown
@@ -108,8 +103,7 @@ def test_the_recording_passes_the_exercise_made_of_it(
     )
     # air of 4 mm all around
     assert {ring.radius_mm for ring in rings} == {4.0}
-    matrix = np.eye(4)
-    matrix[:3, 3] = SHIFT
+    matrix = np.array(read_recording(folder).info.world_from_device).reshape(4, 4)
     session = build_session(scenario, patient, matrix, (32, 32))
     for sample in samples():
         session.step(sample)
@@ -127,9 +121,7 @@ def test_the_recording_passes_the_exercise_made_of_it(
     assert [name for _, name in path.tools] == ["microdebrider", "curette"]
 
 
-def test_the_path_file_passes_it_as_well(
-    flown: tuple[Path, PatientScene], tmp_path: Path
-) -> None:
+def test_the_path_file_passes_it_as_well(flown: Flown, tmp_path: Path) -> None:
     folder, patient = flown
     made = scenario_from_session(folder, tmp_path, name="again", patient=patient)
     scenario, place = load_scenario(str(made.file))
@@ -145,7 +137,7 @@ def test_the_path_file_passes_it_as_well(
 
 
 def test_files_that_are_there_stay_and_other_heads_are_refused(
-    flown: tuple[Path, PatientScene], tmp_path: Path
+    flown: Flown, tmp_path: Path
 ) -> None:
     folder, patient = flown
     (tmp_path / "mine.path.json").write_text("mine")

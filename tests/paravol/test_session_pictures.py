@@ -12,7 +12,6 @@ from app.cli.commands import replay
 from app.cli.replay_options import ReplayOptions
 from disk import UserError
 from paravol import session_pictures
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene, no_progress
 from paravol.session_pictures import (
     FILM_FPS,
@@ -21,11 +20,11 @@ from paravol.session_pictures import (
     SideBySide,
     film_session,
 )
-from paravol.session_setup import describe_session
 from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ViewCamera
 from scenarios import Sample, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder, read_recording
+from scenarios.bundle import SampleRecord, read_recording
+from tests.recorded_flight import info_of, write_records
 from tests.scenes import make_scene
 
 SIZE = 32
@@ -59,21 +58,16 @@ def flights(tmp_path_factory: pytest.TempPathFactory) -> Flights:
     centre = scene.volume.center_mm
     landmarks = {"midway": centre, **dict.fromkeys(scenario.targets, centre + 0.5)}
     patient = PatientScene(scene, landmarks, "a" * 64)
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=SIZE, has_instrument=True
-    )
     way = np.array([0.0, 1.0, 0.2]) / np.hypot(1.0, 0.2)
     folders = []
     for name, speed in (("slow", 1.0), ("fast", 2.0)):
+        records = []
+        for i in range(round(4.0 / speed / EVERY_S) + 1):
+            tip = centre + way * (speed * i * EVERY_S - 2.0)
+            sample = Sample(i * EVERY_S, tip_frame(tip, way), 0.0, tip, way, 0)
+            records.append(SampleRecord.of(sample))
         folder = tmp_path_factory.mktemp("flown") / f"{name}.paravol"
-        count = round(4.0 / speed / EVERY_S) + 1
-        with SessionRecorder(folder, info) as recorder:
-            for i in range(count):
-                tip = centre + way * (speed * i * EVERY_S - 2.0)
-                sample = Sample(i * EVERY_S, tip_frame(tip, way), 0.0, tip, way, 0)
-                recorder.add(SampleRecord.of(sample))
-            recorder.close({})
-        folders.append(folder)
+        folders.append(write_records(folder, info_of(scenario, patient), records))
     slow, fast = folders
     return Flights(slow, fast, patient)
 
@@ -87,11 +81,11 @@ def test_a_clock_that_ran_backwards_stands(
     info = msgspec.structs.replace(found.info, operated=operated)
     samples = [r for r in found.records if isinstance(r, SampleRecord)][:20]
     times = [0.0, 0.1, 0.2, 9.0, -4.0, 0.3, *np.linspace(8.5, 9.8, 14).tolist()]
-    folder = tmp_path / "back.paravol"
-    with SessionRecorder(folder, info) as recorder:
-        for record, time_s in zip(samples, times, strict=True):
-            recorder.add(msgspec.structs.replace(record, time_s=time_s))
-        recorder.close({})
+    moved = [
+        msgspec.structs.replace(record, time_s=time_s)
+        for record, time_s in zip(samples, times, strict=True)
+    ]
+    folder = write_records(tmp_path / "back.paravol", info, moved)
     timeline = SessionTimeline(folder, flights.patient)
     assert (timeline.begin_s, timeline.end_s) == (0.0, max(times))
     clock_s = 0.0
@@ -185,6 +179,12 @@ def test_the_command_films_two_together(
         (ReplayOptions(beside=Path("b")), "--beside goes with --video"),
         (ReplayOptions(at=1.0, camera=Path("b")), "--camera goes with --video"),
         (ReplayOptions(video=Path("a.mp4"), speed=20.0), "0.1 to 10 times"),
+        (ReplayOptions(picture=Path("a.png")), "--picture goes with --at"),
+        (ReplayOptions(at=1.0, check=True), "--at goes without"),
+        (ReplayOptions(view_at=1.0), "--view-at and --out"),
+        (ReplayOptions(out=Path("a")), "--view-at and --out"),
+        (ReplayOptions(case=Path("b")), "--case goes with"),
+        (ReplayOptions(view_at=-1.0, out=Path("a")), "got -1"),
         (ReplayOptions(video=Path("a.mp4"), speed=2.0, check=True), "--check compares"),
     ],
 )

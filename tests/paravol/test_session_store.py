@@ -6,22 +6,9 @@ import msgspec
 import pytest
 
 from paravol.session_store import SessionStore, remove_session
-from scenarios.bundle import SessionInfo
+from tests.scenarios.session_info import INFO as NAMED
 
-INFO = SessionInfo(
-    scenario_name="test",
-    scenario="{}",
-    picture_size=(64, 64),
-    tier="LIVE",
-    seed=3,
-    world_from_device=[],
-    registration_rms_mm=0.1,
-    surface_sha256="0" * 64,
-    has_instrument=True,
-    created="",
-    versions={},
-    automatic=True,
-)
+INFO = msgspec.structs.replace(NAMED, automatic=True)
 
 
 def put(folder: Path, day: int, size: int, *, automatic: bool = True) -> Path:
@@ -102,13 +89,6 @@ def test_a_session_that_is_being_recorded_is_not_removed(tmp_path: Path) -> None
             assert second != folder
             assert folder.exists()
     assert kept.make_room() == [folder]
-
-
-def test_the_users_own_place_is_below_the_data_directory(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    assert SessionStore.of_the_user().folder == tmp_path / "paravol" / "sessions"
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from PIL import Image
 from xxhash import xxh3_128
 
-from app.cli.commands import replay
 from app.cli.replay_command import run_at
 from app.cli.replay_options import ReplayOptions
 from disk import UserError
@@ -23,11 +22,9 @@ from paravol import keyframes, session_pictures
 from paravol.keyframes import APART_S, Keyframes, load_keyframes, save_keyframes
 from paravol.patient import PatientScene
 from paravol.session_timeline import GRACE_S, SessionTimeline
-from scenarios import Sample, Session, load_scenario, tip_frame
-from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
-from scenarios.instrument_state import InstrumentState
+from scenarios import Sample, Session, load_scenario
 from tests.paravol.operated_head import head_round_an_orbit
-from tests.paravol.replays.flown_session import parts_of
+from tests.recorded_flight import Flight, shaving
 
 EVERY_S = 0.1
 COUNT = 160
@@ -37,7 +34,7 @@ SHOWN = 77
 
 
 @dataclass(frozen=True)
-class Flight:
+class Flown:
     """A recorded operation, and what each of its samples left.
 
     picture: of the sample `SHOWN`, as it was drawn live.
@@ -70,58 +67,34 @@ def state_of(session: Session, sample: Sample) -> str:
     )
 
 
-def sample_at(number: int, centre: NDArray[np.float64]) -> Sample:
-    """Shave to and fro, undo now and then, rest, wash the lens."""
-    way = np.array([1.0, 0.2, 0.1])
-    along = 3.0 * np.sin(number / 11.0)
-    at = centre + way * along + [0.0, 0.02 * number - 1.5, 0.0]
-    state = InstrumentState(
-        "microdebrider",
-        is_working=number % 13 < 9,
-        is_sucking=number % 31 < 25,
-        undone=number // 40,
-        washed=number // 70,
-    )
-    frame = tip_frame(at - 3 * way, way)
-    return Sample(EVERY_S * number, frame, 0.0, at, way, 0, state)
-
-
 @pytest.fixture(scope="module")
-def flight(tmp_path_factory: pytest.TempPathFactory) -> Flight:
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Flown:
     folder = tmp_path_factory.mktemp("recorded") / "flight.paravol"
     scenario, _ = load_scenario("first_flight")
     patient = head_round_an_orbit(scenario)
     centre = patient.scene.volume.center_mm
-    info, session, operation, view = parts_of(scenario, patient, SIZE)
+    made = Flight(scenario, patient, size=SIZE)
     samples, states = [], []
-    with SessionRecorder(folder, info) as recorder:
-        for number in range(COUNT):
-            sample = sample_at(number, centre)
-            session.step(sample)
-            recorder.add(SampleRecord.of(sample))
+    with made.recorded(folder):
+        for n in range(COUNT):
+            undone, washed = n // 40, n // 70
+            sample = shaving(n, centre, every_s=EVERY_S, undone=undone, washed=washed)
+            made.step(sample)
             samples.append(sample)
-            states.append(state_of(session, sample))
-            if number == SHOWN:
-                view.apply(operation.take_changes())
-                assert operation.lens is not None
-                view.lens = operation.lens.state
-                seen = session.view(sample)
-                frame = view.draw(seen, number=5, elapsed_s=0.0, gain=2.5)
-                recorder.add(
-                    FrameRecord(5, number, 2.5, seen.clearance_mm, frame.fingerprint())
-                )
-        recorder.close({})
-    score = session.score().operation
+            states.append(state_of(made.session, sample))
+            if n == SHOWN:
+                frame = made.show(SIZE, 0.0, gain=2.5)
+    score = made.session.score().operation
     assert score is not None
     assert score.edits > 20
     assert score.bled_ml > 0
     assert score.injuries
     assert len(set(states)) == COUNT
-    return Flight(folder, patient, samples, states, frame.pixels)
+    return Flown(folder, patient, samples, states, frame.pixels)
 
 
 @pytest.fixture(scope="module")
-def timeline(flight: Flight) -> SessionTimeline:
+def timeline(flight: Flown) -> SessionTimeline:
     """One for all examples, so that each begins where the last one ended."""
     return SessionTimeline(flight.folder, flight.patient)
 
@@ -132,7 +105,7 @@ times = st.floats(0.0, (COUNT - 1) * EVERY_S + GRACE_S)
 @settings(max_examples=10)
 @given(jumps=st.lists(times, min_size=1, max_size=5))
 def test_jumps_give_what_stepping_gives(
-    flight: Flight, timeline: SessionTimeline, jumps: list[float]
+    flight: Flown, timeline: SessionTimeline, jumps: list[float]
 ) -> None:
     """To the bit, wherever one comes from; and a jump back steps few samples."""
     distance = timeline.patient.surface.distance.values
@@ -157,7 +130,7 @@ def test_jumps_give_what_stepping_gives(
         assert told[distance != was].all()
 
 
-def test_keyframes_grow_sparse(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_keyframes_grow_sparse(flight: Flown, monkeypatch: pytest.MonkeyPatch) -> None:
     """However much memory they would need; what they give stays exact."""
     monkeypatch.setattr(keyframes, "MOST_BYTES", 1 << 18)
     monkeypatch.setattr(keyframes, "APART_S", 0.5)
@@ -171,7 +144,7 @@ def test_keyframes_grow_sparse(flight: Flight, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_kept_keyframes_lead_anywhere_at_once(
-    flight: Flight, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    flight: Flown, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Those of one process in the next: the same states, by a few steps."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -197,7 +170,7 @@ def test_kept_keyframes_lead_anywhere_at_once(
 
 
 def test_keyframes_that_cannot_be_kept_harm_nothing(
-    flight: Flight, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    flight: Flown, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Neither a cache folder that refuses, nor a state that no file keeps."""
     timeline = SessionTimeline(flight.folder, flight.patient)
@@ -220,14 +193,14 @@ def test_keyframes_that_cannot_be_kept_harm_nothing(
 
 
 @pytest.mark.parametrize("time_s", [-0.1, COUNT * EVERY_S + GRACE_S, float("nan")])
-def test_there_is_nothing_outside(flight: Flight, time_s: float) -> None:
+def test_there_is_nothing_outside(flight: Flown, time_s: float) -> None:
     timeline = SessionTimeline(flight.folder, flight.patient)
     with pytest.raises(UserError, match=r"lasts from 0\.0 to 15\.9 s and has nothing"):
         timeline.go_to(time_s)
 
 
 def test_a_moment_is_told_and_drawn(
-    flight: Flight,
+    flight: Flown,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -248,10 +221,3 @@ def test_a_moment_is_told_and_drawn(
     timeline = SessionTimeline(flight.folder, flight.patient)
     timeline.go_to(time_s)
     assert told["score"] == json.loads(json.dumps(asdict(timeline.score())))
-
-
-def test_words_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="--picture goes with --at"):
-        replay(tmp_path, options=ReplayOptions(picture=tmp_path / "a.png"))
-    with pytest.raises(UserError, match="--at goes without"):
-        replay(tmp_path, options=ReplayOptions(at=1.0, check=True))

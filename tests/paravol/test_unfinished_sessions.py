@@ -9,76 +9,48 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
 from app.__main__ import main
 from disk import UserError
-from paravol.inputs.flight_input import in_the_patient
-from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.session_replay import read_session
-from paravol.session_setup import build_session, describe_session
+from paravol.session_setup import build_session
 from paravol.session_store import SessionStore, hold_session
 from paravol.unfinished_sessions import discard, recover, unfinished_sessions
-from scenarios import Sample, Scenario, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionInfo, SessionRecorder
+from tests.paravol.trainee import hoops_flight
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture(scope="module")
-def scene() -> tuple[Scenario, PatientScene]:
-    """An exercise in an abstract scene, which is built at once."""
-    scenario, _ = load_scenario("hoops")
-    return scenario, load_patient(scenario, no_progress)
-
-
-def sample(number: int) -> Sample:
-    at = np.array([0.0, 0.2 * number, 0.0])
-    axis = np.array([0.0, 1.0, 0.0])
-    return Sample(0.05 * number, tip_frame(at, axis), 0.0, at, axis, 0)
-
-
-def info_of(scene: tuple[Scenario, PatientScene], created: str) -> SessionInfo:
-    info = describe_session(*scene, in_the_patient(), size=32, has_instrument=False)
-    return msgspec.structs.replace(
-        info, created=created, automatic=True, operated=False
-    )
-
-
 def killed_flight(
-    folder: Path,
-    scene: tuple[Scenario, PatientScene],
-    created: str = "2026-01-02T03:04:05+00:00",
-    count: int = 120,
+    folder: Path, created: str = "2026-01-02T03:04:05+00:00", count: int = 120
 ) -> Path:
     """Record, and cut the stream as a kill would: in a chunk, without an end."""
-    with SessionRecorder(folder, info_of(scene, created)) as recorder:
+    flight = hoops_flight.begun(created)
+    with flight.recorded(folder, has_end=False) as recorder:
         for number in range(count):
-            recorder.add(SampleRecord.of(sample(number)))
+            flight.step(hoops_flight.sample(number))
         recorder.flush()
         there = (folder / "stream.mcap").read_bytes()
     (folder / "stream.mcap").write_bytes(there + b"\x06cut")
     return folder
 
 
-def test_a_killed_flight_is_found_and_scored_as_if_it_had_ended(
-    tmp_path: Path, scene: tuple[Scenario, PatientScene]
-) -> None:
-    scenario, patient = scene
+def test_a_killed_flight_is_found_and_scored_as_if_it_had_ended(tmp_path: Path) -> None:
+    scenario, patient = hoops_flight.scene()
     store = SessionStore(tmp_path)
-    folder = killed_flight(tmp_path / "a.paravol", scene)
+    folder = killed_flight(tmp_path / "a.paravol")
     (found,) = unfinished_sessions(store)
     assert (found.folder, found.title) == (folder, scenario.title)
-    assert found.length_s == sample(119).time_s
+    assert found.length_s == hoops_flight.sample(119).time_s
     before = (folder / "stream.mcap").read_bytes()
 
     score = recover(found, patient=patient)
 
     session = build_session(scenario, patient, np.eye(4), (32, 32))
     for number in range(120):
-        session.step(sample(number))
+        session.step(hoops_flight.sample(number))
     assert asdict(score) == asdict(session.score())
     assert read_session(folder).score == score
     assert json.loads((folder / "result.json").read_text())["recovered"] is True
@@ -87,17 +59,15 @@ def test_a_killed_flight_is_found_and_scored_as_if_it_had_ended(
     assert os.listdir(tmp_path) == ["a.paravol"]
 
 
-def test_the_newest_comes_first_and_what_is_none_is_left_out(
-    tmp_path: Path, scene: tuple[Scenario, PatientScene]
-) -> None:
-    old = killed_flight(tmp_path / "b.paravol", scene, "2026-01-01T00:00:00+00:00", 9)
-    new = killed_flight(tmp_path / "a.paravol", scene, "2026-02-01T00:00:00+00:00", 9)
-    ended = killed_flight(tmp_path / "c.paravol", scene, count=9)
+def test_the_newest_comes_first_and_what_is_none_is_left_out(tmp_path: Path) -> None:
+    old = killed_flight(tmp_path / "b.paravol", "2026-01-01T00:00:00+00:00", 9)
+    new = killed_flight(tmp_path / "a.paravol", "2026-02-01T00:00:00+00:00", 9)
+    ended = killed_flight(tmp_path / "c.paravol", count=9)
     (ended / "result.json").write_text("{}")
-    killed_flight(tmp_path / "nothing flown.paravol", scene, count=0)
-    broken = killed_flight(tmp_path / "broken.paravol", scene, count=9)
+    killed_flight(tmp_path / "nothing flown.paravol", count=0)
+    broken = killed_flight(tmp_path / "broken.paravol", count=9)
     (broken / "stream.mcap").write_bytes(b"no stream of ours")
-    held = killed_flight(tmp_path / "held.paravol", scene, count=9)
+    held = killed_flight(tmp_path / "held.paravol", count=9)
     store = SessionStore(tmp_path)
     with hold_session(held):
         assert [s.folder for s in unfinished_sessions(store)] == [new, old]
@@ -105,14 +75,12 @@ def test_the_newest_comes_first_and_what_is_none_is_left_out(
     assert unfinished_sessions(SessionStore(tmp_path / "none")) == []
 
 
-def test_what_another_program_has_in_hand_is_left_to_it(
-    tmp_path: Path, scene: tuple[Scenario, PatientScene]
-) -> None:
-    folder = killed_flight(tmp_path / "a.paravol", scene, count=9)
+def test_what_another_program_has_in_hand_is_left_to_it(tmp_path: Path) -> None:
+    folder = killed_flight(tmp_path / "a.paravol", count=9)
     (found,) = unfinished_sessions(SessionStore(tmp_path))
     with hold_session(folder):
         with pytest.raises(UserError, match="being recorded"):
-            recover(found, patient=scene[1])
+            recover(found, patient=hoops_flight.scene()[1])
         with pytest.raises(UserError, match="cannot be removed"):
             discard(found)
     assert folder.exists()
@@ -122,14 +90,13 @@ def test_what_another_program_has_in_hand_is_left_to_it(
 
 def test_the_command_lists_finishes_and_removes(
     tmp_path: Path,
-    scene: tuple[Scenario, PatientScene],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     sessions = tmp_path / "paravol" / "sessions"
-    first = killed_flight(sessions / "a.paravol", scene, count=31)
-    other = killed_flight(sessions / "b.paravol", scene, count=31)
+    first = killed_flight(sessions / "a.paravol", count=31)
+    other = killed_flight(sessions / "b.paravol", count=31)
     assert main(["unfinished"]) == 0
     told = capsys.readouterr().out
     assert str(first) in told
@@ -170,9 +137,7 @@ Flight(FlightOrder(scenario, None, mouse, 64, 1, None, kept=store), hear).run()
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing there kills like this")
-def test_a_flight_that_is_killed_is_recovered(
-    tmp_path: Path, scene: tuple[Scenario, PatientScene]
-) -> None:
+def test_a_flight_that_is_killed_is_recovered(tmp_path: Path) -> None:
     store = SessionStore(tmp_path / "sessions")
     with subprocess.Popen(
         [sys.executable, "-c", FLY, str(store.folder)],
@@ -189,6 +154,6 @@ def test_a_flight_that_is_killed_is_recovered(
         child.wait()
     (found,) = unfinished_sessions(store)
     assert found.length_s > 1.0
-    score = recover(found, patient=scene[1])
+    score = recover(found, patient=hoops_flight.scene()[1])
     assert score.duration_s == found.length_s
     assert unfinished_sessions(store) == []

@@ -11,7 +11,10 @@ from devices.controls.fulcrum import Demand, Fulcrum, FulcrumControl
 from paravol.inputs.recording import RecordingInput
 from paravol.patient import PatientScene
 from scenarios import Sample, Scenario
-from scenarios.bundle import SampleRecord, SessionInfo, SessionRecorder
+from scenarios.bundle import SampleRecord
+from tests.flights import part_of
+from tests.recorded_flight import write_records
+from tests.scenarios.session_info import INFO
 
 WORLD = np.diag((-1.0, -1.0, 1.0, 1.0))
 
@@ -19,35 +22,23 @@ WORLD = np.diag((-1.0, -1.0, 1.0, 1.0))
 def recorded(folder: Path, times: list[float], sha256: str) -> list[SampleRecord]:
     """Record a flight with odd numbers in it; give what was recorded."""
     scenario = Scenario("s", "S", "s.path.json")
-    info = SessionInfo(
-        scenario_name="s",
+    info = msgspec.structs.replace(
+        INFO,
         scenario=msgspec.json.encode(scenario).decode(),
-        picture_size=(8, 8),
-        tier="LIVE",
-        seed=1,
         world_from_device=WORLD.ravel().tolist(),
         registration_rms_mm=0.3,
         surface_sha256=sha256,
-        has_instrument=True,
-        created="",
-        versions={},
     )
     rng = np.random.default_rng(4)
     control = FulcrumControl(Fulcrum(rng.normal(size=3), np.array((0.0, 0.9, 0.4))))
     records = []
-    with SessionRecorder(folder, info) as recorder:
-        for time_s in times:
-            control.advance(0.01, Demand(*rng.uniform(-1, 1, 4)))
-            sample = Sample(
-                time_s,
-                control.frame(),
-                float(rng.normal()),
-                rng.normal(size=3),
-                rng.normal(size=3),
-                int(rng.integers(4)),
-            )
-            records.append(SampleRecord.of(sample))
-            recorder.add(records[-1])
+    for time_s in times:
+        control.advance(0.01, Demand(*rng.uniform(-1, 1, 4)))
+        roll, tip, pointing = rng.normal(), rng.normal(size=3), rng.normal(size=3)
+        buttons = int(rng.integers(4))
+        sample = Sample(time_s, control.frame(), float(roll), tip, pointing, buttons)
+        records.append(SampleRecord.of(sample))
+    write_records(folder, info, records)
     return records
 
 
@@ -85,16 +76,7 @@ def test_a_path_is_played_in_the_patient(
     tmp_path: Path, bare_room: PatientScene, exercise: tuple[Scenario, ProbePath]
 ) -> None:
     _, whole = exercise
-    path = ProbePath(
-        name="part",
-        t_s=whole.t_s[:20],
-        tip_mm=whole.tip_mm[:20],
-        axis=whole.axis[:20],
-        roll_deg=whole.roll_deg[:20],
-        instrument_tip_mm=whole.instrument_tip_mm[:20],
-        instrument_axis=whole.instrument_axis[:20],
-        buttons=whole.buttons[:20],
-    )
+    path = part_of(whole, "part", 0.0, whole.t_s[19])
     save_probe_path(path, tmp_path / "part.path.json")
     chosen = RecordingInput(tmp_path / "part.path.json")
     assert chosen.name == "recording part.path.json"

@@ -1,33 +1,19 @@
 """Short recorded operations, made without any device."""
 
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices import load_probe_path
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
-from paravol.session_setup import (
-    build_session,
-    build_view,
-    describe_session,
-    operate_on,
-)
-from paravol.view import EndoscopeView
-from scenarios import Sample, Scenario, Session, load_scenario, tip_frame
+from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import (
     EventRecord,
-    FrameRecord,
-    SampleRecord,
-    SessionInfo,
-    SessionRecorder,
 )
 from scenarios.instrument_state import InstrumentState
-from scenarios.operation import Operation
+from tests.recorded_flight import Flight
 
 EVERY_S = 0.04
 LASTS_S = 2.0
@@ -54,33 +40,6 @@ def along_the_path(scenario_file: Path, begin_s: float = 8.0) -> Poses:
     return poses
 
 
-class Parts(NamedTuple):
-    """Hold what records a flight: what it says of itself, and what steps and draws."""
-
-    info: SessionInfo
-    session: Session
-    operation: Operation
-    view: EndoscopeView
-
-
-def parts_of(scenario: Scenario, patient: PatientScene, size: int) -> Parts:
-    """Prepare an operation in a patient that is recorded; size: of its pictures, px."""
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=size, has_instrument=True
-    )
-    operated, operation = operate_on(patient)
-    session = build_session(scenario, operated, np.eye(4), (size, size), operation)
-    view = build_view(
-        scenario,
-        operated,
-        tier=info.tier,
-        seed=info.seed,
-        has_instrument=True,
-        threads=1,
-    )
-    return Parts(info, session, operation, view)
-
-
 def record_flight(
     folder: Path,
     scenario: Scenario,
@@ -94,9 +53,9 @@ def record_flight(
 
     The tool is changed in the middle and cuts from then on. speed: as a factor.
     """
-    info, session, operation, view = parts_of(scenario, patient, size)
+    flight = Flight(scenario, patient, size=size)
     count = round(LASTS_S / speed / EVERY_S)
-    with SessionRecorder(folder, info) as recorder:
+    with flight.recorded(folder) as recorder:
         for n in range(count + 1):
             share = n / count
             tip, axis, tool_tip, tool_axis = poses(share)
@@ -106,24 +65,10 @@ def record_flight(
                 is_working=is_cutting,
                 is_sucking=True,
             )
-            time_s = round(n * EVERY_S, 6)
-            pose = tip_frame(tip, axis)
-            sample = Sample(time_s, pose, 0.0, tool_tip, tool_axis, 0, tool)
-            session.step(sample)
-            recorder.add(SampleRecord.of(sample))
-            if n % SHOWN_EVERY:
-                continue
-            view.apply(operation.take_changes())
-            assert operation.lens is not None
-            view.lens = operation.lens.state
-            number = n // SHOWN_EVERY
-            # a flight draws fewer pixels where it is late
-            edge = size if number % 3 else size * 3 // 4
-            seen = session.view(sample, (edge, edge))
-            frame = view.draw(seen, number=number, elapsed_s=EVERY_S)
-            gap, print_ = seen.clearance_mm, frame.fingerprint()
-            told = 0 if edge == size else edge
-            recorder.add(FrameRecord(number, n, frame.gain, gap, print_, size=told))
+            time_s, pose = round(n * EVERY_S, 6), tip_frame(tip, axis)
+            flight.step(Sample(time_s, pose, 0.0, tool_tip, tool_axis, 0, tool))
+            if n % SHOWN_EVERY == 0:
+                # a flight draws fewer pixels where it is late
+                flight.show(size if n // SHOWN_EVERY % 3 else size * 3 // 4, EVERY_S)
         recorder.add(EventRecord(0.5, "snapshot", "frame 2"))
-        recorder.close({"score": asdict(session.score())})
     return folder

@@ -11,9 +11,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
-from paravol.session_setup import build_session, describe_session, operate_on
+from paravol.session_setup import operate_on
 from paravol.snapshots import view_sources
 from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.moments import SelectedFrame, SnapshotRequestFactory
@@ -32,12 +31,12 @@ from renderers.scene import Camera, Change, ChangeKind, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.scene_loader import load_scene
 from scenarios import Moment, Sample, View, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
 from surgery import solids
 from surgery.edit import Taker
 from surgery.patient import OperatedPatient
 from surgery.pushing import Rod
+from tests.recorded_flight import WAY, Flight
 from tests.scenes import make_scene
 
 ANY = Taker(force_n=1e3, bone_mm=50.0)
@@ -273,31 +272,22 @@ def digest_of(values: NDArray[Any]) -> str:
 
 
 def recorded(folder: Path, patient: PatientScene) -> tuple[list[Sample], list[str]]:
-    """Record a debrider's way through the middle; give distances as samples left them.
-
-    A frame is recorded after samples that are newer than its own.
-    """
+    """Record a debrider's way through the middle; give distances as it left them."""
     scenario, _ = load_scenario("first_flight")
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=16, has_instrument=True
-    )
-    operated, operation = operate_on(patient)
-    session = build_session(scenario, operated, np.eye(4), (16, 16), operation)
+    flight = Flight(scenario, patient, size=16)
+    assert flight.operation is not None
+    distance = flight.operation.patient.surface.distance
     samples, states = [], []
-    centre, way = patient.surface.distance.center_mm, np.array([1.0, 0.2, 0.1])
-    with SessionRecorder(folder, info) as recorder:
-        for number in range(30):
-            at = centre + way * (0.15 * number - 2)
+    with flight.recorded(folder):
+        for n in range(30):
+            at = distance.center_mm + WAY * (0.15 * n - 2)
             state = InstrumentState(
-                "microdebrider", is_working=True, is_sucking=True, undone=number // 20
+                "microdebrider", is_working=True, is_sucking=True, undone=n // 20
             )
-            frame = tip_frame(at - 3 * way, way)
-            sample = Sample(0.02 * number, frame, 0.0, at, way, 0, state)
-            session.step(sample)
-            recorder.add(SampleRecord.of(sample))
-            samples.append(sample)
-            states.append(digest_of(operation.patient.surface.distance.values))
-        recorder.close({})
+            frame = tip_frame(at - 3 * WAY, WAY)
+            samples.append(Sample(0.02 * n, frame, 0.0, at, WAY, 0, state))
+            flight.step(samples[-1])
+            states.append(digest_of(distance.values))
     assert len(set(states)) > 3
     return samples, states
 
