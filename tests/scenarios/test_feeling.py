@@ -75,17 +75,6 @@ def test_the_scope_feels_walls() -> None:
     assert feeling.figures.scope_n > 0.17
 
 
-def test_the_same_samples_give_the_same_forces_to_the_bit() -> None:
-    hand = pressing(Hand(), 5.0, 1.5)
-    again = Hand()
-    told = []
-    for sample in hand.samples:
-        again.operation.step(sample, ABOVE, Endoscope())
-        told.append(again.operation.touch)
-    assert again.operation.figures() == hand.operation.figures()
-    assert np.array_equal(told[-1].newton, hand.operation.touch.newton)
-
-
 @pytest.mark.parametrize("at", [30, 80, 115])
 def test_an_operation_put_back_goes_on_to_the_bit(at: int) -> None:
     """Before, during and after a push that breaks the wall."""

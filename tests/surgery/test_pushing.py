@@ -156,21 +156,6 @@ def test_what_is_shown_changes_by_little_more_than_its_argument(seed: int) -> No
         assert steps[np.abs(first) < 0.4].max() <= 1.35 * H
 
 
-def test_the_same_samples_show_the_same() -> None:
-    rng = np.random.default_rng(5)
-    rods = [
-        rod_at(d, at=MIDDLE + np.array([x, 0, 0]))
-        for d, x in rng.uniform(-1, 1.5, (20, 2))
-    ]
-    fields = []
-    for _ in range(2):
-        _, pushing = soft()
-        for n, rod in enumerate(rods):
-            pushing.push(0.03 * n, n, None if n % 5 == 4 else rod)
-        fields.append(shown(pushing).copy())
-    np.testing.assert_array_equal(fields[0], fields[1])
-
-
 def turbinate() -> tuple[OperatedPatient, Pushing]:
     surface = plates(3.0).surface
     layers = walled(surface, TURBINATE, Label.MIDDLE_TURBINATE)

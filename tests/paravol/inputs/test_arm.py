@@ -181,12 +181,6 @@ def test_only_a_real_arm_needs_to_be_told_its_roll() -> None:
         choose_input("mouse", None, SCENARIO, PATH, PATH_FILE, roll="encoder")
 
 
-def test_only_arms_are_registered(shifted_file: Shifted) -> None:
-    file = shifted_file("any")
-    with pytest.raises(ValueError, match="--registration is for an arm"):
-        choose_input("mouse", None, SCENARIO, PATH, PATH_FILE, file)
-
-
 def test_no_file_knows_where_the_emulated_arm_stands(shifted_file: Shifted) -> None:
     file = shifted_file(DX40937.identity.serial)
     with pytest.raises(ValueError, match="the emulated arm stands elsewhere"):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from devices import Pose
 from devices.controls.fulcrum import Demand, Fulcrum, FulcrumControl
-from paravol.inputs.flight_input import framed_hand, in_the_patient
+from paravol.inputs.flight_input import framed_hand
 from scenarios import Endoscope
 
 unit = st.floats(-1.0, 1.0)
@@ -34,10 +34,3 @@ def test_the_light_post_is_where_the_frame_says(
     looks = camera.frame[3]
     expected = math.cos(math.radians(30)) * -back + math.sin(math.radians(30)) * y
     assert looks == pytest.approx(expected, abs=1e-9)
-
-
-def test_poses_in_the_patient_are_left_as_they_are() -> None:
-    registration = in_the_patient()
-    pose = Pose(0.0, 0.0, np.eye(4), 0)
-    assert np.array_equal(registration.world_from_tip(pose), np.eye(4))
-    assert registration.residual_rms_mm == 0.0

@@ -1,5 +1,4 @@
 import math
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -67,11 +66,6 @@ def assert_sound(measured: Measured) -> None:
             assert figure is None or math.isfinite(figure), metric.name
         for begin, end in metric.intervals:
             assert begin <= end, metric.name
-
-
-def test_names_are_unique_for_each_role() -> None:
-    counts = Counter((d.name, d.role) for d in DEFINITIONS)
-    assert max(counts.values()) == 1
 
 
 def test_every_metric_has_a_value_in_a_session_that_has_everything() -> None:

@@ -16,7 +16,6 @@ from scenarios.metrics import (
 )
 from scenarios.metrics.metric import SCOPE
 from tests.scenarios.metrics.tracks import (
-    minimum_jerk,
     of_scope,
     swaying,
     track,
@@ -111,12 +110,6 @@ def test_a_smooth_hand_has_hardly_any_noise() -> None:
     times, tip = wander(20.0)
     assert recorded_noise(track(times, tip), 0.5)[0] < 1e-3
     assert recorded_noise(track(times[:3], tip[:3]), 0.5) == (0.0, 0.0)
-
-
-def test_the_same_session_gives_the_same_bits() -> None:
-    times, tip = minimum_jerk(100.0, 0.5)
-    measured = of_scope(track(times, tip))
-    assert measure(measured, BOTH) == measure(measured, BOTH)
 
 
 @pytest.mark.parametrize(
