@@ -231,9 +231,7 @@ def test_an_unusual_arm_is_not_remembered(own_data: Path) -> None:
     assert constants_findings(arm, "/dev/arm", accept=False)[1].is_missing
 
 
-def test_where_nothing_can_be_kept_the_arm_is_used(
-    own_data: Path,
-) -> None:
+def test_where_nothing_can_be_kept_the_arm_is_used(own_data: Path) -> None:
     (own_data / "paravol").write_text("no folder")
     arm = ArmDescription(DX40937.identity, DX40937.maxima, DX40937.geometry)
     demand_known_constants(arm, "/dev/arm")

@@ -9,12 +9,7 @@ from devices.port import DeviceError, DeviceReason
 from devices.serial_adapters import FTDI, SerialAdapter, udev_rule, usb_numbers
 from disk import UserError
 from paravol import device_check
-from paravol.device_check import (
-    device_findings,
-    gamepads,
-    serial_permission,
-    sound,
-)
+from paravol.device_check import device_findings, gamepads, serial_permission, sound
 
 CLOSED = SerialAdapter("/dev/ttyUSB0", "", 16, False)
 OPEN = SerialAdapter("/dev/ttyUSB0", "", 16, True)

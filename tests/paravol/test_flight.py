@@ -90,10 +90,7 @@ def test_a_flight_that_nobody_named_is_recorded_and_told(
 @pytest.mark.display
 @pytest.mark.slow
 def test_a_flight_that_cannot_be_kept_goes_on_and_says_so(
-    train: Train,
-    coarse_scenario: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    train: Train, coarse_scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "paravol").write_text("a file where the folder should be")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))

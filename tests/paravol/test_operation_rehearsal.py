@@ -42,8 +42,7 @@ def coarse(name: str) -> tuple[Scenario, Path]:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES],
+    "name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES]
 )
 def test_an_exercise_begins(name: str, tmp_path: Path) -> None:
     """Prepared, rehearsed on a piece of its head, and its first frames flown."""

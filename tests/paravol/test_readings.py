@@ -4,13 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paravol.readings import (
-    FREE_MM,
-    NEAR_MM,
-    UNKNOWN,
-    Readings,
-    tool_text,
-)
+from paravol.readings import FREE_MM, NEAR_MM, UNKNOWN, Readings, tool_text
 from scenarios import InstrumentState
 from scenarios.instrument_state import EMPTY_HAND
 

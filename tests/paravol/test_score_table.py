@@ -92,10 +92,7 @@ def test_breaks_and_injuries_are_told_though_nothing_was_cut() -> None:
         ("greatest force", "tool 91.0 N, scope 0.0 N"),
         ("broken", "thin bone, at 24.0 N by the curette, 1.5 s"),
         ("broken", "thin bone, at 91.0 N by the curette, 2.5 s"),
-        (
-            "injury: orbit",
-            "2.8 mm deep at 3.0 s, right, no bone there, by the curette",
-        ),
+        ("injury: orbit", "2.8 mm deep at 3.0 s, right, no bone there, by the curette"),
     ]
     old = OperationFigures(broken_walls={"thin bone": 2})
     told = score_rows(Score(9.0, 0.0, 1.0, 0, {}, operation=old))

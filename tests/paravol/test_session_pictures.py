@@ -43,11 +43,7 @@ class Flights:
         self, folder: Path, camera: ViewCamera | None = None
     ) -> SessionPictures:
         return SessionPictures(
-            folder,
-            progress=no_progress,
-            camera=camera,
-            threads=1,
-            patient=self.patient,
+            folder, progress=no_progress, camera=camera, threads=1, patient=self.patient
         )
 
 

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from anatomy.scan.histogram import Peaks, transfer_of
-from paravol.slice_views import (
-    CT_WINDOW_HU,
-    GRAY_WINDOWS,
-    Plane,
-    Show,
-    SliceViews,
-    cut,
-)
+from paravol.slice_views import CT_WINDOW_HU, GRAY_WINDOWS, Plane, Show, SliceViews, cut
 from renderers.scene import Volume
 
 SHAPE = (9, 10, 11)

@@ -89,9 +89,7 @@ def test_what_another_program_has_in_hand_is_left_to_it(tmp_path: Path) -> None:
 
 
 def test_the_command_lists_finishes_and_removes(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     sessions = tmp_path / "paravol" / "sessions"
@@ -140,9 +138,7 @@ Flight(FlightOrder(scenario, None, mouse, 64, 1, None, kept=store), hear).run()
 def test_a_flight_that_is_killed_is_recovered(tmp_path: Path) -> None:
     store = SessionStore(tmp_path / "sessions")
     with subprocess.Popen(
-        [sys.executable, "-c", FLY, str(store.folder)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
+        [sys.executable, "-c", FLY, str(store.folder)], cwd=ROOT, stdout=subprocess.PIPE
     ) as child:
         assert child.stdout is not None
         assert child.stdout.readline() == b"flown\n"

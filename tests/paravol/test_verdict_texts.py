@@ -52,11 +52,7 @@ def test_a_rubrics_own_mark_is_told_where_nothing_else_is_asked_for() -> None:
     )
 
 
-@given(
-    st.sampled_from(Verdict),
-    st.floats(0.0, 100.0),
-    st.integers(0, 8),
-)
+@given(st.sampled_from(Verdict), st.floats(0.0, 100.0), st.integers(0, 8))
 def test_no_mark_of_the_rubric_stands_beside_that_of_the_exercise(
     verdict: Verdict, percent: float, done: int
 ) -> None:

@@ -39,8 +39,7 @@ def test_the_ladder_has_steps_of_every_level() -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES],
+    "name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES]
 )
 @pytest.mark.timeout(900)
 def test_an_exercise_can_be_done(name: str) -> None:

@@ -163,11 +163,7 @@ def test_a_typo_is_told_with_its_line_and_the_nearest_word(
         (Reach(name="r", title="", place="nostrul, left", radius_mm=1.0), 0, "nostril"),
         (
             KeepAway(
-                name="k",
-                title="",
-                hazards=("orbits",),
-                margin_mm=1.0,
-                most_dose_s=1.0,
+                name="k", title="", hazards=("orbits",), margin_mm=1.0, most_dose_s=1.0
             ),
             0,
             "'orbit'",

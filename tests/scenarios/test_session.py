@@ -29,11 +29,7 @@ def sample(time_s: float, is_frozen: bool = False) -> Sample:
 
 def session() -> Session:
     stay = tasks.Reach(
-        name="stay",
-        title="Stay",
-        place=(12.0, 11.0, 18.0),
-        radius_mm=1.0,
-        hold_s=1.0,
+        name="stay", title="Stay", place=(12.0, 11.0, 18.0), radius_mm=1.0, hold_s=1.0
     )
     distance = floor_at(10.0).distance
     engine = TaskEngine((stay,), {})

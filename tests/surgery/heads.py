@@ -13,13 +13,7 @@ SHAPE = (40, 44, 48)
 
 NO_WALL = WallKind("", 0.0, 0.0, Label.MUCOSA, Label.MUCOSA)
 PAPYRACEA = WallKind(
-    "lamina papyracea",
-    1.0,
-    0.3,
-    Label.MUCOSA,
-    Label.LAMINA_PAPYRACEA,
-    9.2,
-    "orbit",
+    "lamina papyracea", 1.0, 0.3, Label.MUCOSA, Label.LAMINA_PAPYRACEA, 9.2, "orbit"
 )
 
 

@@ -10,14 +10,7 @@ from numpy.typing import NDArray
 
 from disk import UserError
 from renderers.scene import Volume
-from surgery.injection import (
-    DRAWN_ML,
-    EDGE_MM,
-    ML_PER_S,
-    SHARE,
-    Injection,
-    radius_mm,
-)
+from surgery.injection import DRAWN_ML, EDGE_MM, ML_PER_S, SHARE, Injection, radius_mm
 
 SPACING, COUNT = 0.5, 49
 MIDDLE = np.array([12.0, 12.0, 12.0])

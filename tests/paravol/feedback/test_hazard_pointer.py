@@ -82,10 +82,7 @@ def test_the_line_begins_at_the_tool_where_that_is_nearer() -> None:
     tool = np.eye(4)
     tool[:3, 3] = CENTRE + np.array([1.0, 0.5, RADIUS_MM + 1.0])
     view = replace(
-        view,
-        world_from_instrument=tool,
-        instrument="ball probe",
-        hazard=("orbit", 1.1),
+        view, world_from_instrument=tool, instrument="ball probe", hazard=("orbit", 1.1)
     )
     pointer = hazard_pointer(view, BALL)
     assert pointer is not None

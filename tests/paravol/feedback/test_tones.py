@@ -145,9 +145,7 @@ def test_nothing_clicks_whatever_is_played(
     played, st.floats(0.0, 1.0), st.lists(st.integers(1, 3000), min_size=0, max_size=6)
 )
 def test_samples_depend_not_on_how_time_is_cut_into_blocks(
-    sequence: list[tuple[int, Cues, Tick | None]],
-    volume: float,
-    cuts: list[int],
+    sequence: list[tuple[int, Cues, Tick | None]], volume: float, cuts: list[int]
 ) -> None:
     whole, parts = Synthesizer(), Synthesizer()
     for count, cue, tick in sequence:

@@ -70,10 +70,7 @@ def test_the_wall_and_its_break_force_are_named() -> None:
     assert lamella.force_text() == "3.0 of 6.1 N, ethmoid lamella"
     assert lamina.force_text() == "3.0 of 6.1 N, lamina papyracea"
     broken = TouchSigns(0.0, breaks=1, broken="lamina papyracea", broken_n=6.13)
-    assert broken.break_text() == (
-        "Broken: lamina papyracea",
-        "It gave way at 6.1 N.",
-    )
+    assert broken.break_text() == ("Broken: lamina papyracea", "It gave way at 6.1 N.")
 
 
 def test_a_hazard_is_told_by_name_and_distance() -> None:

@@ -4,12 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from paravol.guide.air_way import (
-    AirWay,
-    back_to_turn_mm,
-    farthest_seen,
-    length_mm,
-)
+from paravol.guide.air_way import AirWay, back_to_turn_mm, farthest_seen, length_mm
 from renderers.scene import Volume
 from scenarios.tasks.rules import is_in_sight
 

@@ -15,11 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.controls.fulcrum import FulcrumControl
-from devices.controls.keyboard import (
-    ROLL_DEG_PER_PIXEL,
-    TILT_DEG_PER_PIXEL,
-    MouseKeys,
-)
+from devices.controls.keyboard import ROLL_DEG_PER_PIXEL, TILT_DEG_PER_PIXEL, MouseKeys
 from devices.controls.steered_scope import RATE_HZ, SteeredArm
 from devices.controls.steering import Steering
 from paravol.feedback.shaft_heading import shaft_heading

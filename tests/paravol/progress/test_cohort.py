@@ -18,7 +18,7 @@ ENTRIES = [
 def test_medians_bests_and_passes_by_trainee_and_exercise() -> None:
     rows = {(r.trainee, r.exercise): r for r in standings(ENTRIES, "path length")}
     assert list(rows) == [
-        *(("ann", "hoops"), ("bob", "hoops"), ("cyd", "hoops"), ("cyd", "tunnel")),
+        *(("ann", "hoops"), ("bob", "hoops"), ("cyd", "hoops"), ("cyd", "tunnel"))
     ]
     ann = rows["ann", "hoops"]
     assert (ann.attempts, ann.judged, ann.passes) == (3, 2, 1)

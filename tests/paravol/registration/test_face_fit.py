@@ -95,10 +95,7 @@ def test_what_does_not_fit_is_refused(field: Volume, face: Surface) -> None:
     ],
 )
 def test_landmarks_that_place_nothing_are_refused(
-    field: Volume,
-    face: Surface,
-    places: dict[str, NDArray[np.float64]],
-    reason: str,
+    field: Volume, face: Surface, places: dict[str, NDArray[np.float64]], reason: str
 ) -> None:
     with pytest.raises((ValueError, RegistrationError), match=reason):
         register_face(face, places, places, Skin(field))

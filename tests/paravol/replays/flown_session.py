@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from devices import load_probe_path
 from paravol.patient import PatientScene
 from scenarios import Sample, Scenario, load_scenario, tip_frame
-from scenarios.bundle import (
-    EventRecord,
-)
+from scenarios.bundle import EventRecord
 from scenarios.instrument_state import InstrumentState
 from tests.recorded_flight import Flight
 

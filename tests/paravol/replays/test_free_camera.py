@@ -5,12 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paravol.replays.free_camera import (
-    CLEAR_MM,
-    CameraMove,
-    FreeCamera,
-    shaft_in_scene,
-)
+from paravol.replays.free_camera import CLEAR_MM, CameraMove, FreeCamera, shaft_in_scene
 from renderers.scene import Volume
 from scenarios import Endoscope, tip_frame
 
@@ -29,11 +24,7 @@ def room() -> Volume:
     reach = np.maximum(np.maximum(abs(x), abs(y)), abs(z))
     distance = 0.5 - abs(reach - (ROOM_MM + 0.5))
     return Volume(
-        distance.astype(np.float32),
-        np.full(3, 0.5),
-        np.full(3, -10.0),
-        np.eye(3),
-        -1.0,
+        distance.astype(np.float32), np.full(3, 0.5), np.full(3, -10.0), np.eye(3), -1.0
     )
 
 

@@ -25,13 +25,7 @@ from paravol.replays.replay_worker import (
 from paravol.replays.time_marks import MarkKind, TimeMark
 from paravol.session_timeline import SessionTimeline
 from scenarios import Scenario, load_scenario
-from scenarios.bundle import (
-    FrameRecord,
-    Note,
-    read_notes,
-    read_recording,
-    write_json,
-)
+from scenarios.bundle import FrameRecord, Note, read_notes, read_recording, write_json
 from tests.paravol.operated_head import head_round_an_orbit
 from tests.paravol.replays.flown_session import (
     EVERY_S,

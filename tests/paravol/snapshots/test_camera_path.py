@@ -51,10 +51,7 @@ def test_it_stands_on_its_keys_and_never_swings_out(
 
 
 def test_it_turns_at_constant_speed() -> None:
-    keys = (
-        PathKey(0, (0, 0, 0), (0, 1, 0)),
-        PathKey(2, (0, 0, 0), (1, 0, 0)),
-    )
+    keys = (PathKey(0, (0, 0, 0), (0, 1, 0)), PathKey(2, (0, 0, 0), (1, 0, 0)))
     path = CameraPath("paravol.camera-path/1", keys)
     views = views_along(path, VIEW, np.linspace(0, 2, 7))
     forward = np.array([view.to_camera().frame[3] for view in views])

@@ -51,13 +51,7 @@ def test_a_film_of_odd_size_is_refused_before_anything_is_drawn(tmp_path: Path) 
     odd = msgspec.structs.replace(view(), size_px=(16, 15))
     films = tmp_path / "frames", tmp_path / "a.mp4"
     with pytest.raises(ValueError, match=r"even sizes.*say --size 16"):
-        draw_film(
-            cast(RenderSession, darkroom),
-            [odd],
-            RenderSettings(),
-            films,
-            FPS,
-        )
+        draw_film(cast(RenderSession, darkroom), [odd], RenderSettings(), films, FPS)
     assert not darkroom.gains
     assert not list(tmp_path.iterdir())
 

@@ -15,12 +15,7 @@ from numpy.testing import assert_array_equal
 from paravol.snapshots.comparison import rays_passed, splatted
 from paravol.snapshots.head_scene import HeadScene, RenderSettings, placed
 from paravol.snapshots.outputs import RenderedPicture, save_picture
-from paravol.snapshots.view_file import (
-    PlacedInstrument,
-    ViewFile,
-    both_eyes,
-    load_view,
-)
+from paravol.snapshots.view_file import PlacedInstrument, ViewFile, both_eyes, load_view
 from renderers.art import ActiveRayTracer, render_among
 from renderers.fsr import FuzzySetRenderer
 from renderers.fsr import render_among as splat_among

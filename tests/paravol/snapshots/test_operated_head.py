@@ -120,10 +120,7 @@ def picture_of(scene: Scene, look: ClassicLook | None = None) -> ViewFile:
 
 @pytest.mark.parametrize("look", [None, ClassicLook()])
 def test_a_view_of_an_operated_head_is_of_its_own_moment(
-    patient: OperatedPatient,
-    scene: Scene,
-    tmp_path: Path,
-    look: ClassicLook | None,
+    patient: OperatedPatient, scene: Scene, tmp_path: Path, look: ClassicLook | None
 ) -> None:
     states, views, then = {}, [picture_of(scene, look)], [scene]
     for number, place in enumerate([(20, 13, 17), (12, 20, 9)]):

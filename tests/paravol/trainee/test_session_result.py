@@ -7,11 +7,7 @@ import pytest
 
 from paravol.progress import ProgressStore
 from paravol.session_scoring import wanted_metrics
-from paravol.trainee.session_result import (
-    ResultOrder,
-    quick_metrics,
-    result_of_session,
-)
+from paravol.trainee.session_result import ResultOrder, quick_metrics, result_of_session
 from scenarios import Scenario
 from scenarios.rubrics import load_rubric
 from scenarios.scenario import MetricLimit, PassMarks

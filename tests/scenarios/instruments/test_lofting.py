@@ -8,14 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from renderers.scene import Mesh
-from scenarios.instruments.lofting import (
-    BentLine,
-    eased,
-    joined,
-    mirrored,
-    rod,
-    skin,
-)
+from scenarios.instruments.lofting import BentLine, eased, joined, mirrored, rod, skin
 
 lines = st.builds(
     BentLine, st.floats(0.0, 12.0), st.floats(3.0, 60.0), st.floats(0.0, 90.0)

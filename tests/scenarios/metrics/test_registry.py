@@ -93,8 +93,7 @@ def test_every_metric_has_a_value_in_a_session_that_has_everything() -> None:
 
 @settings(max_examples=15, deadline=None)
 @given(
-    st.lists(st.floats(0, 3), max_size=12),
-    st.lists(NUMBERS, min_size=36, max_size=36),
+    st.lists(st.floats(0, 3), max_size=12), st.lists(NUMBERS, min_size=36, max_size=36)
 )
 def test_few_or_broken_samples_give_reasons(
     times: list[float], numbers: list[float]

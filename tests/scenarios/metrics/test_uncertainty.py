@@ -15,12 +15,7 @@ from scenarios.metrics import (
     recorded_noise,
 )
 from scenarios.metrics.metric import SCOPE
-from tests.scenarios.metrics.tracks import (
-    of_scope,
-    swaying,
-    track,
-    wander,
-)
+from tests.scenarios.metrics.tracks import of_scope, swaying, track, wander
 
 SIGMA = 0.05
 NOISE = PoseNoise.even(SIGMA, 0.0, 0.0, "test")

@@ -17,11 +17,7 @@ from scenarios import Structures
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks import task as tasks
 from scenarios.tasks.head_parts import Head
-from scenarios.tasks.rules import (
-    ABSENT_S,
-    is_in_sight,
-    rule_of,
-)
+from scenarios.tasks.rules import ABSENT_S, is_in_sight, rule_of
 from scenarios.tasks.situation import Situation
 from surgery.kernels.carve import FULL
 from surgery.patient import Books

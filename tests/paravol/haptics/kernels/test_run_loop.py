@@ -91,13 +91,7 @@ def test_every_fault_keeps_the_limit_and_the_force_comes_back(name: str) -> None
 
 
 @pytest.mark.parametrize(
-    "periods",
-    [
-        [1.0],
-        [0.8, 1.2],
-        [1.0] * 40 + [5.0],
-        [1.0] * 30 + [0.2] * 10 + [8.0],
-    ],
+    "periods", [[1.0], [0.8, 1.2], [1.0] * 40 + [5.0], [1.0] * 30 + [0.2] * 10 + [8.0]]
 )
 def test_late_ticks_neither_break_the_limit_nor_make_it_swing_more(
     periods: list[float],
