@@ -1,11 +1,13 @@
-"""A ray tracer's stand-in, for who only asks it for pictures."""
+"""A ray tracer's stand-in, for who only asks for pictures; a picture to ask for."""
 
 import numpy as np
 
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.outputs import RenderedPicture
 from paravol.snapshots.view_file import PhantomHead, ScopeLook, ViewCamera, ViewFile
+from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.shading import meter
+from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import RESULT_SCHEMA, SnapshotResult
 
 SIZE = 16
@@ -20,6 +22,24 @@ def view(gain: float | None = None) -> ViewFile:
         size_px=(SIZE, SIZE),
         look=ScopeLook(gain=gain),
     )
+
+
+def ask(client: SnapshotClient) -> str:
+    """Ask for a small picture of a cube; return the number of the job."""
+    values = np.zeros((12, 12, 12), np.float32)
+    values[3:9, 3:9, 3:9] = 1.0
+    opaque = TransferFunction(
+        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 1.0])
+    )
+    scene = Scene(Volume(values, np.ones(3), np.zeros(3), background=0.0), opaque)
+    camera = Camera.looking_at(
+        (5.5, -20, 5.5),
+        (5.5, 5.5, 5.5),
+        extent=0.4,
+        size=(SIZE, SIZE),
+        projection=Projection.PERSPECTIVE,
+    )
+    return client.submit(client.request_classic(scene, camera))
 
 
 class Darkroom:

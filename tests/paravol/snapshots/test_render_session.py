@@ -3,15 +3,14 @@
 import threading
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from paravol.snapshots import render_session
 from paravol.snapshots.render_session import ServedSpool
-from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.snapshots.client import SnapshotCancelledError, SnapshotClient
 from renderers.snapshots.spool import JobState, JobStatus
 from renderers.snapshots.worker import run_worker
+from tests.paravol.snapshots.darkroom import ask
 
 
 @pytest.fixture
@@ -21,20 +20,7 @@ def client(tmp_path: Path) -> SnapshotClient:
 
 @pytest.fixture
 def job(client: SnapshotClient) -> str:
-    values = np.zeros((12, 12, 12), np.float32)
-    values[3:9, 3:9, 3:9] = 1.0
-    transfer = TransferFunction(
-        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 1.0])
-    )
-    scene = Scene(Volume(values, np.ones(3), np.zeros(3), background=0.0), transfer)
-    camera = Camera.looking_at(
-        (5.5, -20, 5.5),
-        (5.5, 5.5, 5.5),
-        extent=0.4,
-        size=(16, 16),
-        projection=Projection.PERSPECTIVE,
-    )
-    return client.submit(client.request_classic(scene, camera))
+    return ask(client)
 
 
 def test_it_tells_that_nobody_serves_and_takes_what_comes(

@@ -6,7 +6,6 @@ import time
 from itertools import repeat
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from app.__main__ import main
@@ -18,29 +17,9 @@ from paravol.snapshots.rendering_service import (
     worker_command,
 )
 from paravol.snapshots.worker_options import WorkerOptions
-from renderers.scene import Camera, Projection, Scene, TransferFunction, Volume
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.launcher import Launcher
-
-
-def scene() -> Scene:
-    values = np.zeros((12, 12, 12), np.float32)
-    values[3:9, 3:9, 3:9] = 1.0
-    transfer = TransferFunction(
-        np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 1.0])
-    )
-    return Scene(Volume(values, np.ones(3), np.zeros(3), background=0.0), transfer)
-
-
-def ask(client: SnapshotClient) -> str:
-    camera = Camera.looking_at(
-        (5.5, -20, 5.5),
-        (5.5, 5.5, 5.5),
-        extent=0.4,
-        size=(16, 16),
-        projection=Projection.PERSPECTIVE,
-    )
-    return client.submit(client.request_classic(scene(), camera))
+from tests.paravol.snapshots.darkroom import ask
 
 
 def processes_of(group: int) -> list[int]:

@@ -90,90 +90,43 @@ def test_full_paths_stay(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["a.view.json"]
 
 
+def seen(extent: float = 1.0, **more: Any) -> dict[str, Any]:
+    return {"camera": {"eye_mm": [0, 0, 0], "extent": extent, **more}}
+
+
+def held(name: str, **more: Any) -> dict[str, Any]:
+    told = {"name": name, "world_from_instrument": np.eye(4)[:3].tolist()}
+    return {"instruments": [{**told, **more}]}
+
+
+SKEW = [[1, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
+
+
 @pytest.mark.parametrize(
-    ("change", "complaint"),
+    ("change", "named"),
     [
-        (
-            {"schema": "paravol.view/2"},
-            "schema must be 'paravol.view/1', got",
-        ),
-        ({"zoom": 2}, "'zoom' is not known; known are camera"),
-        (
-            {"size_px": [4, 512]},
-            r"size_px\[0\] must be a whole number, at least 8",
-        ),
-        ({"head": {"kind": "statue"}}, "head.kind cannot be 'statue'; known are case"),
-        (
-            {"look": {"mode": "scope", "gain": -1}},
-            "look.gain must be a number, more than 0",
-        ),
-        ({"surface_sha256": "abc"}, "surface_sha256 must be text of the form"),
-        ({"camera": {"eye_mm": [0, 0, 0], "extent": 1}}, "either axes or target_mm"),
-        (
-            {"camera": {"eye_mm": [0, 0, 0], "extent": 1, "target_mm": [0, 0, 0]}},
-            "the points coincide",
-        ),
-        (
-            {"camera": {"eye_mm": [0, 0, 0], "extent": 2, "target_mm": [0, 1, 0]}},
-            "camera extent out of range: 2",
-        ),
-        (
-            {
-                "camera": {
-                    "eye_mm": [0, 0, 0],
-                    "extent": 1,
-                    "axes": [[1, 0, 0], [0, 1, 0], [1, 0, 0]],
-                }
-            },
-            r"orthonormal, got \[\[1\.0, 0\.0, 0\.0\], \[0\.0",
-        ),
-        (
-            {
-                "instruments": [
-                    {
-                        "name": "suction tube",
-                        "world_from_instrument": [
-                            [1, 1, 0, 0],
-                            [0, 1, 0, 0],
-                            [0, 0, 1, 0],
-                        ],
-                    }
-                ],
-            },
-            "pose must be rigid",
-        ),
-        (
-            {
-                "instruments": [
-                    {
-                        "name": "chisel",
-                        "world_from_instrument": np.eye(4)[:3].tolist(),
-                    }
-                ],
-            },
-            "no instrument 'chisel'; there are: suction tube, ",
-        ),
-        (
-            {
-                "instruments": [
-                    {
-                        "name": "straight forceps",
-                        "world_from_instrument": np.eye(4)[:3].tolist(),
-                        "jaw": 1.5,
-                    }
-                ],
-            },
-            r"jaw must be a number, at most 1, got 1\.5",
-        ),
+        ({"schema": "paravol.view/2"}, "schema"),
+        ({"zoom": 2}, "'zoom'"),
+        ({"size_px": [4, 512]}, r"size_px\[0\]"),
+        ({"head": {"kind": "statue"}}, "head.kind"),
+        ({"look": {"mode": "scope", "gain": -1}}, "look.gain"),
+        ({"surface_sha256": "abc"}, "surface_sha256"),
+        (seen(), "axes or target_mm"),
+        (seen(target_mm=[0, 0, 0]), "points coincide"),
+        (seen(2.0, target_mm=[0, 1, 0]), "extent out of range: 2"),
+        (seen(axes=[[1, 0, 0], [0, 1, 0], [1, 0, 0]]), "orthonormal"),
+        (held("suction tube", world_from_instrument=SKEW), "rigid"),
+        (held("chisel"), "'chisel'"),
+        (held("straight forceps", jaw=1.5), r"jaw .* 1\.5"),
     ],
 )
 def test_what_is_wrong_is_refused_by_name(
-    tmp_path: Path, change: dict[str, Any], complaint: str
+    tmp_path: Path, change: dict[str, Any], named: str
 ) -> None:
     path = tmp_path / "a.view.json"
     record = msgspec.to_builtins(made((0, 0, 0), (0, 9, 1))) | change
     path.write_text(json.dumps(record))
-    with pytest.raises(ValueError, match=complaint) as caught:
+    with pytest.raises(ValueError, match=named) as caught:
         load_view(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
