@@ -16,23 +16,13 @@ from renderers.scene import Camera, Volume
 from scenarios import View, tip_frame
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks.task import Inject, Look, Remove, Share
+from tests.paravol.guide.test_air_way import walled
 
-H = 0.5
-SIZE = 41
 BEHIND, FREE = (18.0, 3.0, 3.0), (4.0, 16.0, 4.0)
 TASKS = (
     Look(name="free", title="", place=FREE),
     Look(name="behind", title="", place=BEHIND, after=("free",)),
 )
-
-
-def walled() -> Volume:
-    """A wall across x with a hole of 3 mm at one corner."""
-    z, y, x = (H * axis for axis in np.mgrid[:SIZE, :SIZE, :SIZE].astype(float))
-    wall = 0.8 - np.abs(x - 10.0)
-    hole = np.hypot(y - 16.0, z - 16.0) - 3.0
-    distance = np.clip(np.minimum(wall, hole), -4.0, 4.0).astype(np.float32)
-    return Volume(distance, np.full(3, H), np.zeros(3), background=9.0)
 
 
 def view(forward: tuple[float, float, float]) -> View:
@@ -47,10 +37,16 @@ def air() -> Volume:
     return walled()
 
 
+def guiding(air: Volume, *tasks: Task, places: object = None) -> Guide:
+    guide = Guide(tasks)
+    head = GuidedHead(air, {}, None, None, np.zeros(3))
+    guide.take_head(head, cast(ScopePlaces | None, places))
+    return guide
+
+
 @pytest.fixture
 def guide(air: Volume) -> Iterator[Guide]:
-    guide = Guide(TASKS)
-    guide.take_head(GuidedHead(air, {}, None, None, np.zeros(3)))
+    guide = guiding(air, *TASKS)
     yield guide
     guide.close()
 
@@ -106,8 +102,7 @@ def test_behind_a_wall_the_next_point_of_the_way_is_marked(guide: Guide) -> None
 
 def test_what_is_seen_from_too_far_away_is_gone_to(air: Volume) -> None:
     near = Look(name="free", title="", place=FREE, farthest_mm=5.0)
-    guide = Guide((near,))
-    guide.take_head(GuidedHead(air, {}, None, None, np.zeros(3)))
+    guide = guiding(air, near)
     mark = waited(guide, view((0.0, 1.0, 0.1)), OPEN[0])
     guide.close()
     assert not mark.is_goal
@@ -169,6 +164,7 @@ class TwoPlaces:
         return 12.5
 
 
+INJECT = Inject(name="do", title="", place=FREE, tool="injection needle")
 Heard = tuple[ScopePose | None, float, str]
 
 
@@ -184,10 +180,7 @@ def asked(guide: Guide, tool: str, tools: Sequence[str] = ()) -> Heard | None:
 
 def test_an_assistant_lays_the_scope_elsewhere_each_time(air: Volume) -> None:
     places = TwoPlaces()
-    guide = Guide([Inject(name="do", title="", place=FREE, tool="injection needle")])
-    guide.take_head(
-        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, places)
-    )
+    guide = guiding(air, INJECT, places=places)
     told = [asked(guide, "injection needle") for _ in range(3)]
     guide.close()
     first, second = places.poses
@@ -197,9 +190,8 @@ def test_an_assistant_lays_the_scope_elsewhere_each_time(air: Volume) -> None:
 
 def test_an_assistant_names_a_tool_that_gets_there(air: Volume) -> None:
     part = {"uncinate process, right": Share(least_percent=80.0)}
-    guide = Guide([Remove(name="do", title="", parts=part)])
-    head = GuidedHead(air, {}, None, None, np.zeros(3))
-    guide.take_head(head, cast(ScopePlaces, TwoPlaces()))
+    task = Remove(name="do", title="", parts=part)
+    guide = guiding(air, task, places=TwoPlaces())
     all_tools = "ball probe", "curette", "straight forceps", "backbiter"
     assert asked(guide, "curette", all_tools) == (None, 0.0, "backbiter")
     assert asked(guide, "curette", all_tools[:3]) == (None, 0.0, "")
@@ -208,10 +200,8 @@ def test_an_assistant_names_a_tool_that_gets_there(air: Volume) -> None:
 
 
 def test_no_assistant_looks_for_who_is_to_look(air: Volume) -> None:
-    guide = Guide([Look(name="do", title="", place=FREE)])
-    guide.take_head(
-        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, TwoPlaces())
-    )
+    task = Look(name="do", title="", place=FREE)
+    guide = guiding(air, task, places=TwoPlaces())
     assert asked(guide, "injection needle") is None
     guide.close()
 
@@ -234,10 +224,7 @@ def test_nobody_hears_of_a_place_after_the_flight(air: Volume) -> None:
     places = SlowPlaces()
     heard: list[object] = []
     before = threading.enumerate()
-    guide = Guide([Inject(name="do", title="", place=FREE, tool="injection needle")])
-    guide.take_head(
-        GuidedHead(air, {}, None, None, np.zeros(3)), cast(ScopePlaces, places)
-    )
+    guide = guiding(air, INJECT, places=places)
     (thread,) = (each for each in threading.enumerate() if each not in before)
     seen = replace(view((0.0, 1.0, 0.1)), instrument="injection needle")
     states = [TaskState("do", Status.OPEN)]

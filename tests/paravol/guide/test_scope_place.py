@@ -159,37 +159,34 @@ def test_it_is_drawn_back_until_it_turns_in_air() -> None:
     )
 
 
-def seen_from(pose: NDArray[np.float64], scope: Endoscope, tool: str) -> View:
-    camera = scope.camera(pose, 0.0, (64, 64))
-    return View(
-        camera, pose, np.full((4, 4), np.nan), 1.0, instrument=tool, scope_deg=30.0
-    )
+WALL = 0.0, WALL_MM, 0.0
+INJECT = Inject(name="wall", title="", place=WALL, tool="injection needle")
+INJECTS = TaskState("wall", Status.OPEN)
+
+
+def seen_by(scope: Endoscope) -> View:
+    """Return what a scope at the nostril sees, a needle in the other hand."""
+    pose = tip_frame(FULCRUM.pivot_mm, FULCRUM.axis)
+    camera, nowhere = scope.camera(pose, 0.0, (64, 64)), np.full((4, 4), np.nan)
+    return View(camera, pose, nowhere, 1.0, instrument=INJECT.tool, scope_deg=30.0)
+
+
+def head_of(air: Volume, plan: ToolPlan) -> GuidedHead:
+    pivot = FULCRUM.pivot_mm
+    return GuidedHead(air, {}, None, None, pivot, plan=plan, scope_mm=1.35)
 
 
 def test_a_tool_gets_to_its_place_and_asked_again_from_elsewhere() -> None:
     scope, air = Endoscope(angle_deg=30.0), cave()
     places = ScopePlaces(FULCRUM, air, scope, 40.0)
-    head = GuidedHead(
-        air,
-        {},
-        None,
-        None,
-        FULCRUM.pivot_mm,
-        plan=ToolPlan(FULCRUM, air),
-        scope_mm=1.35,
-    )
-    wall = 0.0, WALL_MM, 0.0
-    task = Inject(name="wall", title="", place=wall, tool="injection needle")
-    state = TaskState("wall", Status.OPEN)
-    outside = tip_frame(FULCRUM.pivot_mm, FULCRUM.axis)
-    view = seen_from(outside, scope, "injection needle")
+    head, view = head_of(air, ToolPlan(FULCRUM, air)), seen_by(scope)
     tips: list[NDArray[np.float64]] = []
     for _ in range(3):
-        pose = places.for_tool(task, state, head, view, tips)
+        pose = places.for_tool(INJECT, INJECTS, head, view, tips)
         assert pose is not None
         assert pose.goal is not None
         assert pose.goal.is_reached
-        assert np.linalg.norm(pose.goal.place_mm - wall) <= task.radius_mm
+        assert np.linalg.norm(pose.goal.place_mm - WALL) <= INJECT.radius_mm
         tip = pose.frame[:3, 3]
         assert all(np.linalg.norm(tip - each) >= APART_MM for each in tips)
         tips.append(tip)
@@ -197,24 +194,11 @@ def test_a_tool_gets_to_its_place_and_asked_again_from_elsewhere() -> None:
 
 def test_without_a_way_for_the_tool_there_is_no_place() -> None:
     scope, air = Endoscope(angle_deg=30.0), cave()
-    head = GuidedHead(
-        air,
-        {},
-        None,
-        None,
-        FULCRUM.pivot_mm,
-        # a tool gets nowhere, whatever a scope sees
-        plan=ToolPlan(FULCRUM, air.with_values(np.full_like(air.values, 5.0), 9.0)),
-        scope_mm=1.35,
-    )
-    task = Inject(
-        name="wall", title="", place=(0.0, WALL_MM, 0.0), tool="injection needle"
-    )
-    view = seen_from(
-        tip_frame(FULCRUM.pivot_mm, FULCRUM.axis), scope, "injection needle"
-    )
+    # a tool gets nowhere, whatever a scope sees
+    solid = air.with_values(np.full_like(air.values, 5.0), 9.0)
+    head, view = head_of(air, ToolPlan(FULCRUM, solid)), seen_by(scope)
     places = ScopePlaces(FULCRUM, air, scope, 40.0)
-    assert places.for_tool(task, TaskState("wall", Status.OPEN), head, view) is None
+    assert places.for_tool(INJECT, INJECTS, head, view) is None
 
 
 def test_a_scope_leaves_the_tool_in_hand_room() -> None:

@@ -38,3 +38,11 @@ def entry(
         {"course 1": "done", "stop 1": "failed"},
         scored,
     )
+
+
+ENTRIES = [
+    entry(),
+    entry(number=2, percent=81.5, has_passed=True),
+    entry("", 3, path_mm=None, has_passed=False, exercise="Größer: 45° (links)"),
+]
+"""Unscored, passed, and of somebody without a name."""

@@ -5,13 +5,7 @@ from io import StringIO
 
 from paravol.progress import as_csv
 from paravol.progress.csv_export import COLUMNS
-from tests.paravol.progress.learners import entry
-
-ENTRIES = [
-    entry(),
-    entry(number=2, percent=81.5, has_passed=True),
-    entry("", 3, path_mm=None, has_passed=False, exercise="Größer: 45° (links)"),
-]
+from tests.paravol.progress.learners import ENTRIES, entry
 
 
 def test_a_table_has_a_row_for_each_figure() -> None:

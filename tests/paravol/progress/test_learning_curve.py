@@ -17,13 +17,18 @@ def learner(
     return list(plateau + gain * falls)
 
 
+def fitted(figures: list[float], **options: int) -> LearningCurve:
+    curve = fit_learning_curve(figures, **options)
+    assert isinstance(curve, LearningCurve)
+    return curve
+
+
 @pytest.mark.parametrize("shape", list(Shape))
 @pytest.mark.parametrize(("gain", "rate"), [(80.0, 0.7), (-40.0, 1.3), (25.0, 0.15)])
 def test_a_noiseless_learner_is_found_again(
     shape: Shape, gain: float, rate: float
 ) -> None:
-    curve = fit_learning_curve(learner(shape, 60.0, gain, rate, 14))
-    assert isinstance(curve, LearningCurve)
+    curve = fitted(learner(shape, 60.0, gain, rate, 14))
     assert curve.shape is shape
     assert curve.rate == pytest.approx(rate, rel=1e-5)
     assert curve.plateau == pytest.approx(60.0, rel=1e-5)
@@ -34,8 +39,7 @@ def test_a_noiseless_learner_is_found_again(
 
 
 def test_a_learner_who_does_not_change_has_a_flat_curve() -> None:
-    curve = fit_learning_curve([7.0] * 6)
-    assert isinstance(curve, LearningCurve)
+    curve = fitted([7.0] * 6)
     assert (curve.middle == 7.0).all()
     assert (curve.low == 7.0).all()
     assert (curve.high == 7.0).all()
@@ -48,8 +52,7 @@ def test_the_band_holds_the_truth_as_often_as_it_says() -> None:
     held = []
     for _ in range(30):
         measured = truth[:16] + random.normal(scale=6.0, size=16)
-        curve = fit_learning_curve(list(measured), draws=200)
-        assert isinstance(curve, LearningCurve)
+        curve = fitted(list(measured), draws=200)
         held.append(((curve.low <= truth) & (truth <= curve.high)).mean())
         assert (curve.low <= curve.middle).all()
         assert (curve.middle <= curve.high).all()
@@ -58,22 +61,17 @@ def test_the_band_holds_the_truth_as_often_as_it_says() -> None:
 
 def test_the_same_figures_give_the_same_bits() -> None:
     figures = [90.0, 70.0, 74.0, 60.0, 61.0]
-    one, two = fit_learning_curve(figures), fit_learning_curve(figures)
-    assert isinstance(one, LearningCurve)
-    assert isinstance(two, LearningCurve)
+    one, two = fitted(figures), fitted(figures)
     assert one.low.tobytes() == two.low.tobytes()
     assert one.high.tobytes() == two.high.tobytes()
-    other = fit_learning_curve(figures, seed=1)
-    assert isinstance(other, LearningCurve)
+    other = fitted(figures, seed=1)
     assert other.low.tobytes() != one.low.tobytes()
 
 
 def test_units_only_scale_the_curve() -> None:
     figures = [90.0, 70.0, 74.0, 60.0, 61.0]
-    curve = fit_learning_curve(figures)
-    scaled = fit_learning_curve([1000.0 * f + 5.0 for f in figures])
-    assert isinstance(curve, LearningCurve)
-    assert isinstance(scaled, LearningCurve)
+    curve = fitted(figures)
+    scaled = fitted([1000.0 * f + 5.0 for f in figures])
     np.testing.assert_allclose(scaled.middle, 1000.0 * curve.middle + 5.0, rtol=1e-6)
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from disk import UserError
 from paravol.progress import statements
 from paravol.progress.xapi import HOME_PAGE, iso_duration
-from tests.paravol.progress.learners import entry
+from tests.paravol.progress.learners import ENTRIES, entry
 
 IRI = re.compile(r"https?://[^\s<>\"{}|\\^`/]+(/[^\s<>\"{}|\\^`]*)?")
 DURATION = re.compile(r"P(?=.)(\d+D)?(T(?=.)(\d+H)?(\d+M)?(\d+(\.\d+)?S)?)?")
@@ -84,13 +84,6 @@ def known(name: str, told: dict[str, Any]) -> None:
 def language_map(told: dict[str, str]) -> None:
     assert told
     assert all(LANGUAGE.fullmatch(k) and isinstance(v, str) for k, v in told.items())
-
-
-ENTRIES = [
-    entry(),
-    entry(number=2, percent=81.5, has_passed=True),
-    entry("", 3, path_mm=None, has_passed=False, exercise="Größer: 45° (links)"),
-]
 
 
 @pytest.mark.parametrize("base", [HOME_PAGE, "https://skills.example.org/ent/"])

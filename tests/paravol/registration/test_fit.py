@@ -36,6 +36,8 @@ from tests.app.sampled_registration import Sampled, sampled_registration
 from tests.devices.driven_arm import DrivenArm
 from tests.slow_cases import slow
 
+Places = dict[str, NDArray[np.float64]]
+
 
 class Silent:
     def __call__(self, stage: str, share: float) -> None: ...
@@ -45,8 +47,8 @@ class Silent:
 
 @dataclass
 class Room:
-    landmarks: dict[str, NDArray[np.float64]]
-    targets: dict[str, NDArray[np.float64]]
+    landmarks: Places
+    targets: Places
     skin: Skin
 
 
@@ -160,44 +162,32 @@ def test_the_record_tells_the_fit(room: Room) -> None:
     )
 
 
-def test_swapped_cheeks_are_named(room: Room) -> None:
-    points = np.stack(list(room.landmarks.values()))
-    path = rehearse(points[[0, 2, 1, 3]], seed=2)
-    truth = rehearsed_truth(path, ParameterSpread(), 2)
+def _touched_fit(touched: Places, told: Places, targets: Places, seed: int) -> Fit:
+    """Touch places of landmarks, which are told to lie elsewhere; fit that alone."""
+    path = rehearse(np.stack(list(touched.values())), seed=seed)
+    truth = rehearsed_truth(path, ParameterSpread(), seed)
     arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
-    held = RegistrationWalk(arm, Silent()).touch(list(room.landmarks))
-    touched = Touched(held, np.zeros((0, 3)), None)
-    with pytest.raises(
-        RegistrationError, match="'right cheek', 'left cheek'"
-    ) as caught:
-        fit_registration(
-            touched,
-            room.landmarks,
-            None,
-            room.targets,
-            arm.description,
-            ParameterSpread(),
-        )
+    held = Touched(
+        RegistrationWalk(arm, Silent()).touch(list(told)), np.zeros((0, 3)), None
+    )
+    spread = ParameterSpread()
+    return fit_registration(held, told, None, targets, arm.description, spread)
+
+
+def test_swapped_cheeks_are_named(room: Room) -> None:
+    points = np.stack(list(room.landmarks.values()))[[0, 2, 1, 3]]
+    swapped = dict(zip(room.landmarks, points, strict=True))
+    with pytest.raises(RegistrationError, match="'right cheek', 'left") as caught:
+        _touched_fit(swapped, room.landmarks, room.targets, 2)
     assert caught.value.reason is RegistrationReason.SWAPPED
 
 
 def test_landmarks_close_together_cannot_serve_a_far_target(room: Room) -> None:
     points = np.array([[0.0, -10, 40], [9.0, -8, 38], [-8.0, -7, 45], [2.0, -12, 30]])
     near = dict(zip("abcd", points, strict=True))
-    path = rehearse(points, seed=3)
-    truth = rehearsed_truth(path, ParameterSpread(), 3)
-    arm = DrivenArm(rehearsed_line(truth, path, DrivenClock()))
-    held = RegistrationWalk(arm, Silent()).touch(list(near))
     far = {"vertebra": np.array([0.0, 130.0, -20.0])}
     with pytest.raises(RegistrationError, match="'vertebra'") as caught:
-        fit_registration(
-            Touched(held, np.zeros((0, 3)), None),
-            near,
-            None,
-            far,
-            arm.description,
-            ParameterSpread(),
-        )
+        _touched_fit(near, near, far, 3)
     assert caught.value.reason is RegistrationReason.TARGET
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scenarios import load_scenario
 from scenarios.metrics import Metric
 from scenarios.passing import limited_metrics
-from scenarios.rubrics import Verdict, exercise_mark
+from scenarios.rubrics import ExerciseMark, Verdict, exercise_mark
 from scenarios.scenario import CURRICULUM, MetricLimit, PassMarks, Scenario
 from scenarios.tasks import TaskState
 from scenarios.tasks.engine import Status
@@ -27,6 +27,14 @@ def metric(name: str, value: float | None, **more: object) -> Metric:
     return Metric(name, "scope", "mm", value, **more)  # type: ignore[arg-type]
 
 
+def marked(
+    asked: Scenario, tasks: list[TaskState], rows: list[Metric], percent: float | None
+) -> ExerciseMark:
+    mark = exercise_mark(asked, tasks, rows, percent)
+    assert mark is not None
+    return mark
+
+
 @given(
     value=st.floats(-1e3, 1e3),
     least=st.none() | st.floats(-1e3, 1e3),
@@ -36,8 +44,7 @@ def test_a_limit_is_met_within_its_bounds_and_nowhere_else(
     value: float, least: float | None, most: float | None
 ) -> None:
     limit = MetricLimit("depth", "scope", least, most)
-    mark = exercise_mark(exercise(limit), [DONE], [metric("depth", value)], None)
-    assert mark is not None
+    mark = marked(exercise(limit), [DONE], [metric("depth", value)], None)
     is_met = (least is None or value >= least) and (most is None or value <= most)
     assert mark.verdict is (Verdict.PASSED if is_met else Verdict.NOT_PASSED)
     told = mark.kept if is_met else mark.missed
@@ -47,23 +54,19 @@ def test_a_limit_is_met_within_its_bounds_and_nowhere_else(
 def test_of_several_each_has_to_keep_the_limit() -> None:
     rows = [metric("dose: orbit", 1.0), metric("dose: carotid", 9.0)]
     limit = MetricLimit("dose", most=5.0)
-    mark = exercise_mark(exercise(limit), [DONE], rows, None)
-    assert mark is not None
+    mark = marked(exercise(limit), [DONE], rows, None)
     assert mark.verdict is Verdict.NOT_PASSED
     assert mark.missed == ("dose: carotid: 9 mm, at most 5 is allowed",)
-    one = exercise_mark(exercise(MetricLimit("dose: orbit", most=5.0)), [DONE], rows, 0)
-    assert one is not None
+    one = marked(exercise(MetricLimit("dose: orbit", most=5.0)), [DONE], rows, 0)
     assert one.verdict is Verdict.PASSED
 
 
 def test_what_is_missed_decides_before_what_is_unknown() -> None:
     unknown = exercise(MetricLimit("depth", most=1.0))
     for tasks, verdict in (([DONE], Verdict.NO_DATA), ([OPEN], Verdict.NOT_PASSED)):
-        mark = exercise_mark(unknown, tasks, [], None)
-        assert mark is not None
+        mark = marked(unknown, tasks, [], None)
         assert mark.verdict is verdict
-    mark = exercise_mark(exercise(), [], [], None)
-    assert mark is not None
+    mark = marked(exercise(), [], [], None)
     assert mark.verdict is Verdict.NO_DATA
 
 
@@ -73,8 +76,7 @@ def test_a_hazard_that_nothing_came_near_keeps_its_distance() -> None:
         (MetricLimit("smallest distance", least=2.0), Verdict.PASSED),
         (MetricLimit("smallest distance", most=2.0), Verdict.NO_DATA),
     ):
-        mark = exercise_mark(exercise(limit), [DONE], [far], None)
-        assert mark is not None
+        mark = marked(exercise(limit), [DONE], [far], None)
         assert mark.verdict is verdict
 
 
@@ -85,15 +87,13 @@ def test_a_hazard_that_nothing_came_near_keeps_its_distance() -> None:
 def test_a_percent_of_the_points_may_be_asked_for(
     percent: float | None, verdict: Verdict
 ) -> None:
-    mark = exercise_mark(exercise(least_percent=60.0), [DONE], [], percent)
-    assert mark is not None
+    mark = marked(exercise(least_percent=60.0), [DONE], [], percent)
     assert mark.verdict is verdict
 
 
 def test_a_value_nearer_to_its_limit_than_its_noise_says_so() -> None:
     limit = MetricLimit("depth", most=1.0)
-    near = exercise_mark(exercise(limit), [DONE], [metric("depth", 0.9, sigma=0.3)], 0)
-    assert near is not None
+    near = marked(exercise(limit), [DONE], [metric("depth", 0.9, sigma=0.3)], 0)
     assert near.verdict is Verdict.PASSED
     assert "nearer to it than its noise" in near.kept[-1]
 
