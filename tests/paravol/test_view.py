@@ -25,8 +25,11 @@ SIZE = (40, 40)
 PLACES_S = (1.0, 2.0, 2.001)
 
 
+Drawn = tuple[list[EndoscopeView], list[View]]
+
+
 @pytest.fixture(scope="module")
-def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
+def patient(coarse_scenario: Path) -> Drawn:
     """Two renderers of one head, and a few views; some differ by the tool alone.
 
     By its place, its name and its jaws.
@@ -61,7 +64,7 @@ def patient(coarse_scenario: Path) -> tuple[list[EndoscopeView], list[View]]:
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.integers(0, 5), min_size=2, max_size=10))
 def test_frames_are_those_of_a_renderer_that_skips_nothing(
-    patient: tuple[list[EndoscopeView], list[View]], order: list[int]
+    patient: Drawn, order: list[int]
 ) -> None:
     (view, fresh), seen = patient
     before = view.views_skipped
@@ -81,9 +84,7 @@ def test_frames_are_those_of_a_renderer_that_skips_nothing(
     assert view.views_skipped - before in (rests, rests + 1)
 
 
-def test_a_jaw_that_moves_is_seen_to_move(
-    patient: tuple[list[EndoscopeView], list[View]],
-) -> None:
+def test_a_jaw_that_moves_is_seen_to_move(patient: Drawn) -> None:
     (view, _), seen = patient
     closed, half, none = (
         view.draw(here, number=0, elapsed_s=0.0, gain=0.7).gbuffer
@@ -110,7 +111,7 @@ def tool_at(view: View, name: str, ahead_mm: float, below_mm: float) -> View:
 
 @pytest.mark.parametrize("name", INSTRUMENTS)
 def test_no_tool_is_seen_from_within_nor_darkens_what_is_behind_it(
-    patient: tuple[list[EndoscopeView], list[View]], name: str
+    patient: Drawn, name: str
 ) -> None:
     """Wherever its shaft passes, through the lens included; tissue keeps its light."""
     (view, _), seen = patient
@@ -130,9 +131,7 @@ def test_no_tool_is_seen_from_within_nor_darkens_what_is_behind_it(
         assert 0.8 < beside / bright < 2.0
 
 
-def test_a_resting_scope_is_exposed_anew_each_time(
-    patient: tuple[list[EndoscopeView], list[View]],
-) -> None:
+def test_a_resting_scope_is_exposed_anew_each_time(patient: Drawn) -> None:
     """Grain and gain go on; the view is found once."""
     (view, _), seen = patient
     before = view.views_skipped
@@ -154,7 +153,7 @@ def shared(coarse_scenario: Path) -> EndoscopeView:
 
 
 def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
-    patient: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+    patient: Drawn, shared: EndoscopeView
 ) -> None:
     """With the automatic gain, which each frame hands to the next."""
     (_, alone), seen = patient
@@ -175,7 +174,7 @@ def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
 
 
 def test_what_fails_at_the_end_of_a_frame_is_raised_by_the_next(
-    patient: tuple[list[EndoscopeView], list[View]], shared: EndoscopeView
+    patient: Drawn, shared: EndoscopeView
 ) -> None:
     def fail(frame: Frame) -> None:
         raise OSError("the disk is full")

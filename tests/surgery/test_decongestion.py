@@ -18,16 +18,18 @@ from surgery.patient import OperatedPatient
 TURBINATES = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE, Label.TURBINATE_BONE)
 
 
+Shrunk = tuple[AirSurface, Volume, AirSurface]
+"""A surface before, its labels, and the surface after."""
+
+
 @pytest.fixture(scope="module")
-def head() -> tuple[AirSurface, Volume, AirSurface]:
+def head() -> Shrunk:
     phantom = sinus_phantom()
     surface = AirSurface(phantom.distance, phantom.blood, phantom.skin)
     return surface, phantom.labels, decongest(surface, phantom.labels)
 
 
-def test_the_airway_only_widens_and_no_more_than_it_shrinks(
-    head: tuple[AirSurface, Volume, AirSurface],
-) -> None:
+def test_the_airway_only_widens_and_no_more_than_it_shrinks(head: Shrunk) -> None:
     before, _, after = head
     d, now = before.distance.values, after.distance.values
     assert np.all(now <= d)
@@ -36,7 +38,7 @@ def test_the_airway_only_widens_and_no_more_than_it_shrinks(
     assert tissue.sum() * 0.125 > 500, "two turbinates a side lose half a mL and more"
 
 
-def test_only_turbinates_shrink(head: tuple[AirSurface, Volume, AirSurface]) -> None:
+def test_only_turbinates_shrink(head: Shrunk) -> None:
     before, labels, after = head
     gone = (before.distance.values > 0) & (after.distance.values <= 0)
     near = ndimage.binary_dilation(np.isin(labels.values, TURBINATES), iterations=2)
@@ -48,9 +50,7 @@ def test_only_turbinates_shrink(head: tuple[AirSurface, Volume, AirSurface]) -> 
     )
 
 
-def test_no_plate_is_broken_through(
-    head: tuple[AirSurface, Volume, AirSurface],
-) -> None:
+def test_no_plate_is_broken_through(head: Shrunk) -> None:
     """No tissue comes loose, and each turbinate stays one piece with its wall."""
     before, _, after = head
     every = np.ones((3, 3, 3))
@@ -58,9 +58,7 @@ def test_no_plate_is_broken_through(
     assert pieces[1] <= pieces[0]
 
 
-def test_the_new_field_is_no_farther_than_the_surface(
-    head: tuple[AirSurface, Volume, AirSurface],
-) -> None:
+def test_the_new_field_is_no_farther_than_the_surface(head: Shrunk) -> None:
     """Rays and tools may go as far as it says: nowhere does it grow faster than a
     distance, but for the little that a first-order distance is off."""
     d = head[2].distance.values
@@ -69,17 +67,13 @@ def test_the_new_field_is_no_farther_than_the_surface(
         assert np.abs(np.diff(d, axis=axis)).max() <= h * 1.1
 
 
-def test_books_of_a_decongested_head_balance(
-    head: tuple[AirSurface, Volume, AirSurface],
-) -> None:
+def test_books_of_a_decongested_head_balance(head: Shrunk) -> None:
     patient = OperatedPatient(head[2], None, head[1])
     assert patient.books.counts == 0
     assert patient.pristine is head[2]
 
 
-def test_all_blood_content_falls_to_the_same_share(
-    head: tuple[AirSurface, Volume, AirSurface],
-) -> None:
+def test_all_blood_content_falls_to_the_same_share(head: Shrunk) -> None:
     """Fractions are ``(v / 255)^2``, rounded to a step of v."""
     before, after = (s.blood.values.astype(np.float64) for s in (head[0], head[2]))
     assert np.abs(after - before * np.sqrt(BLOOD_BIAS)).max() <= 0.5

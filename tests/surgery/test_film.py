@@ -24,10 +24,8 @@ from tests.surgery.pouring import bleed_from, pour
 
 H = 0.5
 DOWN = (0.0, 0.0, -1.0)
-Field = Callable[
-    [NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    NDArray[np.float64],
-]
+Doubles = NDArray[np.float64]
+Field = Callable[[Doubles, Doubles, Doubles], Doubles]
 
 
 def head(field: Field, count: tuple[int, int, int]) -> AirSurface:
@@ -60,7 +58,7 @@ def unaccounted(film: BloodFilm) -> int:
     return int(books.bled.sum()) - elsewhere
 
 
-def places(film: BloodFilm, count: tuple[int, int, int]) -> NDArray[np.float64]:
+def places(film: BloodFilm, count: tuple[int, int, int]) -> Doubles:
     voxels, _ = film.thickness
     nx, ny, _ = count
     return H * np.stack(
@@ -68,13 +66,11 @@ def places(film: BloodFilm, count: tuple[int, int, int]) -> NDArray[np.float64]:
     ).astype(np.float64)
 
 
-def cave(
-    x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def cave(x: Doubles, y: Doubles, z: Doubles) -> Doubles:
     """A ball of air with a bar across: floor, walls, ceiling and overhangs."""
     ball = np.sqrt((x - 12) ** 2 + (y - 12) ** 2 + (z - 12) ** 2) - 10
     bar = 2.0 - np.hypot(x - 12, z - 13)
-    found: NDArray[np.float64] = np.maximum(ball, bar)
+    found: Doubles = np.maximum(ball, bar)
     return found
 
 
@@ -188,9 +184,7 @@ def test_a_pool_is_level_and_as_high_as_its_volume() -> None:
     radius, volume = 12.0, 300.0
     count = 60, 60, 60
 
-    def ball(
-        x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def ball(x: Doubles, y: Doubles, z: Doubles) -> Doubles:
         return np.sqrt((x - 15) ** 2 + (y - 15) ** 2 + (z - 15) ** 2) - radius
 
     film = film_of(patient_of(ball, count))
@@ -217,12 +211,7 @@ def test_a_mirrored_head_bleeds_mirrored() -> None:
     found = []
     for sign in (1.0, -1.0):
 
-        def leaning(
-            x: NDArray[np.float64],
-            y: NDArray[np.float64],
-            z: NDArray[np.float64],
-            sign: float = sign,
-        ) -> NDArray[np.float64]:
+        def leaning(x: Doubles, y: Doubles, z: Doubles, sign: float = sign) -> Doubles:
             return cave(x, y, z + 0.15 * sign * (x - 12))
 
         film = film_of(patient_of(leaning, count))
@@ -238,9 +227,7 @@ def test_drops_fall_from_what_hangs() -> None:
     """Blood on a ceiling drips from 1.5 mm on, and lands on the floor right below."""
     count = 30, 30, 40
 
-    def room(
-        x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def room(x: Doubles, y: Doubles, z: Doubles) -> Doubles:
         return np.maximum(3.2 - z, z - 14.3) + 0 * (x + y)
 
     film = film_of(patient_of(room, count))
