@@ -12,7 +12,7 @@ from paravol.inputs.pointed_tool import SHUT
 from paravol.inputs.tool_plan import PRESSED_MM
 from scenarios import Endoscope
 from scenarios.instrument_state import NO_TOOL
-from tests.paravol.inputs.pointing import Bare, hand_before, settled
+from tests.paravol.inputs.pointing import Bare, hand_before, reached, settled
 
 
 def test_only_listed_tools_can_be_taken() -> None:
@@ -70,11 +70,7 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
 @pytest.mark.parametrize("steps", [2, 4, 7, 12, 30])
 def test_open_jaws_lie_nowhere_but_where_they_bite(step_s: float, steps: int) -> None:
     """However long pictures take, and whenever the pedal is let go."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    time_s = settled(hand)
-    assert hand.pointed is not None
+    hand, _, time_s = reached()
     told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
     for number in range(steps + 20):
         hand.work(number < steps)
@@ -103,10 +99,7 @@ def test_a_pedal_bites_what_was_told_before_a_tremor(
     away: float, after_s: float
 ) -> None:
     """A hand that trembles as it presses means what it was told of."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    end_s = settled(hand)
+    hand, _, end_s = reached()
     hand.point(away, -0.4)
     end_s = settled(hand, end_s, after_s)
     assert hand.pointed is not None
@@ -118,10 +111,7 @@ def test_a_pedal_bites_what_was_told_before_a_tremor(
 @pytest.mark.parametrize("away", [0.02, 0.05, 0.08])
 def test_what_was_told_is_what_is_bitten(away: float) -> None:
     """A tremor between the figures and the press makes another bite of it."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    time_s = settled(hand)
+    hand, _, time_s = reached()
     told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
     hand.point(away, -0.4)
     time_s = settled(hand, time_s, 0.25)
@@ -136,12 +126,8 @@ def test_what_was_told_is_what_is_bitten(away: float) -> None:
 
 def test_a_tool_that_has_left_does_not_come_back_to_bite() -> None:
     """It would come by no way that was looked at; the pointer stays where it was."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    end_s = settled(hand)
-    assert hand.pointed is not None
-    assert hand.pointed.bite is not None
+    hand, pointed, end_s = reached()
+    assert pointed.bite is not None
     hand.is_scope_laid = lambda: True
     end_s = settled(hand, end_s, 0.2)
     assert not opens(hand, end_s)
@@ -149,10 +135,7 @@ def test_a_tool_that_has_left_does_not_come_back_to_bite() -> None:
 
 def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
     """Nobody was told what it would be; let go and pressed there it does."""
-    hand = hand_before(-14.0)
-    hand.point(0.0, -0.4)
-    hand.advance(20.0)
-    end_s = settled(hand)
+    hand, _, end_s = reached()
     hand.point(0.5, 0.4)
     for on_the_way_s, bites in ((0.05, False), (3.0, True)):
         end_s = settled(hand, end_s, on_the_way_s)
