@@ -26,15 +26,16 @@ SPACING_MM = 0.5
 MIDDLE_MM = np.array([10.0, 15.0, 15.0])
 RADIUS_MM = 6.0
 BONE_HU, SOFT_HU = 1200.0, 40.0
+PLACES = SPACING_MM * np.indices((61, 61, 61))[::-1].transpose(1, 2, 3, 0)
+"""Of all voxels, mm."""
 
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     """A block with a round cavity left of its middle; bone above, soft tissue below."""
-    z, y, x = np.meshgrid(*(np.arange(61) * SPACING_MM,) * 3, indexing="ij")
-    apart = np.linalg.norm(np.stack([x, y, z], axis=-1) - MIDDLE_MM, axis=-1)
+    apart = np.linalg.norm(PLACES - MIDDLE_MM, axis=-1)
     distance = (RADIUS_MM - apart).astype(np.float32) * -1
-    hu = np.where(z > 18, BONE_HU, SOFT_HU)
+    hu = np.where(PLACES[..., 2] > 18, BONE_HU, SOFT_HU)
     hu = np.where(distance < 0, -1000, hu).astype(np.int16)
     spacing, origin = np.full(3, SPACING_MM), np.zeros(3)
     nothing = Volume(np.zeros(distance.shape, np.uint8), spacing, origin)
@@ -111,17 +112,22 @@ def test_a_scene_that_cannot_be_cut_is_refused(scene: Scene) -> None:
         Cutaway(bare, [MIDDLE_MM])
 
 
+@pytest.fixture
+def graphics() -> None:
+    if not probe_offscreen().works:
+        pytest.skip("no OpenGL library here")
+
+
 def tip_pixels(picture: NDArray[np.uint8]) -> int:
     light = np.array(pv.Color(LIGHT).int_rgb)
     return int((np.abs(picture.astype(int) - light).max(axis=-1) < 12).sum())
 
 
 @pytest.mark.display
+@pytest.mark.usefixtures("graphics")
 def test_the_overview_hides_a_tip_behind_the_wall(
     scene: Scene, opened: Cutaway
 ) -> None:
-    if not probe_offscreen().works:
-        pytest.skip("no OpenGL library here")
     assert scene.surface is not None
     plotter = pv.Plotter(off_screen=True, window_size=[240, 240])
     plotter.disable_anti_aliasing()
@@ -149,10 +155,9 @@ def test_the_overview_hides_a_tip_behind_the_wall(
 
 
 @pytest.mark.display
+@pytest.mark.usefixtures("graphics")
 def test_a_head_that_is_cut_is_shown_as_a_new_one_would_be(scene: Scene) -> None:
     """In place of the one before: whole and opened, from the same place."""
-    if not probe_offscreen().works:
-        pytest.skip("no OpenGL library here")
     surface = scene.surface
     assert surface is not None
     values = surface.distance.values.copy()
@@ -175,10 +180,8 @@ def test_a_head_that_is_cut_is_shown_as_a_new_one_would_be(scene: Scene) -> None
     overview = OverviewScene(plotters[0], Endoscope())
     overview.show_head(model)
     before = overview.picture()
-    z, y, x = np.meshgrid(*(np.arange(61) * SPACING_MM,) * 3, indexing="ij")
-    at = np.stack([x, y, z], axis=-1)
     # within the bounds of what was there, which place the letters beside it
-    hole = np.linalg.norm(at - MIDDLE_MM - 3.3, axis=-1) - 2.4
+    hole = np.linalg.norm(PLACES - MIDDLE_MM - 3.3, axis=-1) - 2.4
     np.minimum(values, hole.astype(np.float32), out=values)
     assert model.renew is not None
     overview.renew_head(model.renew())
@@ -193,12 +196,11 @@ def test_a_head_that_is_cut_is_shown_as_a_new_one_would_be(scene: Scene) -> None
 
 
 @pytest.mark.display
+@pytest.mark.usefixtures("graphics")
 def test_a_tool_taken_while_the_head_opens_is_not_drawn_before_it(
     scene: Scene, opened: Cutaway
 ) -> None:
     """The opened head has no pixels yet; who asks for no picture gets none."""
-    if not probe_offscreen().works:
-        pytest.skip("no OpenGL library here")
     assert scene.surface is not None
     plotter = pv.Plotter(off_screen=True, window_size=[120, 120])
     overview = OverviewScene(plotter, Endoscope())

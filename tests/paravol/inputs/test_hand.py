@@ -47,15 +47,13 @@ def test_the_left_side_is_entered_when_the_path_does(
 ) -> None:
     _, path = exercise
     mirror = np.array((-1.0, 1.0, 1.0))
-    left = ProbePath(
-        name="left",
-        t_s=path.t_s,
+    left = replace(
+        path,
         tip_mm=path.tip_mm * mirror,
         axis=path.axis * mirror,
         roll_deg=-path.roll_deg,
         instrument_tip_mm=path.instrument_tip_mm * mirror,
         instrument_axis=path.instrument_axis * mirror,
-        buttons=path.buttons,
     )
     fulcrum = nostril_fulcrum(bare_room, left)
     assert np.array_equal(fulcrum.pivot_mm, bare_room.landmarks["nostril, left"])
@@ -83,13 +81,6 @@ def test_the_cone_reaches_every_goal_of_the_nose(
     aside = np.linalg.norm(np.cross(way, axis))
     assert np.degrees(np.arctan2(aside, way @ axis)) < LIMITS.cone_deg
     assert np.linalg.norm(way) < LIMITS.depth_mm[1]
-
-
-def test_the_control_accepts_the_fulcrum_of_both_sides(
-    bare_room: PatientScene, exercise: Exercise
-) -> None:
-    control = FulcrumControl(nostril_fulcrum(bare_room, exercise[1]), LIMITS)
-    assert control.depth_mm == 0.0
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
