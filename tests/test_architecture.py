@@ -261,18 +261,18 @@ def test_every_source_says_what_it_is() -> None:
 
 
 BUDGET = {
-    "anatomy": 16040,
-    "app": 19725,
-    "benchmarks": 11222,
+    "anatomy": 15734,
+    "app": 19305,
+    "benchmarks": 11214,
     "devices": 13381,
     "disk": 867,
     "examples": 1792,
     "machine": 261,
-    "paravol": 28220,
-    "renderers": 37710,
-    "scenarios": 12324,
+    "paravol": 27735,
+    "renderers": 37382,
+    "scenarios": 12323,
     "surgery": 7188,
-    "tests": 95240,
+    "tests": 94266,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
