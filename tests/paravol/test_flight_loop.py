@@ -23,6 +23,7 @@ from renderers.scene.thread_team import Errand, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
+from scenarios.reading import Reading
 from scenarios.scoring import BreakFigure
 from surgery.edit import Taker
 from surgery.force import NO_TOUCH
@@ -115,9 +116,11 @@ class Still:
     tasks: Any = None
     size = (2, 2)
     clock_s = 0.0
+    reading: Reading | None = None
 
     def step(self, sample: Sample) -> None:
         self.clock_s = sample.time_s / 2
+        self.reading = Reading(sample.time_s)
 
     def take_task_events(self) -> list[Any]:
         return []
@@ -243,6 +246,8 @@ def test_every_frame_is_recorded_and_told_once_in_order() -> None:
     assert kept.samples == len(frames) == len(told) == len(timing.frame_ms) == 20
     assert [f.number for f in frames] == [s.number for s in told] == list(range(20))
     samples = [r for r in kept.records if isinstance(r, SampleRecord)]
+    # with what was measured there
+    assert [s.reading for s in samples] == [Reading(s.time_s) for s in samples]
     for record, shown in zip(frames, told, strict=True):
         # whatever was measured while the frame was in the making
         assert samples[record.sample].time_s == shown.sample.time_s

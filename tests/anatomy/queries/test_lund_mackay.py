@@ -1,11 +1,14 @@
+import itertools
+
 import msgspec
+import numpy as np
 import pytest
 
 from anatomy.phantom.parameters import SINUSES, Opacity, PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.variants import with_findings
 from anatomy.queries.lund_mackay import lund_mackay, trapped_sinuses
-from anatomy.tissue import Side
+from anatomy.tissue import Label, Side
 
 SPACING_MM = 1.0
 REQUESTS = (
@@ -42,6 +45,23 @@ def test_the_recounted_score_is_the_one_asked_for(
 
 def test_a_healthy_head_scores_nothing(twin: Phantom) -> None:
     assert all(score.total == 0 for score in lund_mackay(twin, twin).values())
+
+
+def test_polyps_grow_with_their_grade() -> None:
+    box = ((-14.0, 2.0), (8.0, 50.0), (0.0, 34.0))
+    sizes = [
+        np.count_nonzero(
+            build_phantom(
+                PhantomParameters(opacity=(Opacity(polyps=grade), Opacity())),
+                0.8,
+                field_mm=box,
+            ).labels.values
+            == Label.POLYP
+        )
+        for grade in range(5)
+    ]
+    assert sizes[0] == 0
+    assert all(b > 1.3 * a for a, b in itertools.pairwise(sizes[1:]))
 
 
 def test_a_twin_on_another_grid_is_refused(twin: Phantom) -> None:
