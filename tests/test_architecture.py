@@ -272,7 +272,7 @@ BUDGET = {
     "renderers": 37382,
     "scenarios": 12323,
     "surgery": 7188,
-    "tests": 94291,
+    "tests": 94293,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

@@ -8,7 +8,9 @@ from PySide6.QtCore import Qt
 
 from tests.app.ladder.person import LostError, Person
 
-PLACES = 5
+PLACES, LEAST = 5, 3
+"""So many named places are wanted, and so many are enough where no more are seen."""
+
 APART = 0.1
 """Places are at least so far apart, in shares of the picture."""
 
@@ -67,7 +69,7 @@ def _named(person: Person) -> list[tuple[str, float, float]]:
             break
         person.go(-1)
     person.say(f"places: {chosen[:PLACES]}")
-    if len(chosen) < PLACES:
+    if len(chosen) < LEAST:
         raise LostError(f"only {len(chosen)} places have names")
     return chosen[:PLACES]
 
