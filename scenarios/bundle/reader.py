@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
-from xxhash import xxh3_128
 
 from disk import ForeignFileError, UserError, foreign_file
 from disk.typed_record import decode_json
@@ -26,6 +25,7 @@ from scenarios.bundle.records import (
     EventRecord,
     Record,
     SampleRecord,
+    StreamHash,
 )
 
 _RECORD_LIMIT_BYTES = 1 << 24
@@ -73,7 +73,7 @@ class Stream:
     damages: tuple[Damage, ...] = ()
     places: dict[int, int] = field(default_factory=dict)
     seal: str = ""
-    digest: xxh3_128 = field(default_factory=xxh3_128)
+    hash: StreamHash = field(default_factory=StreamHash)
 
 
 class _Message(NamedTuple):
@@ -147,7 +147,7 @@ def read_recording(folder: Path) -> Recording:
         stream.damages,
         stream.places,
         bool(stream.seal) and stream.seal != info.seal(),
-        stream.digest.hexdigest(),
+        stream.hash.hexdigest(),
     )
 
 
@@ -165,7 +165,7 @@ def read_stream(path: Path) -> Stream:
         raise UserError(f"{path} is not an MCAP stream.")
     stream = Stream()
     with _uncollected():
-        chunks = list(_good_chunks(content, path, stream.digest))
+        chunks = list(_good_chunks(content, path, stream.hash))
     if not chunks:
         return _rewritten(content)
     at = len(MCAP0_MAGIC)
@@ -206,7 +206,7 @@ def _rewritten(content: bytes) -> Stream:
                     if decoder is not None:
                         value = decoder.decode(record.data)
                         messages.append(_Message(value, record.sequence, record.data))
-                        stream.digest.update(record.data)
+                        stream.hash.add(record.data)
         stream.complete = True
     gap = [] if stream.complete or not messages else [_Gap(0, len(content), None)]
     _join(stream, [messages, *gap])
@@ -230,7 +230,7 @@ def _uncollected() -> Iterator[None]:
 
 
 def _good_chunks(
-    content: bytes, path: Path, digest: xxh3_128
+    content: bytes, path: Path, hash_: StreamHash
 ) -> Iterator[tuple[int, int, list[_Message]]]:
     """Find the chunks whose checksum is right: start, end and messages of each."""
     topics = dict(_CHANNELS)
@@ -245,7 +245,7 @@ def _good_chunks(
                     with foreign_file(path, "a chunk"):
                         messages = _messages(content, start, body, end, topics)
                     for message in messages:
-                        digest.update(message.data)
+                        hash_.add(message.data)
                     yield start, end, messages
                     after = end
                 except ForeignFileError:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from xxhash import xxh3_128_intdigest
 
 from disk import UserError
 from scenarios.instrument_state import AS_BEFORE, InstrumentState
@@ -14,6 +15,21 @@ from surgery.solids import SEED
 
 SEAL = "seal"
 """Kind of the event that holds `SessionInfo.seal`; readers keep it to themselves."""
+
+
+class StreamHash:
+    """Hash the records of a stream, in whatever order another tool wrote them anew."""
+
+    def __init__(self) -> None:
+        self._sum = 0
+
+    def add(self, record: bytes) -> None:
+        """Take in a record as it stands in the stream."""
+        self._sum += xxh3_128_intdigest(record)
+
+    def hexdigest(self) -> str:
+        """Return the hash of all so far, 32 hexadecimal digits."""
+        return f"{self._sum % (1 << 128):032x}"
 
 
 class SampleRecord(

@@ -8,12 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from xxhash import xxh3_128
 
 from devices.port import Closing
 from disk import UserError
 from scenarios.bundle.info import SessionInfo, write_json
-from scenarios.bundle.records import SEAL, TOPICS, EventRecord, Record, SampleRecord
+from scenarios.bundle.records import (
+    SEAL,
+    TOPICS,
+    EventRecord,
+    Record,
+    SampleRecord,
+    StreamHash,
+)
 
 _FLUSH_EVERY = 50
 """Records between two flushes, so that no chunk holds much."""
@@ -68,7 +74,7 @@ class SessionRecorder(Closing):
             )
             self._channels[kind] = self._writer.register_channel(topic, "json", schema)
         self._unflushed = 0
-        self._digest = xxh3_128()
+        self._hash = StreamHash()
         self._last_ns = 0
         self._counts = dict.fromkeys(TOPICS.values(), 0)
         self._adding = threading.Lock()
@@ -111,7 +117,7 @@ class SessionRecorder(Closing):
 
     def _append(self, record: Record) -> None:
         data = msgspec.json.encode(record)
-        self._digest.update(data)
+        self._hash.add(data)
         if self._refusal is not None:
             raise self._refusal
         if isinstance(record, SampleRecord | EventRecord):
@@ -161,7 +167,7 @@ class SessionRecorder(Closing):
                 self._file.flush()
                 os.fsync(self._file.fileno())
                 if result is not None:
-                    sealed = {**result, "stream": self._digest.hexdigest()}
+                    sealed = {**result, "stream": self._hash.hexdigest()}
                     write_json(self.folder / "result.json", sealed)
         except OSError as error:
             self._refuse(error)
