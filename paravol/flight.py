@@ -31,11 +31,7 @@ from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.hand import pointed_tool
 from paravol.inputs.instrument_input import InstrumentInput
 from paravol.inputs.operating_hand import OperatingHand
-from paravol.inputs.pose_completer import (
-    PedalListener,
-    PoseCompleter,
-    pedal_record,
-)
+from paravol.inputs.pose_completer import pedal_record
 from paravol.inputs.pose_sources import (
     CancellableSource,
     ClosedError,
@@ -45,11 +41,12 @@ from paravol.inputs.pose_sources import (
 )
 from paravol.inputs.reach import Reach, ReachedPoses
 from paravol.inputs.scope_in_hand import ScopeInHand
+from paravol.inputs.second_channel import SecondChannel
 from paravol.keyframes import Keyframes, save_keyframes
 from paravol.operation_rehearsal import Rehearsal, rehearse
 from paravol.patient import PatientScene, load_patient
 from paravol.picture_size import PictureSize
-from paravol.pose_streaming import StreamingCompleter, streaming
+from paravol.pose_streaming import publish_sample, streaming
 from paravol.preparation import Preparation
 from paravol.registration.at_start import register_by_touch
 from paravol.session_setup import (
@@ -160,13 +157,13 @@ class Flight:
         self._keeps_tissue = keeps_tissue
         scope = order.scenario.scope
         self.scope = ScopeInHand(
-            order.input.completer,
             scope.angle_deg,
             scope.choices_deg,
             follows_post=scope.camera is CameraHold.WITH_POST,
             camera_deg=scope.camera_roll_deg,
         )
-        self.hand = OperatingHand(self.scope, scope.endoscope(), order.scenario.tools)
+        self.hand = OperatingHand(scope.endoscope(), order.scenario.tools)
+        self._channel = SecondChannel(order.input.completer, self.scope, self.hand)
         self.recording = Recording(
             order, lambda why: self._tell(events.RecordingStopped(why))
         )
@@ -295,14 +292,12 @@ class Flight:
                     self._on_tool_device, recorder, session
                 )
             self._tell(events.RecordingBegan(residual_mm))
-            completer: PoseCompleter = PedalListener(
-                self.hand, partial(self._on_pedal, recorder)
-            )
+            self._channel.on_pedal = partial(self._on_pedal, recorder)
             if streamer is not None:
-                completer = StreamingCompleter(
-                    completer, streamer, matrix, has_instrument
+                self._channel.on_sample = partial(
+                    publish_sample, streamer, matrix, has_instrument
                 )
-            timing = self._follow(source, completer, session, view, recorder, patient)
+            timing = self._follow(source, session, view, recorder, patient)
             for reach in reaches:
                 if told := reach.told():
                     recorder.add(EventRecord(session.last_s, "device", told))
@@ -377,7 +372,6 @@ class Flight:
     def _follow(
         self,
         source: ReconnectingSource,
-        completer: PoseCompleter,
         session: Session,
         view: EndoscopeView,
         recorder: SessionRecorder,
@@ -430,7 +424,7 @@ class Flight:
         try:
             return fly(
                 source,
-                completer,
+                self._channel.join,
                 session,
                 view,
                 recorder,

@@ -14,7 +14,6 @@ import numpy as np
 from devices import DeviceError, Pose
 from paravol.feedback.felt_signs import felt_signs
 from paravol.feedback.touch_signs import NO_SIGNS, TouchSigns
-from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.pose_sources import EndedError, OrderedPoses
 from paravol.keyframes import Keyframes
 from paravol.picture_size import PictureSize
@@ -151,7 +150,7 @@ NOBODY = Listeners()
 
 def fly(
     source: OrderedPoses,
-    completer: PoseCompleter,
+    join: Callable[[Pose], Sample],
     session: Session,
     view: EndoscopeView,
     recorder: SessionRecorder,
@@ -166,7 +165,8 @@ def fly(
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored; each frame shows the newest one. keeps: asked
+    Every pose is recorded and scored; each frame shows the newest one. join: gives the
+    sample of a pose. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. pace: what is given up to be in time.
     keyframes: kept on the way, for those who look at the recording. at_bite: returns a
@@ -192,7 +192,7 @@ def fly(
             newest: tuple[Pose, Sample] | None = None
             for pose in arrived(source):
                 sized.start(newest is None)
-                sample = completer.complete(pose)
+                sample = join(pose)
                 # what came before the end is still shown: on a busy machine, all of it
                 is_over = sample.time_s >= until_s
                 if is_over:

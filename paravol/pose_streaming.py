@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from devices import Pose
 from disk import UserError
 from paravol.exchange.tool_motion import INSTRUMENT, SCOPE
-from paravol.inputs.pose_completer import PoseCompleter
 from scenarios import Sample
 from scenarios.sample import tool_frame
 
@@ -19,29 +17,27 @@ if TYPE_CHECKING:
     from devices.openigtlink import PoseStreamer
 
 
-@dataclass(slots=True)
-class StreamingCompleter:
-    """Pass samples on and publish where their tools are in the patient."""
+def publish_sample(
+    streamer: "PoseStreamer",
+    world_from_device: NDArray[np.float64],
+    has_instrument: bool,
+    sample: Sample,
+    pose: Pose,
+) -> None:
+    """Publish where a sample's tools are in the patient.
 
-    completer: PoseCompleter
-    streamer: "PoseStreamer"
-    world_from_device: NDArray[np.float64]
-    has_instrument: bool
-
-    def complete(self, pose: Pose) -> Sample:
-        """Complete a pose and publish it; never waits for those who listen."""
-        sample = self.completer.complete(pose)
-        world_from_tip = self.world_from_device @ sample.device_from_tip
-        self.streamer.publish(SCOPE, world_from_tip, pose.host_time_s)
-        if self.has_instrument:
-            self.streamer.publish(INSTRUMENT, tool_frame(sample), pose.host_time_s)
-        return sample
+    Never waits for those who listen. pose: of the sample, for its time.
+    """
+    frame = world_from_device @ sample.device_from_tip
+    streamer.publish(SCOPE, frame, pose.host_time_s)
+    if has_instrument:
+        streamer.publish(INSTRUMENT, tool_frame(sample), pose.host_time_s)
 
 
 def listening_address(text: str) -> tuple[str, int]:
     """Read ``[HOST:]PORT``; without a host only this machine can connect.
 
-    Raises ValueError for anything else.
+    UserError for anything else.
     """
     host, _, port = text.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) < 65536):

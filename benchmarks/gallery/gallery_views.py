@@ -11,6 +11,8 @@ from benchmarks.nasal_views import NasalView, acceptance_views, path_views
 from devices import Pose, ProbePath, load_probe_path
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
+from paravol.inputs.scope_in_hand import ScopeInHand
+from paravol.inputs.second_channel import SecondChannel
 from paravol.patient import load_phantom
 from paravol.session_setup import build_session, operate_on
 from renderers.scene import Camera, Projection, Scene
@@ -71,11 +73,11 @@ def pinhole(camera: Camera) -> Camera:
 
 def operated_samples(path: ProbePath, endoscope: Endoscope) -> Iterator[Sample]:
     """Yield what a recording of a path without any arm would hold."""
-    hand = OperatingHand(PathChannel(path), endoscope)
+    joiner = SecondChannel(PathChannel(path), ScopeInHand(), OperatingHand(endoscope))
     for time_s in path.t_s.tolist():
         at = path.sample(time_s)
         frame = tip_frame(at.tip_mm, at.axis)
-        yield hand.complete(Pose(time_s, time_s, frame, PATH_PEDAL))
+        yield joiner.join(Pose(time_s, time_s, frame, PATH_PEDAL))
 
 
 def _wounded() -> Scene:

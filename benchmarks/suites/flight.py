@@ -160,7 +160,7 @@ class FlightPlan(Plan, suite="flight"):
         ):
             timing = fly(
                 PacedPoses(path),
-                PathChannel(path),
+                PathChannel(path).complete,
                 session,
                 view,
                 recorder,

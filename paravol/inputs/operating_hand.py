@@ -28,7 +28,7 @@ from paravol.inputs.pointed_tool import (
     NEAREST_MM,
     PointedTool,
 )
-from paravol.inputs.pose_completer import AWAY_MM, PoseCompleter
+from paravol.inputs.pose_completer import AWAY_MM
 from paravol.inputs.second_device import SecondDevice
 from paravol.inputs.tool_hold import BITES_MM, ToolHold, roll_deg, tool_of_shaft
 from paravol.inputs.tool_plan import shaves
@@ -71,18 +71,11 @@ class _Wish:
 class OperatingHand:
     """Put what the second hand does into samples.
 
-    What is asked for may be changed at any time, by any thread. completer: says the
-    rest of a sample; a tool that it places itself is left where it is. tools: that may
-    be used; none: all of the catalogue.
+    What is asked for may be changed at any time, by any thread. tools: that may be
+    used; none: all of the catalogue.
     """
 
-    def __init__(
-        self,
-        completer: PoseCompleter,
-        endoscope: Endoscope,
-        tools: Sequence[str] = (),
-    ) -> None:
-        self._completer = completer
+    def __init__(self, endoscope: Endoscope, tools: Sequence[str] = ()) -> None:
         self._endoscope = endoscope
         self.tools = tuple(tools)
         self._wish = _Wish()
@@ -217,14 +210,20 @@ class OperatingHand:
         """Return whether the trainer is frozen."""
         return self._wish.is_frozen
 
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with its channel and with what the second hand does."""
+    def take_turns(self, pose: Pose) -> Pose:
+        """Return the scope's pose; the device's own unless the tool has the device."""
         turns = self.turns
-        if turns is not None:
-            self._take_turns(turns, pose)
-            sample = self._completer.complete(turns.scope(pose))
-        else:
-            sample = self._completer.complete(pose)
+        if turns is None:
+            return pose
+        self._hand_over(turns, pose)
+        return turns.scope(pose)
+
+    def hold(self, sample: Sample, pose: Pose) -> Sample:
+        """Return the sample with what the second hand does at the time of a pose.
+
+        A tool that the sample places itself is left where it is.
+        """
+        turns = self.turns
         wish, given = self._wish, sample.instrument
         moved: Pose | None = None
         if self._second is not None:
@@ -259,20 +258,20 @@ class OperatingHand:
             given.undone + wish.undone,
             given.washed + wish.washed,
         )
-        is_frozen = wish.is_frozen or sample.is_frozen
-        sample = replace(sample, instrument=state, is_frozen=is_frozen)
+        if wish.is_frozen:
+            sample = replace(sample, is_frozen=True)
         if self._second is not None:
-            return self._followed(sample, moved)
+            return self._followed(sample, state, moved)
         if given.name != NO_TOOL or name == NO_TOOL:
             # a channel that places its tool is left alone
             self._shaft = None
-            return sample
+            return replace(sample, instrument=state)
         if turns is not None and turns.has_tool:
-            return self._by_turns(sample, pose, turns)
+            return self._by_turns(sample, state, pose, turns)
         if pointed is None:
             self._shaft = None
-            return _away(sample)
-        return self._pointed(sample, pointed, wish)
+            return _away(sample, state)
+        return self._pointed(sample, state, pointed, wish)
 
     def at_bite(self, sample: Sample) -> Sample:
         """Return a sample with its pointed tool where its pedal would bring it."""
@@ -285,10 +284,10 @@ class OperatingHand:
         if bite is None:
             return sample
         frame = tool_of_shaft(name, bite[0])
-        state = replace(sample.instrument, jaw=bite[1])
-        return _at(replace(sample, instrument=state), frame, roll_deg(frame))
+        state = replace(sample.instrument, jaw=bite[1], roll_deg=roll_deg(frame))
+        return _at(sample, state, frame)
 
-    def _take_turns(self, turns: DeviceTurns, pose: Pose) -> None:
+    def _hand_over(self, turns: DeviceTurns, pose: Pose) -> None:
         """Give the device over where somebody asked for it; never without a tool."""
         with self._lock:
             swaps, self._swaps = self._swaps, 0
@@ -320,40 +319,42 @@ class OperatingHand:
             is_sucking=bool(buttons & SUCTION_BUTTON),
         )
 
-    def _followed(self, sample: Sample, moved: Pose | None) -> Sample:
+    def _followed(
+        self, sample: Sample, state: InstrumentState, moved: Pose | None
+    ) -> Sample:
         """Place the tool where the second device has it; away where it is lost."""
         assert self._second is not None
         instrument = self._second[0]
-        state = sample.instrument
         if instrument.hold is not None:
-            self._push(instrument.hold, sample)
+            self._push(instrument.hold, sample.time_s, state)
         if moved is None or state.name == NO_TOOL:
-            return _away(sample)
+            return _away(sample, state)
         frame = moved.device_from_tip
         if instrument.state(moved) is not None:
             # a recording's roll is in its state already
-            return _at(sample, frame, state.roll_deg)
+            return _at(sample, state, frame)
         if instrument.moves_shaft:
             frame = tool_of_shaft(state.name, frame)
         turn = roll_deg(frame) if instrument.knows_roll else 0.0
-        return _at(sample, frame, turn + state.roll_deg)
+        return _at(sample, replace(state, roll_deg=turn + state.roll_deg), frame)
 
-    def _by_turns(self, sample: Sample, pose: Pose, turns: DeviceTurns) -> Sample:
+    def _by_turns(
+        self, sample: Sample, state: InstrumentState, pose: Pose, turns: DeviceTurns
+    ) -> Sample:
         """Place the tool where the scope's device has it, or left it."""
-        state = sample.instrument
         if turns.hold is not None:
-            self._push(turns.hold, sample)
+            self._push(turns.hold, sample.time_s, state)
         self._shaft = turns.shaft(pose)
         frame = tool_of_shaft(state.name, self._shaft)
-        is_carried = not turns.is_in_nostril
-        sample = replace(sample, instrument=replace(state, is_carried=is_carried))
-        return _at(sample, frame, roll_deg(frame) + self._wish.roll_deg)
+        turn = roll_deg(frame) + self._wish.roll_deg
+        state = replace(state, roll_deg=turn, is_carried=not turns.is_in_nostril)
+        return _at(sample, state, frame)
 
-    def _push(self, hold: ToolHold, sample: Sample) -> None:
+    def _push(self, hold: ToolHold, time_s: float, state: InstrumentState) -> None:
         """Let a hold know what the hand does, and how hard it pushes."""
-        hold.state = state = sample.instrument
-        elapsed_s = min(max(sample.time_s - self._last_s, 0.0), LONGEST_S)
-        self._last_s = sample.time_s
+        hold.state = state
+        elapsed_s = min(max(time_s - self._last_s, 0.0), LONGEST_S)
+        self._last_s = time_s
         bite_mm = BITES_MM * state.jaw if state.is_working else 0.0
         hold.push(bite_mm, self.felt_n(), elapsed_s, is_held=False)
 
@@ -361,9 +362,10 @@ class OperatingHand:
         with self._lock:
             self._wish = replace(self._wish, **changes)
 
-    def _pointed(self, sample: Sample, tool: PointedTool, wish: _Wish) -> Sample:
+    def _pointed(
+        self, sample: Sample, state: InstrumentState, tool: PointedTool, wish: _Wish
+    ) -> Sample:
         """Let the tool go to where somebody points in the picture."""
-        state = sample.instrument
         world_from_tip = self.world_from_device @ sample.device_from_tip
         if wish.is_pointing and np.all(np.isfinite(world_from_tip)):
             scope = self._endoscope.at(sample.scope_deg)
@@ -384,30 +386,30 @@ class OperatingHand:
             )
         else:
             self._shaft = tool.stay(state, sample.time_s)
-        sample = replace(sample, instrument=replace(state, is_carried=True))
         frame = tool_of_shaft(state.name, self._shaft)
-        return _at(sample, frame, roll_deg(frame))
+        state = replace(state, roll_deg=roll_deg(frame), is_carried=True)
+        return _at(sample, state, frame)
 
 
 def _no_task() -> str | None:
     return None
 
 
-def _away(sample: Sample) -> Sample:
+def _away(sample: Sample, state: InstrumentState) -> Sample:
     """Return the sample without a tool."""
     return replace(
         sample,
-        instrument=replace(sample.instrument, name=NO_TOOL, is_working=False),
+        instrument=replace(state, name=NO_TOOL, is_working=False),
         instrument_tip_mm=AWAY_MM,
         instrument_pointing=np.array([0.0, 1.0, 0.0]),
     )
 
 
-def _at(sample: Sample, tool: NDArray[np.float64], turn_deg: float) -> Sample:
-    """Return the sample with its tool at a frame, 4x4, with a roll."""
+def _at(sample: Sample, state: InstrumentState, tool: NDArray[np.float64]) -> Sample:
+    """Return the sample with its tool at a frame, 4x4."""
     return replace(
         sample,
+        instrument=state,
         instrument_tip_mm=tool[:3, 3].copy(),
         instrument_pointing=-tool[:3, 2],
-        instrument=replace(sample.instrument, roll_deg=turn_deg),
     )

@@ -1,13 +1,12 @@
 """The channel beside the arm: it completes a pose with roll and the second tool."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
 from devices import Pose, ProbePath, ProbeSample
-from devices.controls.pedals import Button, ButtonEvent, Debouncer
+from devices.controls.pedals import Button, ButtonEvent
 from devices.controls.roll import HorizonRoll, RollSource
 from scenarios import InstrumentState, Sample
 from scenarios.bundle import EventRecord
@@ -78,22 +77,6 @@ class HandChannel:
             pose.buttons,
             EMPTY_HAND,
         )
-
-
-@dataclass(slots=True)
-class PedalListener:
-    """Pass samples on and report every press and release, with its sample."""
-
-    completer: PoseCompleter
-    on_event: Callable[[ButtonEvent, Sample], None]
-    _debouncer: Debouncer = field(default_factory=Debouncer)
-
-    def complete(self, pose: Pose) -> Sample:
-        """Complete a pose and report the edges of its buttons."""
-        sample = self.completer.complete(pose)
-        for event in self._debouncer.feed_pose(pose):
-            self.on_event(event, sample)
-        return sample
 
 
 def pedal_record(event: ButtonEvent, time_s: float) -> EventRecord:

@@ -4,9 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from devices import Pose
 from disk import UserError
-from paravol.inputs.pose_completer import PoseCompleter
 from scenarios import Sample
 
 
@@ -22,7 +20,6 @@ class ScopeInHand:
 
     def __init__(
         self,
-        channel: PoseCompleter,
         own_deg: float = 0.0,
         choices_deg: Sequence[float] = (),
         *,
@@ -30,7 +27,6 @@ class ScopeInHand:
         camera_deg: float = 0.0,
     ) -> None:
         """Begin with the exercise's own scope; choices_deg: angles, from the least."""
-        self._channel = channel
         self._own_deg = self.angle_deg = own_deg
         self._chosen_deg: float | None = None
         self.choices_deg = tuple(choices_deg)
@@ -56,9 +52,8 @@ class ScopeInHand:
         self._chosen_deg = choices[(place + by) % len(choices)]
         return self._chosen_deg
 
-    def complete(self, pose: Pose) -> Sample:
-        """Join a pose with its channel and the scope in hand."""
-        sample = self._channel.complete(pose)
+    def turn(self, sample: Sample) -> Sample:
+        """Return the sample with the scope in hand, and its turns added."""
         roll_deg = sample.roll_deg + self.post_deg
         if self._first_deg is None:
             self._first_deg = roll_deg

@@ -310,15 +310,14 @@ def test_frames_of_changing_size_are_recorded_and_replayed_to_the_bit(
                 raise TimeoutError
             return Pose(0.0, time.monotonic(), np.eye(4), 0)
 
-    class Given:
-        def complete(self, pose: Pose) -> Sample:
-            return next(left, replace(flown[-1], time_s=99.0))
+    def given(pose: Pose) -> Sample:
+        return next(left, replace(flown[-1], time_s=99.0))
 
     shown: list[tuple[int, ...]] = []
     with SessionRecorder(record, info) as recorder:
         fly(
             Poses(),
-            Given(),
+            given,
             session,
             made.view,
             recorder,

@@ -225,7 +225,7 @@ def flown(
     try:
         timing = fly(
             Measured(),
-            Marks(),
+            Marks().complete,
             any_session,
             any_view,
             any_kept,
@@ -405,7 +405,7 @@ def steered(
     ages: list[float] = []
     fly(
         Hundredfold(clock),
-        Buttons(),
+        Buttons().complete,
         any_session,
         any_view,
         any_kept,

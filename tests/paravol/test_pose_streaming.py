@@ -7,7 +7,7 @@ from pyigtl import OpenIGTLinkClient
 from devices import Pose
 from paravol.exchange.tool_motion import INSTRUMENT, SCOPE
 from paravol.inputs.pose_completer import AWAY_MM, HandChannel
-from paravol.pose_streaming import StreamingCompleter, listening_address, streaming
+from paravol.pose_streaming import listening_address, publish_sample, streaming
 from tests.devices.openigtlink.peers import PATIENCE_S, wait_for_peers
 
 
@@ -19,15 +19,14 @@ def test_every_sample_is_streamed_in_the_patients_frame() -> None:
     pose[:3, 3] = 10.0, 20.0, 30.0
     with streaming(("127.0.0.1", 0)) as streamer:
         assert streamer is not None
-        completer = StreamingCompleter(HandChannel(), streamer, world_from_device, True)
-        twin = HandChannel()
+        channel = HandChannel()
         client = OpenIGTLinkClient(streamer.host, streamer.port)
         try:
             wait_for_peers(streamer)
             for number in range(3):
                 measured = Pose(number * 0.01, 50.0 + number * 0.01, pose, 0)
-                sample, plain = completer.complete(measured), twin.complete(measured)
-                assert sample.time_s == plain.time_s
+                sample = channel.complete(measured)
+                publish_sample(streamer, world_from_device, True, sample, measured)
                 scope = client.wait_for_message(SCOPE, timeout=PATIENCE_S)
                 tool = client.wait_for_message(INSTRUMENT, timeout=PATIENCE_S)
                 # LPS (-19, 12, 33), as a RAS peer must see it.

@@ -7,7 +7,8 @@ from devices import Pose
 from devices.controls.fulcrum import Fulcrum
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pointed_tool import PointedTool
-from paravol.inputs.pose_completer import PoseCompleter
+from paravol.inputs.scope_in_hand import ScopeInHand
+from paravol.inputs.second_channel import SecondChannel
 from paravol.inputs.tool_hold import ToolHold
 from renderers.scene import Volume
 from scenarios import Endoscope, Sample
@@ -38,11 +39,9 @@ def wall_at(z_mm: float) -> Volume:
     return Volume(values, np.full(3, SPACING_MM), origin, background=-100.0)
 
 
-def hand_before(
-    z_mm: float, tool: str = "straight forceps", channel: PoseCompleter | None = None
-) -> OperatingHand:
+def hand_before(z_mm: float, tool: str = "straight forceps") -> OperatingHand:
     """Return a hand with a tool before a wall."""
-    hand = OperatingHand(channel or Bare(), SCOPE)
+    hand = OperatingHand(SCOPE)
     distance = wall_at(z_mm)
     hold = ToolHold(distance, FULCRUM.pivot_mm)
     hand.pointed = PointedTool(FULCRUM, hold, distance)
@@ -50,12 +49,17 @@ def hand_before(
     return hand
 
 
-def settled(hand: OperatingHand, begin_s: float = 0.0, for_s: float = 3.0) -> float:
+def settled(
+    hand: OperatingHand,
+    begin_s: float = 0.0,
+    for_s: float = 3.0,
+    scope: ScopeInHand | None = None,
+) -> float:
     """Let samples pass; return the time of the last one."""
     time_s = begin_s
     for _ in range(round(100 * for_s)):
         time_s += 0.01
-        tip(hand, time_s)
+        tip(hand, time_s, scope)
     return time_s
 
 
@@ -69,9 +73,16 @@ def reached(tool: str = "straight forceps") -> tuple[OperatingHand, PointedTool,
     return hand, hand.pointed, time_s
 
 
-def tip(hand: OperatingHand, time_s: float) -> NDArray[np.float64]:
+def joined(hand: OperatingHand, pose: Pose, scope: ScopeInHand | None = None) -> Sample:
+    """Return the sample of a pose with what the hands hold."""
+    return SecondChannel(Bare(), scope or ScopeInHand(), hand).join(pose)
+
+
+def tip(
+    hand: OperatingHand, time_s: float, scope: ScopeInHand | None = None
+) -> NDArray[np.float64]:
     """Return where the tool's tip is at a time, ``(3,)``."""
-    sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+    sample = joined(hand, Pose(time_s, time_s, np.eye(4), 0), scope)
     return sample.instrument_tip_mm
 
 

@@ -12,11 +12,11 @@ from paravol.inputs.pointed_tool import SHUT
 from paravol.inputs.tool_plan import PRESSED_MM
 from scenarios import Endoscope
 from scenarios.instrument_state import NO_TOOL
-from tests.paravol.inputs.pointing import Bare, hand_before, reached, settled
+from tests.paravol.inputs.pointing import hand_before, joined, reached, settled
 
 
 def test_only_listed_tools_can_be_taken() -> None:
-    hand = OperatingHand(Bare(), Endoscope(), ("curette",))
+    hand = OperatingHand(Endoscope(), ("curette",))
     with pytest.raises(UserError):
         hand.choose("microdebrider")
     hand.choose("curette")
@@ -25,9 +25,9 @@ def test_only_listed_tools_can_be_taken() -> None:
 
 
 def test_where_no_nostril_is_known_there_is_no_tool() -> None:
-    hand = OperatingHand(Bare(), Endoscope())
+    hand = OperatingHand(Endoscope())
     hand.choose("curette")
-    sample = hand.complete(Pose(0.0, 0.0, np.eye(4), 0))
+    sample = joined(hand, Pose(0.0, 0.0, np.eye(4), 0))
     assert sample.instrument.name == NO_TOOL
 
 
@@ -37,12 +37,12 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     hand.point(0.0, -0.4)
     hand.advance(20.0)
     hand.work(True)
-    sample = hand.complete(Pose(0.2, 0.2, np.eye(4), 0))
+    sample = joined(hand, Pose(0.2, 0.2, np.eye(4), 0))
     assert not sample.instrument.is_working
     assert sample.instrument.jaw == SHUT
     hand.work(False)
     end_s = settled(hand)
-    idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    idle = joined(hand, Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     told = hand.at_bite(idle)
     assert idle.instrument.jaw == SHUT
     assert told.instrument.jaw < 0.5
@@ -50,7 +50,7 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
     jaws, tips = [], []
     for number in range(2, 150):
         time_s = end_s + 0.01 * number
-        sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        sample = joined(hand, Pose(time_s, time_s, np.eye(4), 0))
         jaws.append(sample.instrument.jaw)
         tips.append(sample.instrument_tip_mm)
     opened = int(np.argmin(jaws))
@@ -61,7 +61,7 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
         assert tip_mm == pytest.approx(told.instrument_tip_mm, abs=1e-6)
     hand.work(False)
     end_s = settled(hand, time_s)
-    after = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    after = joined(hand, Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     assert after.instrument.jaw == SHUT
     assert after.instrument_tip_mm == pytest.approx(idle.instrument_tip_mm, abs=1.0)
 
@@ -71,11 +71,11 @@ def test_jaws_stay_closed_but_for_a_bite() -> None:
 def test_open_jaws_lie_nowhere_but_where_they_bite(step_s: float, steps: int) -> None:
     """However long pictures take, and whenever the pedal is let go."""
     hand, _, time_s = reached()
-    told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
+    told = hand.at_bite(joined(hand, Pose(time_s, time_s, np.eye(4), 0)))
     for number in range(steps + 20):
         hand.work(number < steps)
         time_s += step_s
-        sample = hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        sample = joined(hand, Pose(time_s, time_s, np.eye(4), 0))
         off_mm = np.linalg.norm(sample.instrument_tip_mm - told.instrument_tip_mm)
         assert sample.instrument.jaw > SHUT - 0.04 or off_mm < 1e-6
 
@@ -88,7 +88,7 @@ def opens(hand: OperatingHand, time_s: float) -> bool:
     hand.work(True)
     jaws = []
     for at_s in time_s + np.arange(0.01, PRESSED_S + 0.005, 0.01):
-        sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+        sample = joined(hand, Pose(at_s, at_s, np.eye(4), 0))
         jaws.append(sample.instrument.jaw)
     hand.work(False)
     return bool(min(jaws) < 0.5)
@@ -112,13 +112,13 @@ def test_a_pedal_bites_what_was_told_before_a_tremor(
 def test_what_was_told_is_what_is_bitten(away: float) -> None:
     """A tremor between the figures and the press makes another bite of it."""
     hand, _, time_s = reached()
-    told = hand.at_bite(hand.complete(Pose(time_s, time_s, np.eye(4), 0)))
+    told = hand.at_bite(joined(hand, Pose(time_s, time_s, np.eye(4), 0)))
     hand.point(away, -0.4)
     time_s = settled(hand, time_s, 0.25)
     hand.work(True)
     tips = []
     for at_s in time_s + np.arange(0.01, PRESSED_S, 0.01):
-        sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+        sample = joined(hand, Pose(at_s, at_s, np.eye(4), 0))
         if sample.instrument.jaw == 1.0:
             tips.append(sample.instrument_tip_mm)
     assert tips[-1] == pytest.approx(told.instrument_tip_mm, abs=1e-6)
@@ -158,7 +158,7 @@ def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
     assert hand.pointed is not None
     wall, tips = hand.pointed._distance.values, []
     for _ in range(2):
-        idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+        idle = joined(hand, Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
         told_mm = hand.at_bite(idle).instrument_tip_mm
         way_mm = float(np.linalg.norm(told_mm - idle.instrument_tip_mm))
         assert way_mm == pytest.approx(hand.pointed._pose.bite_mm)
@@ -168,7 +168,7 @@ def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
         wall.setflags(write=True)
         wall -= 8.0
         for at_s in end_s + np.arange(0.02, 2.0, 0.01):
-            sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+            sample = joined(hand, Pose(at_s, at_s, np.eye(4), 0))
             off = np.linalg.norm(sample.instrument_tip_mm - idle.instrument_tip_mm)
             assert off < way_mm + 0.3
         assert np.linalg.norm(sample.instrument_tip_mm - told_mm) < 0.3
@@ -180,12 +180,12 @@ def test_a_shaver_takes_one_layer_at_a_time_as_was_told() -> None:
 
 def test_a_stroke_goes_to_nothing_nearer_that_comes_before_the_pointer() -> None:
     hand, end_s = shaver_at_wall()
-    idle = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    idle = joined(hand, Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     told_mm = hand.at_bite(idle).instrument_tip_mm
     hand.work(True)
-    hand.complete(Pose(end_s + 0.02, end_s + 0.02, np.eye(4), 0))
+    joined(hand, Pose(end_s + 0.02, end_s + 0.02, np.eye(4), 0))
     assert hand.pointed is not None
     with patch("paravol.inputs.pointed_tool.reach_mm", lambda *_: 8.0):
         for at_s in end_s + np.arange(0.03, 1.5, 0.01):
-            sample = hand.complete(Pose(at_s, at_s, np.eye(4), 0))
+            sample = joined(hand, Pose(at_s, at_s, np.eye(4), 0))
     assert np.linalg.norm(sample.instrument_tip_mm - told_mm) < 0.3

@@ -37,8 +37,8 @@ from tests.paravol.inputs.pointing import (
     FULCRUM,
     SCOPE,
     SPACING_MM,
-    Bare,
     hand_before,
+    joined,
     reached,
     settled,
     shaft_of_tool,
@@ -63,7 +63,7 @@ def test_it_begins_outside_and_passes_the_nostril(
     assert hand.pointed is not None
     assert (tip(hand, 0.0) - pivot) @ axis < 0.0
     for number in range(1, 300):
-        sample = hand.complete(Pose(0.01 * number, 0.01 * number, np.eye(4), 0))
+        sample = joined(hand, Pose(0.01 * number, 0.01 * number, np.eye(4), 0))
         shaft = shaft_of_tool(name, tool_frame(sample))
         way = pivot - shaft[:3, 3]
         off = way - (way @ shaft[:3, 2]) * shaft[:3, 2]
@@ -107,7 +107,7 @@ def test_nothing_is_pushed_deeper_than_mucosa_yields(
         for _ in range(60):
             time_s += 0.01
             pose = Pose(time_s, time_s, np.eye(4), 0)
-            sample, again = hand.complete(pose), other.complete(pose)
+            sample, again = joined(hand, pose), joined(other, pose)
             assert sample.instrument_tip_mm.tobytes() == (
                 again.instrument_tip_mm.tobytes()
             )
@@ -161,7 +161,7 @@ def test_a_blunt_tool_touches_what_is_pointed_at(name: str, at_mm: float) -> Non
     hand.point(0.0, -0.5)
     hand.advance(30.0)
     end_s = settled(hand)
-    sample = hand.complete(Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
+    sample = joined(hand, Pose(end_s + 0.01, end_s + 0.01, np.eye(4), 0))
     table = placed_table(contact_table(name, 1.0), tool_frame(sample))
     gap_mm = tool_clearance(wall_at(at_mm), table).gap_mm
     assert -TOUCH_MM - YIELDS_MM - LOOSE_MM < gap_mm <= 0.0
@@ -206,7 +206,7 @@ def test_no_carrying_hurts_anybody(seed: int) -> None:
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     scope = scenario.scope.endoscope()
     control = scope_control(patient, None, scope.diameter_mm / 2, scenario.start)
-    hand = OperatingHand(Bare(), scope)
+    hand = OperatingHand(scope)
     rest = operation.patient.surface.distance
     hand.pointed = pointed_tool(patient, rest, None, scenario)
     hand.felt_n = lambda: operation.touch.size_n
@@ -227,7 +227,7 @@ def test_no_carrying_hurts_anybody(seed: int) -> None:
         inwards = float(np.clip((way @ control.pointing - 15.0) / 5.0, -1.0, 1.0))
         control.advance(0.01, Demand(inwards, float(turns[0]), float(turns[1])))
         pose = Pose(time_s, time_s, control.frame(), 0)
-        session.step(hand.complete(pose))
+        session.step(joined(hand, pose))
         assert operation.take_injuries() == []
         operation.take_changes()
     assert operation.feeling.figures.breaks == ()
@@ -269,7 +269,7 @@ def test_a_caught_tool_goes_out_beside_what_must_not_be_hurt(
     for _ in range(round(3.0 / step_s)):
         before = pointed.frame
         time_s += step_s
-        hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        joined(hand, Pose(time_s, time_s, np.eye(4), 0))
         for share in np.linspace(0.0, 1.0, 9):
             frame = between(before, pointed.frame, float(share))
             along = frame[:3, 3] + balls[:, :1] * frame[:3, 2]
@@ -306,7 +306,7 @@ def test_a_tool_that_is_held_off_bites_where_a_push_hurts_nothing(
     pointed.hold = held
     pointed.frame = pointed.frame.copy()
     pointed.frame[:3, 3] += left_mm * pointed.frame[:3, 2]
-    hand.complete(Pose(time_s + 0.01, time_s + 0.01, np.eye(4), 0))
+    joined(hand, Pose(time_s + 0.01, time_s + 0.01, np.eye(4), 0))
     assert (pointed.bite is not None) == is_told
 
 
@@ -329,7 +329,7 @@ def test_a_tool_that_is_held_all_along_does_not_tumble() -> None:
     hand.is_scope_laid = lambda: True
     for _ in range(200):
         time_s += 0.01
-        hand.complete(Pose(time_s, time_s, np.eye(4), 0))
+        joined(hand, Pose(time_s, time_s, np.eye(4), 0))
         assert pointed.frame[:3, 2] @ begun[:3, 2] > math.cos(math.radians(8.0))
         if pointed.depth_mm < 0.0:
             break

@@ -2,14 +2,16 @@ import numpy as np
 
 from devices import Pose, ProbePath
 from devices.controls.pedals import Button, ButtonEvent
+from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import (
     PATH_PEDAL,
     HandChannel,
     PathChannel,
-    PedalListener,
     pedal_record,
 )
-from scenarios import Sample
+from paravol.inputs.scope_in_hand import ScopeInHand
+from paravol.inputs.second_channel import SecondChannel
+from scenarios import Endoscope, Sample
 from tests.devices.controls.rolls import SetRoll
 
 
@@ -65,15 +67,14 @@ def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
 
 def test_pedals_are_told_with_their_sample_and_samples_pass_unchanged() -> None:
     told: list[tuple[ButtonEvent, Sample]] = []
-    watch = PedalListener(
-        HandChannel(), lambda event, sample: told.append((event, sample))
-    )
+    watch = SecondChannel(HandChannel(), ScopeInHand(), OperatingHand(Endoscope()))
+    watch.on_pedal = lambda event, sample: told.append((event, sample))
     twin = HandChannel()
     # Both pedals; the right one chatters on its way down and on its way up.
     levels = [0, 1, 0, 1, 1, 1, 3, 3, 2, 3, 2, 2, 2, 2, 0, 0, 0]
     for number, buttons in enumerate(levels):
         pose = Pose(5.0 + 0.008 * number, 0.0, np.eye(4), buttons)
-        sample, plain = watch.complete(pose), twin.complete(pose)
+        sample, plain = watch.join(pose), twin.complete(pose)
         assert sample.time_s == plain.time_s
         assert sample.buttons == buttons
     texts = [pedal_record(event, sample.time_s).text for event, sample in told]

@@ -13,6 +13,8 @@ from devices.controls.steering import Freedom
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.pose_completer import HandChannel
+from paravol.inputs.scope_in_hand import ScopeInHand
+from paravol.inputs.second_channel import SecondChannel
 from paravol.inputs.tool_hold import ToolHold, roll_deg, tool_of_shaft
 from paravol.inputs.turns import ClutchTurns, SteeredTurns
 from renderers.scene import Volume
@@ -49,7 +51,8 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
     name: str, script: list[tuple[tuple[float, ...], bool]]
 ) -> None:
     """Whoever has the device moves as it does; the other rests to the bit."""
-    hand = OperatingHand(HandChannel(), Endoscope())
+    hand = OperatingHand(Endoscope())
+    channel = SecondChannel(HandChannel(), ScopeInHand(), hand)
     hand.turns = turns = ClutchTurns()
     hand.pointed = tool_in_air()
     hand.let_point(False)
@@ -58,19 +61,19 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
     )
     hand.choose(name)
     frame = tip_frame(np.array([1.0, 2.0, 3.0]), np.array([0.2, 1.0, 0.1]))
-    last = hand.complete(Pose(0.0, 0.0, frame, 0))
+    last = channel.join(Pose(0.0, 0.0, frame, 0))
     was_placed = False
     for number, (way, swaps) in enumerate(script, 1):
         if swaps:
             # given over at rest: nothing may move
             assert hand.swap()
-            now = hand.complete(Pose(number - 0.5, 0.0, frame, 0))
+            now = channel.join(Pose(number - 0.5, 0.0, frame, 0))
             assert np.abs(now.device_from_tip - last.device_from_tip).max() < 1e-9
             assert np.abs(tool_frame_of(now) - tool_frame_of(last)).max() < 1e-9
             assert hand.holds_scope == turns.is_tools
             last, was_placed = now, True
         before, frame = frame, moved(frame, way)
-        now = hand.complete(Pose(float(number), 0.0, frame, 0))
+        now = channel.join(Pose(float(number), 0.0, frame, 0))
         by_mm = np.linalg.norm(frame[:3, 3] - before[:3, 3])
         scope_mm = np.linalg.norm(
             now.device_from_tip[:3, 3] - last.device_from_tip[:3, 3]
@@ -94,19 +97,20 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
 
 
 def test_without_a_tool_the_scope_keeps_its_device() -> None:
-    hand = OperatingHand(HandChannel(), Endoscope())
+    hand = OperatingHand(Endoscope())
+    channel = SecondChannel(HandChannel(), ScopeInHand(), hand)
     hand.turns = turns = ClutchTurns()
     hand.pointed = tool_in_air()
     frame = tip_frame(np.zeros(3), np.array([0.0, 1.0, 0.1]))
-    hand.complete(Pose(0.0, 0.0, frame, 0))
+    channel.join(Pose(0.0, 0.0, frame, 0))
     assert not hand.swap()
     hand.choose("curette")
-    hand.complete(Pose(0.1, 0.0, frame, 0))
+    channel.join(Pose(0.1, 0.0, frame, 0))
     assert hand.swap()
-    hand.complete(Pose(0.2, 0.0, frame, 0))
+    channel.join(Pose(0.2, 0.0, frame, 0))
     assert hand.holds_scope
     hand.choose(NO_TOOL)
-    sample = hand.complete(Pose(0.3, 0.0, frame, 0))
+    sample = channel.join(Pose(0.3, 0.0, frame, 0))
     assert not turns.is_tools
     assert sample.instrument.name == NO_TOOL
     assert np.abs(sample.device_from_tip - frame).max() < 1e-12
