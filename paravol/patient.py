@@ -3,11 +3,9 @@
 import hashlib
 import os
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,17 +23,9 @@ from anatomy.wall_layers import WallLayers
 from disk import UserError
 from machine import usable_cores
 from paravol.slice_views import SECOND, SliceViews
-from renderers.scene import AirSurface, Camera, Change, Mesh, Scene, Volume
-from scenarios import Endoscope, Scenario, Structures, View, tip_frame
-from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
-from scenarios.instruments import instrument_named, placed_tool
+from renderers.scene import AirSurface, Scene, Volume
+from scenarios import Scenario, Structures, tip_frame
 from surgery.decongestion import BLOOD_BIAS, decongest
-
-if TYPE_CHECKING:
-    from paravol.snapshots.comparison import Difference
-    from paravol.view import EndoscopeView
-    from renderers.art import ActiveRayTracer
-    from renderers.fsr import SplatActor
 
 SKIN_MM = 2.0
 """Voxels of a phantom's whole head: it is only looked at from outside."""
@@ -48,40 +38,6 @@ StrPath = str | os.PathLike[str]
 
 def no_progress(stage: str, share: float) -> None:
     """Ignore progress."""
-
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """Hold what the endoscope sees from one place.
-
-    rgb: ``(h, w, 3)`` uint8 sRGB, row 0 at the top. depth_mm: ``(h, w)`` float32, along
-    each pixel's ray, +inf where nothing is met. camera: its ``rays()`` give the rays,
-    patient LPS, mm. gain: of the camera, for
-    `PatientScene.look` to expose another picture alike. instrument_pose, instrument,
-    jaw: as they were given.
-    """
-
-    rgb: NDArray[np.uint8]
-    depth_mm: NDArray[np.float32]
-    camera: Camera
-    gain: float
-    instrument_pose: NDArray[np.float64] | None = None
-    instrument: str = FIRST_TOOL
-    jaw: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class HighQualityPicture:
-    """Hold the ray tracer's best picture of a `Look`.
-
-    rgb, depth_mm: as those of `Look`. seconds: it took. difference: of the look's
-    picture from this one, in 8-bit codes.
-    """
-
-    rgb: NDArray[np.uint8]
-    depth_mm: NDArray[np.float32]
-    seconds: float
-    difference: "Difference"
 
 
 @dataclass(frozen=True)
@@ -169,143 +125,10 @@ class PatientScene:
         forward = (second - first) / length
         return tip_frame(first + forward_mm * forward, forward)
 
-    def look(
-        self,
-        place: NDArray[np.float64] | Camera,
-        *,
-        renderer: Literal["fsr", "art"] = "fsr",
-        size: int = 512,
-        gain: float | None = None,
-        instrument_pose: NDArray[np.float64] | None = None,
-        instrument: str = FIRST_TOOL,
-        jaw: float = 1.0,
-    ) -> Look:
-        """Draw what the endoscope sees, lit and exposed as in the trainer.
-
-        place: ``world_from_tip`` of a straight scope of 80 degrees, 4x4, or a camera of
-        any place, lens and size; `Endoscope.camera` makes that of other scopes.
-        renderer: "fsr" splats, as the live picture does; "art" casts rays. Both are
-        shaded alike. size: of the square picture, pixels. gain: of the camera; None
-        exposes automatically. instrument_pose: ``world_from_instrument`` of a tool,
-        4x4; None for none. instrument: its name. jaw: 0 open to 1 closed. The first
-        picture takes seconds longer: the scene is prepared for it.
-        """
-        from renderers.shading import meter
-
-        camera = place
-        if not isinstance(camera, Camera):
-            camera = Endoscope().camera(np.asarray(place), 0.0, (size, size))
-        view, tool = self._view, np.eye(4)
-        if instrument_pose is not None:
-            tool = np.asarray(instrument_pose)
-        name = NO_TOOL if instrument_pose is None else instrument
-        seen = View(camera, np.eye(4), tool, 0.0, instrument=name, jaw=jaw)
-        if renderer == "fsr":
-            buffer = view.tissue(seen)
-        elif renderer == "art":
-            buffer = self._tracer.gbuffer(camera)
-        else:
-            raise UserError(f"the renderer is 'fsr' or 'art', got {renderer!r}")
-        view.add_instrument(seen, buffer)
-        radiance = view.light(seen, buffer)
-        chosen = meter(radiance, buffer.material) if gain is None else gain
-        pixels = view.expose(seen, buffer, radiance, gain=chosen, number=0)
-        depth_mm = buffer.depth_mm
-        return Look(pixels, depth_mm, camera, chosen, instrument_pose, instrument, jaw)
-
-    def snapshot(
-        self, look: Look, *, ranks: int = 1, progress: Progress = no_progress
-    ) -> HighQualityPicture:
-        """Have a look drawn again at high quality, by a worker process of its own.
-
-        ranks: processes that share the work, over MPI where more than one. Takes from
-        seconds to a minute. UserError when the worker cannot do it.
-        """
-        from paravol.session_setup import SEED
-        from paravol.snapshots.comparison import difference
-        from paravol.snapshots.rendering_service import running_worker
-        from paravol.snapshots.spool_folder import own_spool
-        from renderers.snapshots.client import SnapshotClient
-
-        tools = []
-        if look.instrument_pose is not None:
-            tools = placed_tool(look.instrument, look.instrument_pose, look.jaw)
-        with ExitStack() as stack:
-            spool = stack.enter_context(own_spool())
-            client = SnapshotClient(spool, name="paravol in Python")
-            worker = stack.enter_context(running_worker(spool, ranks=ranks))
-            request = client.request_scope(
-                self.surface,
-                look.camera,
-                ring_radius_mm=Endoscope().ring_radius_mm,
-                seed=SEED,
-                gain=look.gain,
-                instruments=tools,
-            )
-            job = client.submit(request)
-            snapshot = client.wait(
-                job, partial(progress, "Snapshot"), watch=worker.ensure_alive
-            )
-            pixels = snapshot.pixels()
-            return HighQualityPicture(
-                pixels,
-                snapshot.depth_mm(),
-                snapshot.result.seconds["total"],
-                difference(look.rgb, pixels),
-            )
-
-    def update(self, change: Change) -> None:
-        """Let later looks follow an edit of the scene's arrays in place."""
-        # what no look has needed yet is made of the arrays as they are then
-        if "_view" in self.__dict__:
-            self._view.apply([change])
-        if "_tracer" in self.__dict__:
-            self._tracer.update(change)
-
-    def splat_actor(self) -> "SplatActor":
-        """Return the head as splats for a VTK or pyvista scene.
-
-        Show it with ``actor.show_in(plotter.renderer)``, which keeps splats in order.
-        """
-        from renderers.fsr import SplatActor, extract_fuzzy_set
-
-        return SplatActor(extract_fuzzy_set(self.scene), self.scene)
-
-    @cached_property
-    def _view(self) -> "EndoscopeView":
-        from paravol.session_setup import LIVE_TIER, SEED
-        from paravol.view import EndoscopeView
-        from renderers.shading import Tier
-
-        return EndoscopeView(
-            self,
-            ring_radius_mm=Endoscope().ring_radius_mm,
-            has_instrument=True,
-            tier=Tier[LIVE_TIER],
-            seed=SEED,
-            threads=thread_count(),
-            visible_sets=False,
-        )
-
-    @cached_property
-    def _tracer(self) -> "ActiveRayTracer":
-        from renderers.art import ActiveRayTracer
-
-        return ActiveRayTracer(self.scene, threads=thread_count())
-
 
 def thread_count() -> int:
     """Return the number of processors that this process may use."""
     return usable_cores()
-
-
-@cache
-def instrument(name: str = FIRST_TOOL, jaw: float = 1.0) -> Mesh:
-    """Return an instrument's triangles, mm; +z of its frame runs back up the shaft.
-
-    jaw: 0 open to 1 closed. UserError names the instruments there are.
-    """
-    return instrument_named(name).mesh(jaw)
 
 
 def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:

@@ -1,9 +1,7 @@
 """What ``import paravol`` gives; see docs/python.md."""
 
-from paravol.patient import HighQualityPicture, Look, PatientScene, instrument
-from paravol.patient import load_case as load
-from paravol.patient import load_phantom as phantom
-from paravol.patient import load_scene as scene
+from paravol.looks import HighQualityPicture, Look, instrument, load, phantom, scene
+from paravol.looks import Patient as PatientScene
 from paravol.session_replay import (
     RecordedSession,
     ReplayedFrame,

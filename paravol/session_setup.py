@@ -4,6 +4,7 @@ import datetime
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -35,6 +36,8 @@ from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
 from scenarios.tasks.head_parts import Head
 from surgery.patient import OperatedPatient
+
+OnePatient = TypeVar("OnePatient", bound=PatientScene)
 
 SEED = 1
 """Of the tissue's fine detail: the same patient looks the same in every session."""
@@ -79,7 +82,7 @@ def describe_session(
 SIDES = ("right", "left")
 
 
-def operate_on(patient: PatientScene) -> tuple[PatientScene, Operation]:
+def operate_on(patient: OnePatient) -> tuple[OnePatient, Operation]:
     """Return the patient as it is operated on, and what edits it.
 
     The scene's distance, CT and wounds are edited in place; the given patient stays as

@@ -16,7 +16,7 @@ from devices.registration.registration_file import (
     save_registration,
 )
 from disk import UserError
-from paravol.inputs.input_choice import peer_address
+from paravol.inputs.igtl import peer_address
 from paravol.inputs.open_arm import demand_port
 from paravol.inputs.typed_pedals import HELP, TypedPedals
 from paravol.registration.arm_registration import (

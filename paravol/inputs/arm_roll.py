@@ -14,7 +14,7 @@ from devices.port import DeviceReason
 from devices.source import LiveSource
 from disk import UserError
 from paravol.inputs.flight_input import POST_IS_Y_DEG
-from paravol.inputs.input_choice import peer_address
+from paravol.inputs.igtl import peer_address
 
 FORMS = "horizon, encoder or igtl:HOST:PORT[:TOOL]"
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from devices.registration.registration_file import RegistrationRecord
+from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.inputs.turns import ClutchTurns
@@ -54,3 +55,15 @@ class LinkInput(FlightInput):
                 yield source
             else:
                 yield TippedPoses(source, np.array(self._record.tip_mm))
+
+
+def peer_address(option: str, text: str) -> tuple[str, int, str | None]:
+    """Read HOST:PORT[:TOOL]; UserError, naming the option."""
+    host, _, rest = text.partition(":")
+    port, _, tool = rest.partition(":")
+    if not (host and port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+        raise UserError(
+            f"{option} igtl needs HOST:PORT, such as igtl:localhost:18944; "
+            f"got {text!r}."
+        )
+    return host, int(port), tool or None

@@ -75,7 +75,7 @@ def choose_input(
 
             return RecordingInput(Path(file))
         case "igtl", address if address:
-            from paravol.inputs.igtl import LinkInput
+            from paravol.inputs.igtl import LinkInput, peer_address
 
             return LinkInput(*peer_address("--input", address), scenario, registration)
     raise UserError(f"--input must be {FORMS}; got {words!r}.")
@@ -86,15 +86,3 @@ def pad_words(text: str) -> tuple[Path | None, int]:
     if text.isascii() and text.isdigit() and int(text) > 0:
         return None, int(text)
     return (Path(text) if text else None), 1
-
-
-def peer_address(option: str, text: str) -> tuple[str, int, str | None]:
-    """Read HOST:PORT[:TOOL]; ValueError, in one sentence, naming the option."""
-    host, _, rest = text.partition(":")
-    port, _, tool = rest.partition(":")
-    if not (host and port.isascii() and port.isdigit() and 0 < int(port) < 65536):
-        raise UserError(
-            f"{option} igtl needs HOST:PORT, such as igtl:localhost:18944; "
-            f"got {text!r}."
-        )
-    return host, int(port), tool or None

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from devices import ProbePath
 from disk import UserError
-from paravol.inputs.input_choice import pad_words, peer_address
+from paravol.inputs.igtl import peer_address
+from paravol.inputs.input_choice import pad_words
 from paravol.inputs.instrument_input import (
     ArmInstrument,
     GamepadInstrument,

@@ -11,8 +11,7 @@ import pytest
 from devices import ProbePath, RegistrationError
 from devices.openigtlink import PoseStreamer
 from devices.registration.registration_file import load_registration, save_registration
-from paravol.inputs.igtl import LinkInput
-from paravol.inputs.input_choice import peer_address
+from paravol.inputs.igtl import LinkInput, peer_address
 from paravol.registration.at_start import TRACKER, head_of
 from scenarios import Scenario, load_scenario
 

@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
+from paravol.looks import Patient
 from paravol.patient import PatientScene
 from paravol.session_setup import operate_on
 from paravol.snapshots import view_sources
@@ -191,11 +192,11 @@ def test_the_nearest_frame_keeps_its_tissue(patient: OperatedPatient) -> None:
 
 def test_a_look_follows_what_is_cut(scene: Scene) -> None:
     """With either renderer; as a patient that was never looked at before."""
-    whole = PatientScene(scene, {}, "")
+    whole = Patient(scene, {}, "")
     operated, operation = operate_on(whole)
     camera = picture_of(scene).to_camera()
 
-    def looks(patient: PatientScene) -> list[str]:
+    def looks(patient: Patient) -> list[str]:
         both = [patient.look(camera, renderer=name, gain=1.0) for name in RENDERERS]
         arrays = (array for look in both for array in (look.rgb, look.depth_mm))
         return [digest_of(array) for array in arrays]
@@ -211,7 +212,7 @@ def test_a_look_follows_what_is_cut(scene: Scene) -> None:
         operated.update(wet)
         after = looks(operated)
         assert after != before
-        assert after == looks(PatientScene(operated.scene, {}, ""))
+        assert after == looks(Patient(operated.scene, {}, ""))
 
 
 def test_a_dent_is_pictured_as_it_was_and_is_no_wound(
