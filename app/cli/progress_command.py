@@ -9,22 +9,24 @@ from pathlib import Path
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place, whole_file
 from disk.typed_record import decode_json
-from paravol.progress import (
+from paravol.progress.cohort import Standing, standings
+from paravol.progress.csv_export import as_csv
+from paravol.progress.curve_plot import demand_format, draw_curve
+from paravol.progress.learning_curve import (
     LearningCurve,
-    ProgressStore,
-    SessionEntry,
-    Standing,
-    as_csv,
-    demand_name,
-    entry_of_session,
     fit_learning_curve,
     moving_pass_rate,
-    standings,
-    statements,
 )
-from paravol.progress.curve_plot import demand_format, draw_curve
-from paravol.progress.session_entry import NOBODY, PERCENT, bundle_sha256
-from paravol.progress.xapi import HOME_PAGE
+from paravol.progress.session_entry import (
+    NOBODY,
+    PERCENT,
+    SessionEntry,
+    bundle_sha256,
+    demand_name,
+    entry_of_session,
+)
+from paravol.progress.store import ProgressStore
+from paravol.progress.xapi import HOME_PAGE, statements
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import fitting_rubric, score_session
 from paravol.session_store import SUFFIX, SessionStore

@@ -41,7 +41,7 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
             ) from error
         results = decode_json(content, Results, options.results, "results of exercises")
     if options.trainee is not None:
-        from paravol.progress import ProgressStore
+        from paravol.progress.store import ProgressStore
 
         results |= ProgressStore().results(options.trainee)
     exercises = [load_scenario(name)[0] for name in bundled_scenarios()]

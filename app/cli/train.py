@@ -210,7 +210,7 @@ def keep_session(
     record: None where it was not recorded. store: None for the user's. What goes wrong
     is said, and costs nothing of the flight.
     """
-    from paravol.progress import keep_flight
+    from paravol.progress.keep_flight import keep_flight
 
     if record is None:
         return
@@ -221,7 +221,7 @@ def keep_session(
 
 def _check(options: TrainOptions) -> None:
     """Refuse bad options before anything slow begins."""
-    from paravol.progress import demand_name
+    from paravol.progress.session_entry import demand_name
 
     demand_name(options.trainee)
     size, record = options.size, options.record

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 def run_volume(case: Path | None, look: Path | None, threads: int) -> int:
     """Show a case's scans, or those of the bundled head; UserError for a bad file."""
     from paravol.patient import load_case, load_patient
-    from paravol.volume import load_look, scans_of
+    from paravol.volume.look import load_look
+    from paravol.volume.scan import scans_of
     from scenarios import load_scenario
 
     if look is not None and not look.is_file():

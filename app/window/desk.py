@@ -30,16 +30,9 @@ from paravol.flight_events import FlightEnd
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
 from paravol.session_setup import flown_scenario
-from paravol.trainee import (
-    ChoiceFile,
-    FoundDevice,
-    KnownCase,
-    add_case,
-    find_devices,
-    is_case,
-    known_cases,
-)
-from paravol.trainee.found_devices import EMULATOR, MOUSE
+from paravol.trainee.cases import KnownCase, add_case, is_case, known_cases
+from paravol.trainee.choices import ChoiceFile
+from paravol.trainee.found_devices import EMULATOR, MOUSE, FoundDevice, find_devices
 from paravol.training_setup import TrainingSetup
 from paravol.unfinished_sessions import (
     UnfinishedSession,
@@ -47,7 +40,7 @@ from paravol.unfinished_sessions import (
     recover,
     unfinished_sessions,
 )
-from paravol.volume import Scan, scans_of
+from paravol.volume.scan import Scan, scans_of
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
 from scenarios.ladder import Door

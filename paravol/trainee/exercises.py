@@ -24,7 +24,7 @@ from scenarios.tasks.task import (
 
 if TYPE_CHECKING:
     # loads a database, which takes longer than to list what can be flown
-    from paravol.progress import SessionEntry
+    from paravol.progress.session_entry import SessionEntry
 
 _LEARNT: tuple[tuple[type[Task], str], ...] = (
     (Look, "find a place and keep it in the middle of the picture"),

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from disk import UserError
-from paravol.progress import ProgressStore, SessionEntry
+from paravol.progress.session_entry import SessionEntry
+from paravol.progress.store import ProgressStore
 from paravol.trainee.exercises import Ladder, ladder_of
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from disk import UserError
 from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
-from paravol.progress import ProgressStore, SessionEntry, entry_of_session
+from paravol.progress.session_entry import SessionEntry, entry_of_session
+from paravol.progress.store import ProgressStore
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import assessment_of, fitting_rubric, wanted_metrics
 from scenarios import Scenario, Score

@@ -31,7 +31,7 @@ from disk import UserError
 from paravol.registration.arm_registration import Registered, RegistrationOrder
 from paravol.registration.arm_watch import ArmReading
 from paravol.registration.record_rows import registration_rows
-from paravol.trainee import FoundDevice
+from paravol.trainee.found_devices import FoundDevice
 
 ROWS = (
     later("Arm"),

@@ -13,8 +13,8 @@ from app.window.home.exercise_list import ListEntry
 from app.window.plain_label import PlainLabel
 from app.window.scaling import lay
 from app.window.texts import later, tr
-from paravol.trainee import Exercise, KnownCase, learns
-from paravol.trainee.exercises import attempt_text
+from paravol.trainee.cases import KnownCase
+from paravol.trainee.exercises import Exercise, attempt_text, learns
 from scenarios.ladder import LAST_RUNS, Door
 
 HOW_PASSED = later("Three passes in a row, or five of six, pass it.")

@@ -14,8 +14,8 @@ from PySide6.QtWidgets import (
 from app.window.plain_label import plain_tip
 from app.window.style import INK, QUIET, READY
 from app.window.texts import later, tr
-from paravol.trainee import Exercise, KnownCase, Ladder
-from paravol.trainee.exercises import attempt_text
+from paravol.trainee.cases import KnownCase
+from paravol.trainee.exercises import Exercise, Ladder, attempt_text
 from scenarios.ladder import Door
 from scenarios.scenario import Level
 

@@ -10,7 +10,7 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import Scaled, hold, lay
 from app.window.texts import later, tr
 from disk import UserError
-from paravol.trainee import FoundDevice
+from paravol.trainee.found_devices import FoundDevice
 
 NOBODY = later("no name")
 SEARCHING = later(" (looking for more…)")
@@ -120,7 +120,7 @@ class HomeBar(QWidget, Scaled):
         if name == self._name:
             return
         # only here: with it the store is loaded, which takes a while
-        from paravol.progress import demand_name
+        from paravol.progress.session_entry import demand_name
 
         try:
             self._name = demand_name(name)

@@ -22,8 +22,9 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
-from paravol.trainee import FoundDevice, KnownCase, Ladder
-from paravol.trainee.exercises import short_title
+from paravol.trainee.cases import KnownCase
+from paravol.trainee.exercises import Ladder, short_title
+from paravol.trainee.found_devices import FoundDevice
 from scenarios.ladder import Door
 
 KEYS = later("Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends")

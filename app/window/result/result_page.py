@@ -24,8 +24,7 @@ from app.window.scaling import lay
 from app.window.texts import tr
 from paravol.flight_events import FlightEnd
 from paravol.score_table import score_rows
-from paravol.trainee import Exercise
-from paravol.trainee.exercises import short_title
+from paravol.trainee.exercises import Exercise, short_title
 from paravol.trainee.record import TraineeRecord
 from paravol.trainee.session_result import SessionResult
 from paravol.verdict_texts import total_text

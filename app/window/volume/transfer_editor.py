@@ -20,7 +20,8 @@ from app.window.keyboard.places import american
 from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, EDGE, INK, QUIET, READY, font_of
 from app.window.texts import tr
-from paravol.volume import LookPoint, Scan, VolumeLook
+from paravol.volume.look import LookPoint, VolumeLook
+from paravol.volume.scan import Scan
 
 _RADIUS, _REACH = 6.0, 12.0
 _MARGIN, _STRIP = 14.0, 12.0

@@ -19,7 +19,10 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.volume.transfer_editor import TransferEditor
-from paravol.volume import Method, Scan, VolumeLook, presets
+from paravol.volume.look import VolumeLook
+from paravol.volume.presets import presets
+from paravol.volume.scan import Scan
+from paravol.volume.volume_view import Method
 
 METHODS = {
     later("Volume: splats, quick"): Method.SPLATS,

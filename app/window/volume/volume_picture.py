@@ -19,7 +19,7 @@ from app.window.panels.qt_image import image_of
 from app.window.scaling import Scaled
 from app.window.style import BACKGROUND, INK, QUIET, font_of
 from app.window.texts import tr
-from paravol.volume import Orbit
+from paravol.volume.orbit import Orbit
 
 _DEG_PER_PX = 0.4
 _STEP_DEG = 5.0

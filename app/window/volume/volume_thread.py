@@ -13,8 +13,9 @@ from app.window.background_work import words_for
 from app.window.ending import begin_ending
 from app.window.texts import later
 from disk import UserError
-from paravol.volume import Drawn, Method, Scan, VolumeLook, VolumeView, Wish
-from paravol.volume.volume_view import half
+from paravol.volume.look import VolumeLook
+from paravol.volume.scan import Scan
+from paravol.volume.volume_view import Drawn, Method, VolumeView, Wish, half
 from renderers.art.tracer import RenderStoppedError
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from app.__main__ import main
 from app.cli.train import keep_session
-from paravol.progress import ProgressStore
+from paravol.progress.store import ProgressStore
 from paravol.session_store import SessionStore
 from tests.paravol.progress.learners import entry
 

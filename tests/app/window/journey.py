@@ -36,7 +36,7 @@ from app.window.settings_dialog import SettingsDialog
 from app.window.tour import Tour
 from app.window.volume.volume_page import VolumePage
 from app.window.volume.volume_picture import VolumePicture
-from paravol.progress import ProgressStore
+from paravol.progress.store import ProgressStore
 from paravol.session_store import SessionStore
 from paravol.training_setup import DeviceSetup, TrainingSetup
 from scenarios.bundle import read_recording

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from app.window.desk import Desk
 from app.window.home.home_page import HomePage
 from paravol.session_store import SessionStore
-from paravol.trainee import ChoiceFile, Choices
+from paravol.trainee.choices import ChoiceFile, Choices
 from paravol.training_setup import DeviceSetup
 from paravol.unfinished_sessions import unfinished_sessions
 from tests.app.window.desk_run import delete, opened_desk, until
@@ -173,7 +173,7 @@ from app.window.home.home_page import HomePage
 from app.window.settings_dialog import SettingsDialog
 from disk import UserError
 from paravol import flight
-from paravol.trainee import ChoiceFile, Choices
+from paravol.trainee.choices import ChoiceFile, Choices
 from tests.app.window.desk_run import opened_desk, until, wait
 
 folder = Path(sys.argv[1])

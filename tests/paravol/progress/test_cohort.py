@@ -2,7 +2,7 @@
 
 import pytest
 
-from paravol.progress import is_more_better, standings
+from paravol.progress.cohort import is_more_better, standings
 from tests.paravol.progress.learners import entry
 
 ENTRIES = [

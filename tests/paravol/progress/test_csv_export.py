@@ -3,8 +3,7 @@
 import csv
 from io import StringIO
 
-from paravol.progress import as_csv
-from paravol.progress.csv_export import COLUMNS
+from paravol.progress.csv_export import COLUMNS, as_csv
 from tests.paravol.progress.learners import ENTRIES, entry
 
 

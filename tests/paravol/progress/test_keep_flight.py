@@ -7,7 +7,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from paravol.progress import ProgressStore, keep_flight
+from paravol.progress.keep_flight import keep_flight
+from paravol.progress.store import ProgressStore
 from scenarios import Sample, load_scenario, tip_frame
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import MetricLimit, PassMarks

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from paravol.progress import LearningCurve, fit_learning_curve, moving_pass_rate
-from paravol.progress.learning_curve import Shape
+from paravol.progress.learning_curve import (
+    LearningCurve,
+    Shape,
+    fit_learning_curve,
+    moving_pass_rate,
+)
 
 
 def learner(

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from disk import UserError
-from paravol.progress import ProgressStore, tables
-from paravol.progress.store import users_store
+from paravol.progress import tables
+from paravol.progress.store import ProgressStore, users_store
 from tests.paravol.progress.learners import entry
 
 
@@ -105,7 +105,7 @@ def test_a_log_that_somebody_reads_is_told(
 ADDER = """
 import sys
 from pathlib import Path
-from paravol.progress import ProgressStore
+from paravol.progress.store import ProgressStore
 from tests.paravol.progress.learners import entry
 for n in range(1, 13):
     ProgressStore(Path(sys.argv[1])).add(entry(sys.argv[2], n))
@@ -128,7 +128,8 @@ def test_two_programs_at_once_lose_nothing(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from paravol.progress import ProgressStore, store
+from paravol.progress import store
+from paravol.progress.store import ProgressStore
 from tests.paravol.progress.learners import entry
 kept = ProgressStore(Path(sys.argv[1]))
 kept.add(entry("ann", 1))

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from disk import UserError
-from paravol.progress import statements
-from paravol.progress.xapi import HOME_PAGE, iso_duration
+from paravol.progress.xapi import HOME_PAGE, iso_duration, statements
 from tests.paravol.progress.learners import ENTRIES, entry
 
 IRI = re.compile(r"https?://[^\s<>\"{}|\\^`/]+(/[^\s<>\"{}|\\^`]*)?")

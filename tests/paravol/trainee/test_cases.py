@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from anatomy.case import SCHEMA_VERSION, CaseRecord
 from anatomy.phantom.parameters import PhantomParameters
 from disk import UserError
-from paravol.trainee import add_case, case_at, known_cases
-from paravol.trainee.cases import MOST
+from paravol.trainee.cases import MOST, add_case, case_at, known_cases
 from scenarios.bundle import write_json
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from paravol.trainee import ChoiceFile, Choices
+from paravol.trainee.choices import ChoiceFile, Choices
 
 CHOICES = Choices("ann", "mouse", "hoops", ("/a", "/b"), ("home",), ("x.paravol",))
 

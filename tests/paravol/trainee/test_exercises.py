@@ -4,9 +4,14 @@ import random
 
 import msgspec
 
-from paravol.progress import SessionEntry
-from paravol.trainee import ladder_of, learns
-from paravol.trainee.exercises import attempt_text, in_order, short_title
+from paravol.progress.session_entry import SessionEntry
+from paravol.trainee.exercises import (
+    attempt_text,
+    in_order,
+    ladder_of,
+    learns,
+    short_title,
+)
 from scenarios import load_scenario
 from scenarios.ladder import Door
 from scenarios.passing import goals_of

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from paravol.trainee import FoundDevice, find_devices, found_devices
+from paravol.trainee import found_devices
+from paravol.trainee.found_devices import FoundDevice, find_devices
 from paravol.training_setup import DeviceSetup
 
 

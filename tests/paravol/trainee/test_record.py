@@ -3,7 +3,7 @@
 import sqlite3
 from pathlib import Path
 
-from paravol.progress import ProgressStore
+from paravol.progress.store import ProgressStore
 from paravol.trainee.record import record_of
 from scenarios.ladder import Door
 from tests.paravol.progress.learners import entry

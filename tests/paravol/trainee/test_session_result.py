@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from paravol.progress import ProgressStore
+from paravol.progress.store import ProgressStore
 from paravol.session_scoring import wanted_metrics
 from paravol.trainee.session_result import ResultOrder, quick_metrics, result_of_session
 from scenarios import Scenario

@@ -10,19 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from disk import UserError
-from paravol.volume import (
-    LookPoint,
-    Method,
-    Orbit,
-    Scan,
-    VolumeLook,
-    VolumeView,
-    Wish,
-    load_look,
-    presets,
-    save_look,
-    scans_of,
-)
+from paravol.volume.look import LookPoint, VolumeLook, load_look, save_look
+from paravol.volume.orbit import Orbit
+from paravol.volume.presets import presets
+from paravol.volume.scan import Scan, scans_of
+from paravol.volume.volume_view import Method, VolumeView, Wish
 from renderers.scene import Volume
 
 BALL_MM = 12.0

@@ -19,7 +19,7 @@ prepare_environment()
 from app.window.connection import arm_thread, connection_page
 from app.window.connection.connection_page import NONE, ConnectionPage
 from app.window.main_window import MainWindow
-from paravol.trainee import FoundDevice
+from paravol.trainee.found_devices import FoundDevice
 
 scenario, folder, shot = sys.argv[1], Path(sys.argv[2]), sys.argv[3]
 arm_thread.HEAD = connection_page.HEAD = scenario

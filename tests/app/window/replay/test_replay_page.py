@@ -152,7 +152,7 @@ application = QApplication([])
 from app.window.home.home_page import HomePage
 from app.window.replay.replay_page import ReplayPage
 from paravol.session_pictures import SessionPictures
-from paravol.trainee import ChoiceFile, Choices
+from paravol.trainee.choices import ChoiceFile, Choices
 from scenarios.bundle import read_notes
 from tests.app.window.desk_run import opened_desk, until, waits_of_the_window
 

@@ -12,7 +12,7 @@ from app.window.result.points_list import part_points_text, reason_text
 from app.window.result.result_page import ResultPage, WhatNext
 from paravol.debrief.advice import Advice
 from paravol.flight_events import FlightEnd
-from paravol.trainee import ladder_of
+from paravol.trainee.exercises import ladder_of
 from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario, load_scenario
 from scenarios.passing import PassMark

@@ -7,8 +7,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.window.volume.transfer_editor import TransferEditor
-from paravol.volume import Scan, VolumeLook, presets
-from paravol.volume.look import check
+from paravol.volume.look import VolumeLook, check
+from paravol.volume.presets import presets
+from paravol.volume.scan import Scan
 from renderers.scene import Volume
 
 Key, Left = Qt.Key, Qt.MouseButton.LeftButton

@@ -19,7 +19,7 @@ from paravol.environment import prepare_environment
 prepare_environment()
 from app.window.main_window import MainWindow
 from app.window.volume.volume_page import VolumePage
-from paravol.volume import scans_of
+from paravol.volume.scan import scans_of
 from renderers.scene import Volume
 
 folder = Path(sys.argv[1])
@@ -105,7 +105,7 @@ FIRST = (
     + """
 import threading
 from app.window.page import Page
-from paravol.volume import VolumeView
+from paravol.volume.volume_view import VolumeView
 from tests.app.window.desk_run import waits_of_the_window
 
 application = QApplication([])
