@@ -16,7 +16,6 @@ from devices.microscribe.kinematics.uncertainty import EXACT
 from devices.registration.target_error import fitzpatrick_rms_mm
 from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
-from paravol.recorded_cavity import cavity_of, recorded_cavity
 from paravol.recorded_flight import (
     check_recorded,
     cut_again,
@@ -60,10 +59,11 @@ from scenarios.metrics import (
     tool_track,
     tool_use,
 )
-from scenarios.metrics.cavity import CAVITY
+from scenarios.metrics.cavity import CAVITY, Cavity
 from scenarios.metrics.metric import Interval
 from scenarios.reading import Reading
 from scenarios.sample_columns import SampleColumns
+from surgery.patient import OperatedPatient
 
 _RECORD = "the record itself"
 
@@ -141,7 +141,7 @@ def session_metrics(
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
     demand_as_flown(folder, recording)
-    scenario = _scenario(recording.info)
+    scenario = recording.info.exercise()
     if callable(chosen):
         chosen = chosen(scenario)
     settings = Settings() if settings is None else settings
@@ -165,8 +165,8 @@ def session_metrics(
             progress,
         )
         if isinstance(expert, Path) and _wants_cavity(chosen):
-            other = recorded_cavity(expert, patient)
-            measured = replace(measured, expert_cavity=other)
+            other = session_metrics(expert, chosen=CAVITY, case=case, patient=patient)
+            measured = replace(measured, expert_cavity=other.measured.cavity)
     noise = session_noise(measured, samples, recording.info, scenario, arm)
     progress("Metrics", 0.0)
     metrics = measure(measured, noise, chosen)
@@ -236,10 +236,6 @@ def session_noise(
     return SessionNoise(scope, tool)
 
 
-def _scenario(info: SessionInfo) -> Scenario:
-    return info.exercise()
-
-
 def _measured(
     samples: SampleColumns,
     recording: Recording,
@@ -247,7 +243,7 @@ def _measured(
     world_from_device: NDArray[np.float64],
 ) -> Measured:
     """Return what is known without a head."""
-    scenario = _scenario(recording.info)
+    scenario = recording.info.exercise()
     scope = scenario.scope.endoscope()
     return Measured(
         scope_track(samples, world_from_device),
@@ -299,7 +295,7 @@ def _through_head(
     flown: _Flown, measured: Measured, progress: Progress
 ) -> tuple[Measured, Score, str]:
     """Add what the session's head shows; return also the score and its source."""
-    scenario = _scenario(flown.recording.info)
+    scenario = flown.recording.info.exercise()
     targets = flown.patient.positions(scenario.targets)
     reference = None
     if flown.wants("economy of motion"):
@@ -322,14 +318,14 @@ def _through_head(
         if flown.wants("touched area"):
             mucosa = coverage_watch(flown.patient).mucosa
         if wants_cavity and edits:
-            cavity = cavity_of(cut_again(flown.recording, flown.patient))
+            cavity = _cavity(cut_again(flown.recording, flown.patient))
         source = "recorded"
     else:
         session, readings, edits = _stepped(flown, progress)
         score, source = session.score(), f"stepped: {why}"
         mucosa = None if session.coverage is None else session.coverage.mucosa
         if wants_cavity and session.operation is not None:
-            cavity = cavity_of(session.operation.patient)
+            cavity = _cavity(session.operation.patient)
     measured = replace(
         _with_readings(measured, readings, flown),
         mucosa=mucosa,
@@ -396,6 +392,10 @@ def _stepped(
 def _wants_cavity(chosen: tuple[Definition, ...]) -> bool:
     names = {definition.name for definition in CAVITY}
     return any(definition.name in names for definition in chosen)
+
+
+def _cavity(patient: OperatedPatient) -> Cavity:
+    return Cavity.between(patient.pristine.distance, patient.surface.distance)
 
 
 def _expert(folder: Path, info: SessionInfo) -> Track:
