@@ -74,15 +74,16 @@ def advice(
     In this order: injuries, tasks that failed, hazards, the lowest parts of the score,
     contact, what was longer than in what it is compared with.
     """
-    found = [*_hurt(events), *_undone(findings.score, findings.scenario, events)]
+    score = findings.score
+    found = [*_hurt(score, events), *_undone(score, findings.scenario, events)]
     found += [*_near(events), *_low_parts(assessment)]
-    found += [*_touching(findings.score, events), *_against(findings)]
+    found += [*_touching(score, events), *_against(findings)]
     return _unlike(found, assessment)
 
 
 def advice_on(score: Score, scenario: Scenario, assessment: Assessment) -> list[Advice]:
     """Return what to practise by a session's score alone, without its events."""
-    found = [*_hurt_by(score), *_undone(score, scenario), *_low_parts(assessment)]
+    found = [*_hurt(score), *_undone(score, scenario), *_low_parts(assessment)]
     return _unlike([*found, *_touching(score)], assessment)
 
 
@@ -97,31 +98,19 @@ def _unlike(found: Sequence[Advice], assessment: Assessment) -> list[Advice]:
     return list(unlike.values())[:MOST]
 
 
-def _hurt_by(score: Score) -> list[Advice]:
+def _hurt(score: Score, events: Sequence[Event] = ()) -> list[Advice]:
     hurt = [] if score.operation is None else score.operation.injuries
     if not hurt:
         return []
     worst = max(hurt, key=lambda injury: injury.depth_mm)
+    told = [event for event in events if event.kind is Kind.INJURY]
+    gravest = max(told, key=lambda event: event.gravity, default=None)
     why = (
         f"{len(hurt)} in this session; the deepest: {worst.structure}, "
         f"{worst.depth_mm:.1f} mm at {worst.time_s:.1f} s."
     )
-    return [Advice(HURT, why, _DRILLS["hazard"])]
-
-
-def _hurt(events: Sequence[Event]) -> list[Advice]:
-    hurt = [e for e in events if e.kind is Kind.INJURY]
-    if not hurt:
-        return []
-    worst = max(hurt, key=lambda e: e.gravity)
-    return [
-        Advice(
-            HURT,
-            f"{len(hurt)} in this session; the deepest: {worst.title}, {worst.detail}.",
-            _DRILLS["hazard"],
-            worst.anchor,
-        )
-    ]
+    anchor = "" if gravest is None else gravest.anchor
+    return [Advice(HURT, why, _DRILLS["hazard"], anchor)]
 
 
 def _undone(
