@@ -19,12 +19,11 @@ from paravol.inputs.nostril_lines import NostrilLines
 from paravol.inputs.pointed_tool import thickness_mm
 from paravol.inputs.tool_hold import BITES_MM, TOUCH_MM
 from paravol.inputs.tool_plan import ENTRY_MM as TOOL_MM
-from paravol.inputs.tool_plan import RINGS
+from paravol.inputs.tool_plan import RINGS, tip_frames
 from paravol.patient import PatientScene
 from paravol.session_setup import build_session, operate_on, untouched
 from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, Scenario, Session, tip_frame
-from scenarios.endoscope import SUPERIOR
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.instruments.catalogue import instrument_named
 from scenarios.instruments.contact_shape import shaft_mm
@@ -333,7 +332,8 @@ class ScriptedHand:
                 ways = some - entries
                 for _ in range(3):
                     # of a bent tool the shaft is what passes the nostril
-                    turns = _turns(ways, rolls)
+                    frames = tip_frames(some, ways, rolls)
+                    turns = np.ascontiguousarray(frames[:, :3, :3])
                     tips = some - np.einsum("nab,nb->na", turns, grips)
                     ways = tips + turns @ off - entries
                 middle = _middle(off)
@@ -534,18 +534,6 @@ def _middle(off: Doubles) -> Doubles:
     back = np.zeros((TOOL_POINTS, 3))
     back[:, 2] = np.linspace(0.0, LONGEST_MM, TOOL_POINTS)
     return np.concatenate([share * bend, bend + back])
-
-
-def _turns(ways: Doubles, rolls_deg: Doubles) -> Doubles:
-    """Return the turns ``(n, 3, 3)`` of `tip_frame`; no way goes straight up."""
-    back = -ways / np.linalg.norm(ways, axis=1, keepdims=True)
-    right = np.cross(-back, SUPERIOR)
-    right /= np.linalg.norm(right, axis=1, keepdims=True)
-    up = np.cross(back, right)
-    roll = np.radians(rolls_deg)[:, None]
-    x = np.cos(roll) * right - np.sin(roll) * up
-    y = np.cos(roll) * up + np.sin(roll) * right
-    return np.stack([x, y, back], axis=2)
 
 
 def _unit(way: Doubles) -> Doubles:
