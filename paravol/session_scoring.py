@@ -24,7 +24,6 @@ from scenarios.passing import limited_metrics
 from scenarios.rubrics import (
     Assessment,
     Evidence,
-    Population,
     Rubric,
     assess,
     bundled_populations,
@@ -119,14 +118,11 @@ def score_session(
     exact: bool = False,
     progress: Progress = no_progress,
     patient: PatientScene | PatientSource | None = None,
-    population: Population | None = None,
 ) -> tuple[Assessment, SessionMetrics]:
     """Score one recorded session; return also the metrics behind it.
 
-    exact: step it again; else its recording is trusted where it can be checked.
-    population: for the bands; None for the bundled one, which is generated and there
-    for some exercises. The other
-    arguments and errors are those of `session_metrics`.
+    exact: step it again; else its recording is trusted where it can be checked. The
+    other arguments and errors are those of `session_metrics`.
     """
     found = session_metrics(
         folder,
@@ -138,16 +134,14 @@ def score_session(
         patient=patient,
         exact=exact,
     )
-    return assessment_of(folder, rubric, found, population), found
+    return assessment_of(folder, rubric, found), found
 
 
-def assessment_of(
-    folder: Path,
-    rubric: Rubric,
-    found: SessionMetrics,
-    population: Population | None = None,
-) -> Assessment:
-    """Score a session that is measured already, under the rubric's settings."""
+def assessment_of(folder: Path, rubric: Rubric, found: SessionMetrics) -> Assessment:
+    """Score a session that is measured already, under the rubric's settings.
+
+    Bands are those of the bundled population, which is there for some exercises.
+    """
     score, scenario = found.score, found.scenario
     assert score is not None
     assert scenario is not None
@@ -162,9 +156,7 @@ def assessment_of(
         found.is_complete,
         exercise=scenario,
     )
-    if population is None:
-        population = population_of(scenario.name)
-    return assess(rubric, evidence, population)
+    return assess(rubric, evidence, population_of(scenario.name))
 
 
 def _in_session_time(

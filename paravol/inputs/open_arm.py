@@ -41,7 +41,6 @@ def open_arm(
     *,
     device: str | None,
     faults: tuple[str, ...] = (),
-    seed: int = 1,
 ) -> Iterator[MicroScribe]:
     """Open the arm at `device`, or start the emulated one and open that.
 
@@ -61,7 +60,7 @@ def open_arm(
     positions = [f.position_mm for f in scenario.fiducials]
     with (
         MicroScribeEmulator(
-            path_file, fiducials_mm=np.array(positions), seed=seed, faults=faults
+            path_file, fiducials_mm=np.array(positions), seed=1, faults=faults
         ) as emulator,
         MicroScribe(emulator.port_name, replug=emulator) as arm,
     ):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from disk import UserError
-from paravol.patient import PatientScene, Progress, no_progress
+from paravol.patient import PatientScene
 from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
 from paravol.session_metrics import session_metrics
@@ -33,7 +33,6 @@ def keep_flight(
     store: Path | None = None,
     *,
     patient: PatientScene | None = None,
-    progress: Progress = no_progress,
 ) -> KeptFlight:
     """Score a flight's recording and add it to the progress store.
 
@@ -47,12 +46,7 @@ def keep_flight(
     try:
         rubric = fitting_rubric(read_recording(record))
         try:
-            found = session_metrics(
-                record,
-                settings=rubric.settings,
-                progress=progress,
-                patient=patient,
-            )
+            found = session_metrics(record, settings=rubric.settings, patient=patient)
             assessment = assessment_of(record, rubric, found)
         except UserError as error:
             said.append(f"Not scored: {error}")
