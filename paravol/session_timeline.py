@@ -27,7 +27,7 @@ def _time_of(frame: tuple[float, FrameRecord]) -> float:
     return frame[0]
 
 
-def _untold(share: float) -> None:
+def untold(share: float) -> None:
     """Tell nobody."""
 
 
@@ -109,7 +109,7 @@ class SessionTimeline:
         return self._place
 
     def go_to(
-        self, time_s: float, report: Callable[[float], None] = _untold
+        self, time_s: float, report: Callable[[float], None] = untold
     ) -> tuple[Sample, list[Change]]:
         """Go to the newest sample at or before a time, before the first to that one.
 

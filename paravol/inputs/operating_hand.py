@@ -43,15 +43,6 @@ FIRST_AT = 0.0, -0.3
 """And there in the picture, where nobody has pointed yet: tools come from below."""
 
 
-def no_force() -> float:
-    """Return 0 N: nobody computes what is felt."""
-    return 0.0
-
-
-def _never() -> bool:
-    return False
-
-
 @dataclass(frozen=True, slots=True)
 class _Wish:
     """Hold what was last asked for."""
@@ -85,11 +76,11 @@ class OperatingHand:
         """The registration, 4x4, once it is known."""
         self.pointed: PointedTool | None = None
         """The tool that goes where somebody points; None where no nostril is known."""
-        self.is_scope_laid: Callable[[], bool] = _never
+        self.is_scope_laid: Callable[[], bool] = lambda: False
         """Tells whether the scope is on its way to another place: a tool leaves it."""
-        self.felt_n: Callable[[], float] = no_force
+        self.felt_n: Callable[[], float] = lambda: 0.0
         """Tells how hard the tool presses, N."""
-        self.open_task: Callable[[], str | None] = _no_task
+        self.open_task: Callable[[], str | None] = lambda: None
         """Tells the name of the task that is to be done."""
         self._name = NO_TOOL
         self._last_s = math.inf
@@ -389,10 +380,6 @@ class OperatingHand:
         frame = tool_of_shaft(state.name, self._shaft)
         state = replace(state, roll_deg=roll_deg(frame), is_carried=True)
         return _at(sample, state, frame)
-
-
-def _no_task() -> str | None:
-    return None
 
 
 def _away(sample: Sample, state: InstrumentState) -> Sample:

@@ -104,10 +104,6 @@ HELD_MM = 8.0
 """One that is still there has come as far as it can."""
 
 
-def _ask_nothing(_: str | None) -> None:
-    """Know of no task."""
-
-
 @dataclass(frozen=True, slots=True)
 class _Told:
     """Hold a bite, when it was worked out, for which place, and the tool's frame."""
@@ -152,7 +148,7 @@ class PointedTool:
         self._pivot, self._axis = fulcrum.pivot_mm, fulcrum.axis
         self.reach_mm = math.inf
         self._last_s: float | None = None
-        self.ask: Callable[[str | None], None] = _ask_nothing
+        self.ask: Callable[[str | None], None] = lambda _: None
         """Is told the open task by its name: bites mean what it asks for."""
         self.withdraws = False
         self.put_in()

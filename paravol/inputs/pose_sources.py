@@ -62,10 +62,6 @@ class CancellableSource:
                     raise
 
 
-def _ignore(_: object) -> None:
-    """Ignore an event."""
-
-
 @dataclass(slots=True)
 class ReconnectingSource:
     """Pass poses on; wait while the device is away, and report its loss and return.
@@ -83,9 +79,9 @@ class ReconnectingSource:
 
     source: OrderedPoses
     patience_s: float = math.inf
-    on_loss: Callable[[DeviceError], None] = _ignore
-    on_return: Callable[[float], None] = _ignore
-    on_late: Callable[[str], None] = _ignore
+    on_loss: Callable[[DeviceError], None] = lambda _: None
+    on_return: Callable[[float], None] = lambda _: None
+    on_late: Callable[[str], None] = lambda _: None
     _loss: DeviceError | None = None
     _until_s: float = math.inf
     _last_s: float | None = None

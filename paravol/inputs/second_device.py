@@ -63,15 +63,6 @@ Reopen = Callable[[], DrainedPoses | None]
 looks for itself."""
 
 
-def _ignore(_: str) -> None:
-    """Tell nobody."""
-
-
-def _never() -> DrainedPoses | None:
-    """Leave it to the source to find its device again."""
-    return None
-
-
 class SecondDevice:
     """Say where the tool is at each of the scope's poses.
 
@@ -81,11 +72,11 @@ class SecondDevice:
     """
 
     def __init__(
-        self, source: DrainedPoses, name: str, reopen: Reopen = _never
+        self, source: DrainedPoses, name: str, reopen: Reopen = lambda: None
     ) -> None:
         """Take over an open source."""
-        self.on_loss: Callable[[str], None] = _ignore
-        self.on_return: Callable[[str], None] = _ignore
+        self.on_loss: Callable[[str], None] = lambda _: None
+        self.on_return: Callable[[str], None] = lambda _: None
         self.reach: Reach | None = None
         self._source = source
         self._name = name
