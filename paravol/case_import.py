@@ -17,6 +17,7 @@ from anatomy.scan.label_file import (
 )
 from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.scan.scan_quality import scan_quality
+from anatomy.scan.volume_registration import register_volumes, resampled
 from anatomy.scan.wall_estimate import estimate_walls
 from disk import UserError
 from disk.plain_text import plain
@@ -24,7 +25,7 @@ from paravol.case_options import ImportOptions
 from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
 from paravol.patient import Progress
-from paravol.second_scan import check_second, lay_second
+from renderers.scene import Volume
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +50,9 @@ def import_case(file: Path, options: ImportOptions, progress: Progress) -> Impor
         others = {}
         quality: dict[str, float] = {}
         if options.second is not None and second is not None:
-            laid = lay_second(head, scan, second, progress)
+            others["mr"], quality = _lay_second(head, scan, second, progress)
             name = plain(options.second.resolve().name)
             sources.append(source_record(second, name))
-            others["mr"] = laid.on_grid
-            quality = laid.quality
         hazards = None
         if labels is not None:
             progress("Measuring hazards", 0.0)
@@ -110,6 +109,29 @@ def _read(
     modality = None if options.modality is None else Modality(options.modality.upper())
     first = read(file, series=options.series, modality=modality)
     second = None if options.second is None else read(options.second)
-    if second is not None:
-        check_second(first, second)
+    if second is not None and (first.modality, second.modality) != (
+        Modality.CT,
+        Modality.MR,
+    ):
+        raise UserError(
+            f"a second scan is an MR laid onto a CT; got {second.modality.value} onto "
+            f"{first.modality.value}: name the CT first"
+        )
     return first, second
+
+
+def _lay_second(
+    head: ImportedHead, first: Scan, second: Scan, progress: Progress
+) -> tuple[Volume, dict[str, float]]:
+    """Register an MR to the CT that the head was made of; UserError if it does not fit.
+
+    Return it on the head's grid, and how well it fits: figures by name, rounded for a
+    person.
+    """
+    found = register_volumes(first.volume, second.volume, progress)
+    quality = {
+        "return_mm": round(found.return_mm, 2),
+        "shared": round(found.shared, 3),
+        "overlap": round(found.overlap, 3),
+    }
+    return resampled(second.volume, found, head.ct), quality
