@@ -75,14 +75,6 @@ OnFrame = Callable[[FrameEvent], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
 
 
-def _unheard(told: object) -> None:
-    """Tell nobody."""
-
-
-def _as_it_is(sample: Sample) -> Sample:
-    return sample
-
-
 @dataclass(slots=True)
 class Timing:
     """Gather what a flight took, frame by frame.
@@ -140,9 +132,9 @@ class Listeners:
     on_changes: of what was cut.
     """
 
-    on_injury: Callable[[str], None] = _unheard
-    on_task: Callable[[TaskEvent], None] = _unheard
-    on_changes: Callable[[Sequence[Change]], None] = _unheard
+    on_injury: Callable[[str], None] = lambda _: None
+    on_task: Callable[[TaskEvent], None] = lambda _: None
+    on_changes: Callable[[Sequence[Change]], None] = lambda _: None
 
 
 NOBODY = Listeners()
@@ -161,7 +153,7 @@ def fly(
     listeners: Listeners = NOBODY,
     pace: Pace = ALL_OF_IT,
     keyframes: Keyframes | None = None,
-    at_bite: Callable[[Sample], Sample] = _as_it_is,
+    at_bite: Callable[[Sample], Sample] = lambda sample: sample,
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 

@@ -22,7 +22,7 @@ from paravol.player import Player
 from paravol.replays.free_camera import FreeCamera, shaft_in_scene
 from paravol.session_alignment import TimeMap, align, session_marks
 from paravol.session_setup import build_view, flown_scenario
-from paravol.session_timeline import SessionTimeline, untold
+from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.snapshot_queue import SelectedMoment
 from paravol.snapshots.view_file import ViewCamera
@@ -132,7 +132,7 @@ class SessionPictures:
         self,
         time_s: float,
         free: FreeCamera | None = None,
-        report: Callable[[float], None] = untold,
+        report: Callable[[float], None] = lambda _: None,
         size: tuple[int, int] | None = None,
     ) -> ShownMoment:
         """Return the moment of a time, drawn; errors as the timeline.

@@ -27,10 +27,6 @@ def _time_of(frame: tuple[float, FrameRecord]) -> float:
     return frame[0]
 
 
-def untold(share: float) -> None:
-    """Tell nobody."""
-
-
 class SessionTimeline:
     """Show a recorded session's patient, score and injuries as they were at a time.
 
@@ -109,7 +105,7 @@ class SessionTimeline:
         return self._place
 
     def go_to(
-        self, time_s: float, report: Callable[[float], None] = untold
+        self, time_s: float, report: Callable[[float], None] = lambda _: None
     ) -> tuple[Sample, list[Change]]:
         """Go to the newest sample at or before a time, before the first to that one.
 
