@@ -19,7 +19,7 @@ from paravol.patient import (
 )
 from paravol.session_setup import flown_scenario, reopen_session
 from renderers.scene import Volume
-from scenarios.bundle import SampleRecord, read_recording
+from scenarios.bundle import read_recording
 from scenarios.coverage import CoverageWatch
 from scenarios.coverage.sites import SEPTUM_MM
 
@@ -83,7 +83,7 @@ def session_coverage(
     _, session = reopen_session(folder, recording.info, patient)
     if session.coverage is None:
         raise UserError(f"{folder} is of a version that did not watch what is seen.")
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = [record.sample() for record in recording.samples]
     for place, sample in enumerate(samples):
         session.step(sample)
         progress("Stepping the session", (place + 1) / len(samples))

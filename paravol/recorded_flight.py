@@ -48,7 +48,7 @@ def why_stepped(folder: Path, recording: Recording, score: Score | None) -> str:
         return "there is no result"
     if recording.info.operated and score.operation is None:
         return "the result does not say what the operation came to"
-    if any(sample.reading is None for sample in samples_of(recording)):
+    if any(sample.reading is None for sample in recording.samples):
         return "it is of a version that did not record what was measured"
     if not recorded_hash(folder):
         return "its result does not know its stream"
@@ -56,11 +56,6 @@ def why_stepped(folder: Path, recording: Recording, score: Score | None) -> str:
     if made.get("paravol-ess") != now["paravol-ess"]:
         return "another version of the program recorded it"
     return ""
-
-
-def samples_of(recording: Recording) -> list[SampleRecord]:
-    """Return the records of samples, in order."""
-    return [r for r in recording.records if isinstance(r, SampleRecord)]
 
 
 def undone_s(samples: Sequence[SampleRecord]) -> list[float]:
@@ -91,7 +86,7 @@ def kept_edits(
 def edits_of(recording: Recording) -> list[EditRecord]:
     """Return the recorded cuts that were not taken back."""
     edits = [r for r in recording.records if isinstance(r, EditRecord)]
-    return kept_edits(edits, undone_s(samples_of(recording)))
+    return kept_edits(edits, undone_s(recording.samples))
 
 
 def cut_again(recording: Recording, patient: PatientScene) -> OperatedPatient:
@@ -107,7 +102,7 @@ def cut_again(recording: Recording, patient: PatientScene) -> OperatedPatient:
         _make(cut, operated)
     hashes = [r for r in recording.records if isinstance(r, PatientRecord)]
     changes = [r.time_s for r in recording.records if isinstance(r, EditRecord)]
-    changes += undone_s(samples_of(recording))
+    changes += undone_s(recording.samples)
     is_last = bool(hashes) and hashes[-1].time_s >= max(changes, default=0.0)
     if is_last and operated.hash() != hashes[-1].xxh3_128:
         raise ChangedStreamError(
@@ -146,7 +141,7 @@ def check_recorded(folder: Path, recording: Recording, score: Score) -> None:
             "was changed."
         )
     gaps = [
-        s.reading.gap_mm for s in samples_of(recording) if s.reading and not s.is_frozen
+        s.reading.gap_mm for s in recording.samples if s.reading and not s.is_frozen
     ]
     found = {"smallest gap": (score.min_clearance_mm, min(gaps, default=math.inf))}
     if score.operation is not None:

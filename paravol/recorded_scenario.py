@@ -16,7 +16,7 @@ from disk import UserError, whole_file
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_setup import build_session, flown_scenario
 from scenarios import Sample, Scenario
-from scenarios.bundle import SampleRecord, read_recording
+from scenarios.bundle import read_recording
 from scenarios.instrument_state import NO_TOOL
 from scenarios.path_course import course_tasks, score_clock_s
 from scenarios.tasks.engine import Status
@@ -56,7 +56,7 @@ def scenario_from_session(
     that name is there.
     """
     recording = read_recording(folder)
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = [record.sample() for record in recording.samples]
     if len(samples) < 2:
         raise UserError(f"{folder} holds no way; nothing was recorded.")
     flown = flown_scenario(folder, recording.info, case)

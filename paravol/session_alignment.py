@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.bundle import EventRecord, Recording, SampleRecord
+from scenarios.bundle import EventRecord, Recording
 
 NEAR_MM = 10.0
 """A scope that stays farther away did not visit a landmark."""
@@ -62,8 +62,7 @@ def session_marks(
 
     landmarks: ``(3,)`` LPS mm of the flown head's, by name.
     """
-    records = recording.records
-    samples = [r for r in records if isinstance(r, SampleRecord)]
+    samples = recording.samples
     marks: dict[str, Mark] = {}
     if samples:
         matrix = np.array(recording.info.world_from_device).reshape(4, 4)
@@ -77,7 +76,7 @@ def session_marks(
             departed_mm = min(away[: nearest + 1].max(), away[nearest:].max()) - near_mm
             if near_mm <= NEAR_MM and departed_mm >= DEPARTED_MM:
                 marks[name] = Mark(float(times[nearest]), near_mm)
-    for record in records:
+    for record in recording.records:
         if isinstance(record, EventRecord) and record.kind == "task":
             marks.setdefault(f"task {record.text}", Mark(record.time_s, 0.0))
     return marks

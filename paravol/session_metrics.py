@@ -22,7 +22,6 @@ from paravol.recorded_flight import (
     demand_as_flown,
     edits_of,
     kept_edits,
-    samples_of,
     why_stepped,
 )
 from paravol.session_replay import recorded_score
@@ -137,7 +136,7 @@ def session_metrics(
     """
     folder = Path(folder)
     recording = read_recording(folder)
-    samples = SampleColumns.of(samples_of(recording))
+    samples = SampleColumns.of(recording.samples)
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
     demand_as_flown(folder, recording)
@@ -279,7 +278,7 @@ class _Flown(NamedTuple):
         _, session = reopen_session(self.folder, self.recording.info, self.patient)
 
         def steps() -> Iterator[Sample]:
-            for record in samples_of(self.recording):
+            for record in self.recording.samples:
                 sample = record.sample()
                 session.step(sample)
                 yield sample
@@ -313,7 +312,7 @@ def _through_head(
             # says what is wrong
             reopen_session(flown.folder, flown.recording.info, flown.patient)
         check_recorded(flown.folder, flown.recording, score)
-        readings = [s.reading for s in samples_of(flown.recording) if s.reading]
+        readings = [s.reading for s in flown.recording.samples if s.reading]
         edits = edits_of(flown.recording)
         if flown.wants("touched area"):
             mucosa = coverage_watch(flown.patient).mucosa
@@ -405,7 +404,7 @@ def _expert(folder: Path, info: SessionInfo) -> Track:
         raise UserError(
             f"{folder} was flown through another head: its path cannot be compared."
         )
-    samples = SampleColumns.of(samples_of(recording))
+    samples = SampleColumns.of(recording.samples)
     return scope_track(
         samples, np.array(recording.info.world_from_device).reshape(4, 4)
     )

@@ -32,7 +32,6 @@ from scenarios.bundle import (
     FrameRecord,
     PatientRecord,
     Recording,
-    SampleRecord,
     SessionInfo,
     read_recording,
 )
@@ -115,14 +114,12 @@ class _Plan:
     """
 
     def __init__(self, recording: Recording) -> None:
-        self.samples: list[SampleRecord] = []
+        self.samples = recording.samples
         self.frames: dict[int, list[FrameRecord]] = {}
         self.edits: dict[int, EditRecord] = {}
         self.patients: dict[float, PatientRecord] = {}
         for record in recording.records:
-            if isinstance(record, SampleRecord):
-                self.samples.append(record)
-            elif isinstance(record, FrameRecord):
+            if isinstance(record, FrameRecord):
                 place = recording.places.get(record.sample)
                 if place is not None:
                     self.frames.setdefault(place, []).append(record)
@@ -341,7 +338,7 @@ def replay_frames(
 def read_session(folder: StrPath) -> RecordedSession:
     """Read a recorded session; UserError where the folder holds none."""
     recording = read_recording(Path(folder))
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = [record.sample() for record in recording.samples]
     score = recorded_score(Path(folder))
     return RecordedSession(recording.info, samples, recording.complete, score)
 

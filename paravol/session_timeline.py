@@ -17,7 +17,7 @@ from paravol.patient import (
 from paravol.session_setup import reopen_session
 from renderers.scene import Change
 from scenarios import Sample, Score
-from scenarios.bundle import FrameRecord, Recording, SampleRecord, read_recording
+from scenarios.bundle import FrameRecord, Recording, read_recording
 
 GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""
@@ -56,14 +56,14 @@ class SessionTimeline:
         """
         self._folder = Path(folder)
         self.recording = recording or read_recording(self._folder)
-        info, records = self.recording.info, self.recording.records
-        self._samples = [r for r in records if isinstance(r, SampleRecord)]
+        info = self.recording.info
+        self._samples = self.recording.samples
         if not self._samples:
             raise UserError(f"{folder} holds no sample; nothing was recorded.")
         # a clock that ran backwards stands until it has caught up
         self._times = list(accumulate((r.time_s for r in self._samples), max))
         self._frames: list[tuple[float, FrameRecord]] = []
-        for record in records:
+        for record in self.recording.records:
             if isinstance(record, FrameRecord):
                 place = self.recording.places.get(record.sample)
                 if place is not None:

@@ -14,7 +14,7 @@ from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_setup import flown_scenario, reopen_session
 from paravol.session_store import SessionStore, hold_session, is_held, remove_session
 from scenarios import Score
-from scenarios.bundle import SampleRecord, read_recording, write_json
+from scenarios.bundle import read_recording, write_json
 
 RESULT = "result.json"
 
@@ -67,10 +67,7 @@ def unfinished_session(folder: Path) -> UnfinishedSession:
         title = msgspec.json.decode(info.scenario, type=_Named).title
     except (ValueError, RecursionError):
         title = info.scenario_name
-    last_s = max(
-        (r.time_s for r in recording.records if isinstance(r, SampleRecord)),
-        default=0.0,
-    )
+    last_s = max((record.time_s for record in recording.samples), default=0.0)
     return UnfinishedSession(folder, title, info.created, last_s)
 
 
@@ -94,7 +91,7 @@ def recover(
             scenario = flown_scenario(folder, recording.info, None)
             patient = load_patient(scenario, progress)
         _, stepped = reopen_session(folder, recording.info, patient)
-        samples = [r for r in recording.records if isinstance(r, SampleRecord)]
+        samples = recording.samples
         if not samples:
             raise UserError(f"{folder} holds no flight: there is nothing to score.")
         for number, record in enumerate(samples, 1):

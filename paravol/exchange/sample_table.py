@@ -6,7 +6,7 @@ import numpy as np
 
 from disk import UserError, whole_file
 from disk.csv_table import CsvTable
-from scenarios.bundle import Recording, SampleRecord
+from scenarios.bundle import Recording
 
 COLUMNS = (
     "time_s",
@@ -35,7 +35,7 @@ scope_deg is empty while the exercise's own scope is in hand."""
 
 def write_samples(file: Path, recording: Recording) -> int:
     """Write every sample, in order; return how many. UserError where there is none."""
-    records = [r for r in recording.records if isinstance(r, SampleRecord)]
+    records = recording.samples
     if not records:
         raise UserError("The session holds no sample; there is nothing to export.")
     matrix = np.array(recording.info.world_from_device).reshape(4, 4)

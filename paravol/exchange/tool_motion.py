@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from disk import UserError
-from scenarios.bundle import EventRecord, Recording, SampleRecord
+from scenarios.bundle import EventRecord, Recording
 from scenarios.endoscope import tip_frame
 from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import tool_frame
@@ -109,7 +109,7 @@ def motions_of(recording: Recording) -> Motions:
 
     The instrument is invalid while the hand is empty.
     """
-    samples = [r.sample() for r in recording.records if isinstance(r, SampleRecord)]
+    samples = [record.sample() for record in recording.samples]
     if not samples:
         raise UserError("The session holds no sample; there is nothing to export.")
     info = recording.info

@@ -12,7 +12,7 @@ from disk import UserError
 from disk.typed_record import read_kept
 from paravol.recorded_flight import demand_as_flown
 from scenarios import Scenario, Score
-from scenarios.bundle import Recording, SampleRecord, read_recording
+from scenarios.bundle import Recording, read_recording
 from scenarios.metrics import Metric
 from scenarios.rubrics import Assessment, Verdict, exercise_mark
 from scenarios.tasks import TaskState
@@ -251,7 +251,7 @@ def _scored(assessment: Assessment) -> Scored:
 
 
 def _duration_s(recording: Recording) -> float:
-    times = [r.time_s for r in recording.records if isinstance(r, SampleRecord)]
+    times = [record.time_s for record in recording.samples]
     return times[-1] - times[0] if times else 0.0
 
 

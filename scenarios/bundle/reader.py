@@ -111,6 +111,11 @@ class Recording(NamedTuple):
     is_edited: bool = False
     hash: str = ""
 
+    @property
+    def samples(self) -> list[SampleRecord]:
+        """Return the records of samples, in order."""
+        return [r for r in self.records if isinstance(r, SampleRecord)]
+
 
 def read_session(folder: Path) -> tuple[SessionInfo, list[Record], bool]:
     """Read a bundle: its description, its records in order, whether it is complete.
@@ -140,15 +145,9 @@ def read_recording(folder: Path) -> Recording:
             f"{len(info.world_from_device)}; the file was changed."
         )
     stream = read_stream(folder / "stream.mcap")
-    return Recording(
-        info,
-        stream.records,
-        stream.complete,
-        stream.damages,
-        stream.places,
-        bool(stream.seal) and stream.seal != info.seal(),
-        stream.hash.hexdigest(),
-    )
+    is_edited = bool(stream.seal) and stream.seal != info.seal()
+    found = stream.records, stream.complete, stream.damages, stream.places
+    return Recording(info, *found, is_edited, stream.hash.hexdigest())
 
 
 def read_stream(path: Path) -> Stream:
