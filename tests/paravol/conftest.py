@@ -23,6 +23,6 @@ __all__ = [
 
 
 @pytest.fixture(scope="session")
-def operated_flight(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
     """A recorded operation in which somebody shaves before an orbit; see `shaved`."""
     return shaved(tmp_path_factory.mktemp("recorded") / "flight.paravol")

@@ -14,11 +14,6 @@ from tests.recorded_flight import Recorded, write_records
 
 
 @pytest.fixture(scope="module")
-def flight(operated_flight: Recorded) -> Recorded:
-    return operated_flight
-
-
-@pytest.fixture(scope="module")
 def found(flight: Recorded) -> dict[tuple[str, str], Metric]:
     metrics = session_metrics(flight.folder, patient=flight.patient).metrics
     return {(metric.role, metric.name): metric for metric in metrics}

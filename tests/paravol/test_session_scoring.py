@@ -52,11 +52,6 @@ EXERCISES = sorted(file.stem for file in CURRICULUM.glob("*.toml"))
 
 
 @pytest.fixture
-def flight(operated_flight: Recorded) -> Recorded:
-    return operated_flight
-
-
-@pytest.fixture
 def heads(flight: Recorded, monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches find the head of the flight loaded."""
     monkeypatch.setattr(session_scoring, "patient_of", lambda _: flight.patient)
@@ -255,14 +250,9 @@ def test_what_is_done_is_not_done_again(
     assert by_name(list(score_all(folder, order, None))).keys() == first.keys()
     assert sorted(scored) == ["also_good", "good"]
     scored.clear()
-    newer = replace_version(order)
-    list(score_all(folder, newer, None))
+    newer = msgspec.structs.replace(RUBRIC, version=RUBRIC.version + 1)
+    list(score_all(folder, BatchOrder(newer, order.out), None))
     assert len(scored) == 7
-
-
-def replace_version(order: BatchOrder) -> BatchOrder:
-    rubric = msgspec.structs.replace(RUBRIC, version=RUBRIC.version + 1)
-    return msgspec.structs.replace(order, rubric=rubric)
 
 
 @pytest.mark.usefixtures("heads")

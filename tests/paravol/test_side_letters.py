@@ -34,12 +34,6 @@ def camera_of(turned: np.ndarray) -> Camera:
     return Camera(frame, np.radians(60.0), 64, 64)
 
 
-def test_the_sides_are_those_of_the_patients_frame() -> None:
-    assert NAMED["L"].tolist() == [1, 0, 0]
-    assert NAMED["P"].tolist() == [0, 1, 0]
-    assert NAMED["S"].tolist() == [0, 0, 1]
-
-
 @given(rotations)
 def test_a_letter_is_where_the_camera_sees_what_lies_on_that_side(
     turned: np.ndarray,
