@@ -268,11 +268,11 @@ BUDGET = {
     "disk": 867,
     "examples": 1792,
     "machine": 261,
-    "paravol": 27735,
+    "paravol": 27550,
     "renderers": 37382,
-    "scenarios": 12345,
+    "scenarios": 12344,
     "surgery": 7188,
-    "tests": 94312,
+    "tests": 94309,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
