@@ -19,7 +19,7 @@ def run_replay_window(folder: Path, options: ReplayOptions) -> int:
         window: "MainWindow", edge_samples: int
     ) -> "tuple[ReplayPage, Callable[[], object]]":
         from app.window.replay.replay_page import ReplayPage
-        from paravol.replays.replay_worker import ReplayOrder
+        from paravol.replays.replay_events import ReplayOrder
 
         page = ReplayPage(edge_samples=edge_samples)
         window.dropped.connect(page.open)

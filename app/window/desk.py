@@ -555,7 +555,7 @@ class Desk(QObject):
         head: that was flown through, where it is loaded already.
         """
         from app.window.replay.replay_page import ReplayPage
-        from paravol.replays.replay_worker import ReplayOrder
+        from paravol.replays.replay_events import ReplayOrder
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)
