@@ -26,12 +26,10 @@ from app.window.flight.flight_thread import (
 from app.window.flight.help_overlay import HelpOverlay
 from app.window.flight.keys import HandEvents
 from app.window.flight.large_view import LargeView
-from app.window.flight.scope_keys import ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
-from app.window.flight.slice_keys import slice_commands
-from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys
+from app.window.flight.view_keys import ScopeKeys, SoundKeys, slice_commands
 from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
 from app.window.keyboard.key_map import KEYS
 from app.window.keyboard.page_commands import Command, Commands
