@@ -22,7 +22,7 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import hold, lay
 from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
-from paravol.trainee import FoundDevice, KnownCase, Ladder
+from paravol.trainee import KnownCase, Ladder
 from paravol.trainee.exercises import short_title
 from scenarios.ladder import Door
 
@@ -139,10 +139,6 @@ class HomePage(TextPage):
         super().show_stage(said, share)
         for part in (self.go_on, self.card, self.list):
             part.setEnabled(not stage)
-
-    def choose_device(self, device: FoundDevice) -> None:
-        """Say what stands in the way of a device."""
-        self.say(tr(device.problem))
 
     def start_tour(self) -> None:
         """Show what there is on this page."""

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -71,9 +71,6 @@ Keys = dict[Qt.Key, Callable[[], object]]
 
 class ReplayPage(SessionPage):
     """Replay sessions that are dropped, chosen or named."""
-
-    shown = Signal()
-    """A picture is there."""
 
     sheet = staticmethod(replay_sheet)
 
@@ -467,7 +464,6 @@ class ReplayPage(SessionPage):
                 self._plays_on = False
                 self._player.play()
             self._tell_position()
-        self.shown.emit()
 
     def _say_what_is_shown(self, shown: ShownReplay) -> None:
         here, there, opened = shown.here, shown.there, self._opened
