@@ -268,7 +268,7 @@ BUDGET = {
     "disk": 867,
     "examples": 1792,
     "machine": 261,
-    "paravol": 27735,
+    "paravol": 27799,
     "renderers": 37382,
     "scenarios": 12345,
     "surgery": 7188,
