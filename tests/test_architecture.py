@@ -262,7 +262,7 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15734,
-    "app": 19305,
+    "app": 18800,
     "benchmarks": 11214,
     "devices": 13381,
     "disk": 867,
@@ -272,7 +272,7 @@ BUDGET = {
     "renderers": 37382,
     "scenarios": 12345,
     "surgery": 7188,
-    "tests": 94312,
+    "tests": 94214,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
