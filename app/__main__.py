@@ -50,8 +50,8 @@ def _run(words: list[str]) -> int:
     prepare_environment()
     from cyclopts import CycloptsError
 
-    from app.cli.commands import app
     from app.cli.renamed_options import renamed_option
+    from app.cli.root import app
 
     if renamed := renamed_option(words):
         print(f"paravol: {renamed} See paravol {words[0]} --help.", file=sys.stderr)

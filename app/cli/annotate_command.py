@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from app.cli.root import Json
 from app.cli.terminal import print_json, print_table
 from disk import UserError
 from scenarios.bundle import (
@@ -14,10 +15,29 @@ from scenarios.bundle import (
 )
 
 
-def run_annotate(
-    session: Path, text: str, at: float | None, remove: int | None, *, as_json: bool
+def annotate(
+    session: Path,
+    text: str = "",
+    *,
+    at: float | None = None,
+    remove: int | None = None,
+    json: Json = False,
 ) -> int:
-    """Change the notes as asked and print them all."""
+    """Write a note on a moment of a recording, or list its notes.
+
+    Notes lie beside the recording, which is not changed.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    text
+        The note; without it the notes are listed.
+    at
+        Second of the recording that it is about.
+    remove
+        Remove the note of this number, as listed.
+    """
     if bool(text) != (at is not None):
         raise UserError("A note needs its text and --at, the second it is about.")
     if text and remove is not None:
@@ -29,7 +49,7 @@ def run_annotate(
         notes = remove_note(session, remove)
     else:
         notes = read_notes(session)
-    if as_json:
+    if json:
         print_json(notes)
     else:
         print_table(f"Notes on {session}", note_rows(notes))

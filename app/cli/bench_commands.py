@@ -4,14 +4,12 @@ from pathlib import Path
 
 from cyclopts import App
 
-from app.cli.root import MACHINE, Flag, Json, app
+from app.cli.root import Flag, Json
 
 bench = App(
     name="bench",
     help="Measure run time against error, report it, guard it.",
-    group=MACHINE,
 )
-app.command(bench)
 
 
 @bench.default

@@ -1,12 +1,13 @@
 """`paravol coverage`: what a recorded session saw, as a table, a picture, a surface."""
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from cyclopts import Parameter
 
 from anatomy.files.surfaces import Surface, save_surface
-from app.cli.commands import CoverageOptions
+from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place
 from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
@@ -15,8 +16,39 @@ from scenarios.bundle import write_json
 from scenarios.metrics.value_text import value_text
 
 
-def run_coverage(session: Path, options: CoverageOptions, *, as_json: bool) -> int:
-    """Step the session again; tell what was seen, write what was asked for."""
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CoverageOptions:
+    """Options of coverage, as they were typed.
+
+    Parameters
+    ----------
+    out
+        Write the mucosa as a surface (.vtp, LPS) with the seconds each part was seen.
+    picture
+        Write a picture (.png) of the opened nose, coloured likewise.
+    json_file
+        Write all values.
+    case
+        Where the case that was flown through lies now.
+    """
+
+    out: Path | None = None
+    picture: Path | None = None
+    json_file: Path | None = None
+    case: Path | None = None
+
+
+def coverage(
+    session: Path, *, options: CoverageOptions = CoverageOptions(), json: Json = False
+) -> int:
+    """Tell which mucosa and landmarks a recorded session really saw, site by site.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    """
     for file, endings in ((options.out, (".vtp",)), (options.picture, (".png",))):
         if file is not None and file.suffix.lower() not in endings:
             raise UserError(f"{file} must end in {' or '.join(endings)}.")
@@ -32,7 +64,7 @@ def run_coverage(session: Path, options: CoverageOptions, *, as_json: bool) -> i
     report = {"session": session.name, **asdict(seen.watch.figures())}
     if options.json_file is not None:
         write_json(options.json_file, report)
-    if as_json:
+    if json:
         print_json(report)
     else:
         _print(session, seen)

@@ -1,10 +1,22 @@
 """`paravol demo`: the recorded flight, end to end, without a screen."""
 
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cyclopts import Parameter
+
+from app.cli.root import (
+    Json,
+    Oversubscribe,
+    ScenarioName,
+    Size,
+    Threads,
+    UsualRanks,
+    rank_count,
+    thread_count,
+)
 from app.cli.terminal import Stages, print_json, print_table
 from devices import ProbePath
 from disk import UserError
@@ -24,10 +36,14 @@ from paravol.snapshots.moments import (
     SnapshotRequestFactory,
     take_snapshots,
 )
+from paravol.snapshots.rendering_service import startable_ranks
 from paravol.versions import versions
 from paravol.video import VideoWriter
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import write_json
+
+FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
+"""Scenarios of the demonstration."""
 
 DEBRIEF_PICTURES = 6
 """Of events; the page of `paravol debrief` has more."""
@@ -36,18 +52,42 @@ LOST_PATIENCE_S = 60.0
 """An arm that was unplugged must be there again by then."""
 
 
-@dataclass(frozen=True, slots=True)
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
 class DemoOptions:
-    """Hold what the command line asked for; see `paravol demo --help`."""
+    """Options of the demonstration, as they were typed.
 
-    out: Path
-    scenario: str
-    operation: str
-    device: str | None
-    size: int
-    ranks: int
-    threads: int
-    faults: tuple[str, ...]
+    Parameters
+    ----------
+    out
+        Folder for everything the demo leaves.
+    operation
+        Scenario that is flown afterwards; "" for none. After first_flight it is
+        first_operation, after any other scenario none.
+    device
+        Serial port of a real arm instead of the emulated one.
+    fault
+        Let the emulated arm misbehave, as NAME@SECONDS: garbage, mute or unplug.
+    """
+
+    out: Path = Path("out/demo")
+    scenario: ScenarioName = FIRST_FLIGHT
+    operation: str | None = None
+    device: str | None = None
+    size: Size = 512
+    ranks: UsualRanks = None
+    oversubscribe: Oversubscribe = False
+    threads: Threads = 0
+    fault: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[tuple[str, str]]:
+        """Return the scenarios to fly, each with its recording's name."""
+        operation = self.operation
+        if operation is None:
+            operation = FIRST_OPERATION if self.scenario == FIRST_FLIGHT else ""
+        then = [(operation, "operation.paravol")] if operation else []
+        return [(self.scenario, "flight.paravol"), *then]
 
 
 class _Watch:
@@ -85,14 +125,25 @@ class _Flown:
     report: ReplayReport
 
 
-def run_demo(options: DemoOptions, *, as_json: bool) -> int:
-    """Run the demonstration; 1 when a replay differs from its flight."""
+def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
+    """Fly a recorded probe path end to end, without a screen.
+
+    An emulated MicroScribe arm touches four fiducials and follows the path through
+    the sinus phantom; then it operates: it takes the uncinate process and widens the
+    maxillary ostium. The film, the recordings, high-quality snapshots and a summary
+    land in one folder.
+    """
     if options.size % 2:
         raise UserError(f"--size must be even, for the film; got {options.size}.")
     demand_port(options.device)
-    names = [(options.scenario, "flight.paravol")]
-    if options.operation:
-        names.append((options.operation, "operation.paravol"))
+    names = options.names
+    options = replace(
+        options,
+        ranks=rank_count(
+            startable_ranks(options.ranks), oversubscribe=options.oversubscribe
+        ),
+        threads=thread_count(options.threads),
+    )
     for name, _ in names:
         recorded_path(*load_scenario(name))  # refused before anything is flown
     with ExitStack() as stack:
@@ -114,7 +165,7 @@ def run_demo(options: DemoOptions, *, as_json: bool) -> int:
         summary["surgery"] = _summary(flown[1])
     summary["debrief"] = _scored(debrief)
     write_json(out / "summary.json", summary)
-    if as_json:
+    if json:
         print_json(summary)
     else:
         for each in flown:
@@ -141,7 +192,7 @@ def _fly(
         path_file,
         options.device,
         follows_path=True,
-        faults=options.faults,
+        faults=options.fault,
     )
     remove_old_session(bundle)
     watch = _Watch(scenario, path, stages)
@@ -165,7 +216,7 @@ def _fly(
             flown.view.has_instrument,
         ),
         folder=bundle.parent / "snapshots",
-        ranks=options.ranks,
+        ranks=options.ranks or 1,
         progress=stages,
     )
     report = replay_session(

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import platformdirs
 
+from app.cli.root import Flag
 from disk import UserError, whole_file
 
 NAME = "paravol"
@@ -21,8 +22,14 @@ _RESERVED = frozenset(" \t\n\"'\\><~|&;$*?#()`")
 _PATIENCE_S = 20.0
 
 
-def run_desktop_entry(*, removes: bool) -> int:
-    """Write the entry and its icon, or remove them."""
+def desktop_entry(*, remove: Flag = False) -> int:
+    """Put PARAVOL among the desktop's applications, with an icon.
+
+    Parameters
+    ----------
+    remove
+        Remove it from there.
+    """
     if not sys.platform.startswith("linux"):
         raise UserError(
             "Desktop entries are for Linux desktops; start paravol train in a "
@@ -31,7 +38,7 @@ def run_desktop_entry(*, removes: bool) -> int:
     data = Path(os.environ.get("XDG_DATA_HOME") or platformdirs.user_data_path())
     entry = data / "applications" / f"{NAME}.desktop"
     icon = data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg"
-    if removes:
+    if remove:
         for file in (entry, icon):
             file.unlink(missing_ok=True)
         print(f"Removed {entry} and its icon.")

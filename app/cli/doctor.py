@@ -4,8 +4,10 @@ import os
 from dataclasses import asdict
 from importlib import metadata
 
+from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
+from disk import UserError
 from machine import usable_cores
 from paravol.arm_check import LOOK_S, adapter_findings, check_arm
 from paravol.device_check import device_findings
@@ -14,9 +16,25 @@ from paravol.known_constants import constants_findings
 from paravol.machine_check import machine_findings, program_findings
 
 
-def run_doctor(*, as_json: bool) -> int:
-    """Print the findings; 1 when something required is missing."""
-    return print_findings("This machine", examine(), as_json=as_json)
+def doctor(
+    *, device: str | None = None, accept_constants: bool = False, json: Json = False
+) -> int:
+    """Say what this machine can do and what is missing, or whether an arm is well.
+
+    Parameters
+    ----------
+    device
+        Look at the MicroScribe on this serial port instead, such as /dev/ttyUSB0 or
+        a name under /dev/serial/by-id, while its joints are moved: constants, rate,
+        encoders, line, clock, pedals.
+    accept_constants
+        Keep the arm's constants though they changed or are unusual.
+    """
+    if device is not None:
+        return run_arm_check(device, as_json=json, accept_constants=accept_constants)
+    if accept_constants:
+        raise UserError("--accept-constants needs --device with the arm's port.")
+    return print_findings("This machine", examine(), as_json=json)
 
 
 def run_arm_check(

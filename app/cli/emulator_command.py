@@ -2,13 +2,14 @@
 
 import json
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cyclopts import Parameter
 
-from app.cli.emulator_options import EmulatorOptions
+from app.cli.root import Flag, Json, Seed
 from app.cli.terminal import print_json
 from devices import ProbePath, load_probe_path
 from devices.microscribe.emulator.actions import list_actions
@@ -30,13 +31,88 @@ BUNDLED = "first_flight"
 _PATH_PEDAL = 2
 
 
-def run_emulator(options: EmulatorOptions) -> int:
-    """Emulate until Ctrl-C or until a fault unplugs the arm for good.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class EmulatorOptions:
+    """Options of the emulated arm, as they were typed.
 
-    The name of the port goes to standard output, alone on its line, and again when
-    the arm is plugged in elsewhere. Everything else goes to standard error. For
-    machines every line is a JSON object, and a last one tells what happened.
+    Parameters
+    ----------
+    probe_path
+        What to follow: a .path.json file or a recorded session NAME.paravol. The
+        bundled path, fiducials first, when neither path nor motion is given.
+    motion
+        Without a path: orbit circles beside the base, rest stands still.
+    profile
+        Which arm: dx40937 (short: dx), 3dx_b, nominal, standard, 6dof, ibox,
+        odd_maxima (t9) or g2_unhomed (g2).
+    listen
+        Serve a TCP port instead of a terminal: PORT, on this machine only, or
+        HOST:PORT; 0 takes any that is free. For pyserial: socket://127.0.0.1:PORT.
+    link
+        Symbolic link to the terminal, kept right when it is plugged in elsewhere.
+    fault
+        Misbehave as NAME[=VARIANT][@WHEN]; --list-faults names all faults.
+    do
+        Do something to the arm, as NAME@SECONDS[+DURATION]; see --list-actions.
+    seed
+        Where the arm stands beside the patient, and the chances of faults: the same
+        seed gives the same ones.
+    sync_repeats
+        How often the arm must hear IMMC before it echoes; real ones want up to 6.
+    transcript
+        Write every byte, its time and its meaning to this file.
+    fast
+        Answer at once instead of at the pace of the line.
+    accept_memory_writes
+        Grant the password for the calibration memory instead of refusing it.
+    list_faults
+        Print all faults with one line each.
+    list_actions
+        Print all actions with one line each.
+    json
+        Print JSON: an object a line for every port and one at the end, or the lists.
     """
+
+    probe_path: Path | None = None
+    motion: str | None = None
+    profile: str = "dx40937"
+    listen: str | None = None
+    link: Path | None = None
+    fault: tuple[str, ...] = ()
+    do: tuple[str, ...] = ()
+    seed: Seed = 0
+    sync_repeats: int = 1
+    transcript: Path | None = None
+    fast: Flag = False
+    accept_memory_writes: Flag = False
+    list_faults: Flag = False
+    list_actions: Flag = False
+    json: Json = False
+
+
+NOTHING_TYPED = EmulatorOptions()
+
+
+def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
+    """Emulate a MicroScribe behind a pseudo-terminal and print the port's name.
+
+    Any program that talks to the arm over a serial port can open it:
+
+        paravol emulator
+        paravol emulator --profile dx --probe-path hand.path.json
+        paravol emulator --motion orbit --listen 4455
+        paravol emulator --fault f8_dropped_byte@12.5 --fault f30
+        paravol emulator --fault flipped_bit@p:0.01 --seed 7
+        paravol emulator --fault unplug@packet:200 --transcript line.txt
+        paravol emulator --link arm --do unplug@5+2 --do right_pedal@3+.5
+
+    A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
+    means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
+    """
+    # the port's name goes to standard output, alone on its line, and again when the arm
+    # is plugged in elsewhere; all else to standard error. With --json every line is an
+    # object, and a last one tells what happened
     if options.list_faults or options.list_actions:
         _print_lists(options)
         return 0

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from app.cli.root import FLATTENED, Json
 from app.cli.terminal import print_json, print_table
 from disk import UserError
 
@@ -65,15 +66,24 @@ def run_session_export(
     return 0
 
 
-def run_path(file: Path, options: PathOptions, *, as_json: bool) -> int:
-    """Make a probe path, tell how much of the recording it holds."""
+def path(
+    recording: Path, *, options: Annotated[PathOptions, FLATTENED], json: Json = False
+) -> int:
+    """Make a path that can be flown of a recording, another program's or our own.
+
+    Parameters
+    ----------
+    recording
+        PerkTutor's .xml, a .seq.mha, .igs.mha or .seq.nrrd of 3D Slicer or PLUS, or a
+        session, NAME.paravol.
+    """
     from devices import save_probe_path
     from paravol.exchange.flown_path import path_of, read_motions
     from paravol.exchange.tool_motion import SCOPE, tool_named
 
     if options.out.suffix != ".json":
         raise UserError(f"a path goes to a .path.json file, got {options.out}")
-    motions = read_motions(file, options.frame)
+    motions = read_motions(recording, options.frame)
     path = path_of(
         motions,
         options.out.name.removesuffix(".json").removesuffix(".path"),
@@ -91,7 +101,7 @@ def run_path(file: Path, options: PathOptions, *, as_json: bool) -> int:
         "seconds": path.duration_s,
         "length_mm": path.length_mm,
     }
-    if as_json:
+    if json:
         print_json({"file": str(options.out), "scope": tool.name, **figures})
         return 0
     print_table(

@@ -3,14 +3,53 @@
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
+from typing import Literal
 
 from anatomy.case import Case, read_case
 from anatomy.files.surfaces import save_surface
+from app.cli.exchange_command import run_session_export
+from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
+from disk import UserError
 from paravol.output_folder import claimed_folder
 
 
-def run_export(*, case: Path, out: Path, ending: str, as_json: bool) -> int:
+def export(
+    case: Path,
+    *,
+    out: Path,
+    format: Literal["ply", "vtp", "stl", "dicom", "perktutor", "seq", "csv"] = "ply",
+    json: Json = False,
+) -> int:
+    """Write a case's surfaces or images, or a session's motion, for other programs.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write, or a session, NAME.paravol.
+    out
+        Of a case: folder for the surfaces: air, skin, and each cavity or structure; or
+        for its images. Of a session: the file.
+    format
+        Of a case, in patient LPS millimetres: PLY for printers and viewers, VTP for
+        ParaView and 3D Slicer, STL for printers; dicom, its slices and its labels as
+        CT or MR images and a segmentation, for archives and their viewers. Of a
+        session: perktutor, XML of its Transform Recorder; seq, a .seq.mha or .seq.nrrd
+        of 3D Slicer and PLUS; csv, all samples.
+    """
+    is_session = (case / "session.json").is_file()
+    if format in ("perktutor", "seq", "csv"):
+        if not is_session:
+            raise UserError(f"--format {format} is for sessions; {case} is none.")
+        return run_session_export(case, out, format, as_json=json)
+    if is_session:
+        raise UserError(
+            f"{case} is a session; say with --format perktutor, seq or csv how."
+        )
+    return _export_case(case, out, format, as_json=json)
+
+
+def _export_case(case: Path, out: Path, ending: str, *, as_json: bool) -> int:
     """Read the case, write its files, tell what they are."""
     written: dict[str, int] = {}
     is_dicom = ending == "dicom"

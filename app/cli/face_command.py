@@ -5,6 +5,7 @@ from pathlib import Path
 from anatomy.case import read_case
 from anatomy.files.markups import read_markups
 from anatomy.files.surfaces import load_surface, save_surface
+from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from devices.registration.registration_file import save_itk_transform
 from disk import UserError
@@ -12,10 +13,28 @@ from paravol.registration.face_fit import register_face
 from paravol.registration.skin import Skin
 
 
-def run_face(
-    *, surface: Path, case: Path, landmarks: Path, out: Path | None, as_json: bool
+def face(
+    surface: Path,
+    *,
+    case: Path,
+    landmarks: Path,
+    out: Path | None = None,
+    json: Json = False,
 ) -> int:
-    """Register, write, tell how well it fits."""
+    """Lay a scanned face, such as a mock head's, onto the skin of a case.
+
+    Parameters
+    ----------
+    surface
+        PLY or STL file of the face, in millimetres.
+    case
+        The case whose skin it is.
+    landmarks
+        A .mrk.json file with at least three landmarks on the face, named as in the
+        case (face 1, face 2, ...).
+    out
+        The aligned surface, .ply or .vtp; a .tfm for ITK lands beside it.
+    """
     if out is not None and out.suffix.lower() not in (".ply", ".vtp"):
         raise UserError(f"--out must name a .ply or .vtp file, got {out}.")
     face = load_surface(surface)
@@ -41,7 +60,7 @@ def run_face(
         "surface_rms_mm": fit.surface_rms_mm,
         "used": fit.used,
     }
-    if as_json:
+    if json:
         matrix = fit.patient_from_face.tolist()
         print_json({**figures, "patient_from_face": matrix})
     else:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 
+from app.cli.root import Flag, Json
 from app.cli.terminal import print_json, print_table
 from devices.microscribe import MicroScribe
 from devices.microscribe.driver.sampler import HomeState
@@ -22,11 +23,18 @@ Nothing is written into the arm; switching it off forgets it. A registration mad
 before is worth nothing afterwards."""
 
 
-def run_home(device: str, *, yes: bool, as_json: bool) -> int:
-    """Let a person put the arm into its rest, then home it; 1 when they refuse.
+def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
+    """Home an arm that stands in its rest position.
 
-    yes: nobody is asked. DeviceError, in one sentence, when there is no arm or it
-    gives no positions, ValueError when nobody answers.
+    Asks before it does: an arm that is homed elsewhere measures wrongly without a
+    word.
+
+    Parameters
+    ----------
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0.
+    yes
+        The arm is in its rest; do not ask.
     """
     demand_port(device)
     print(ORDER, file=sys.stderr)
@@ -43,7 +51,7 @@ def run_home(device: str, *, yes: bool, as_json: bool) -> int:
                 f"The arm on {device} lost its power meanwhile; begin again.",
             )
     tip = [round(float(value), 1) for value in pose.tip_mm]
-    if as_json:
+    if json:
         print_json({"serial": about.serial, "homed": True, "tip_mm": tip})
         return 0
     print_table(

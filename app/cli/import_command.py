@@ -1,6 +1,7 @@
 """`paravol import`: make a case of a scan, print what was found."""
 
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from anatomy.case import CaseRecord
 from anatomy.scan.imported import ImportedHead
+from app.cli.root import FLATTENED, Json
 from app.cli.slices_command import quality_lines
 from app.cli.terminal import Stages, print_json, print_table
 from paravol.case_import import ImportedCase, import_case
@@ -19,11 +21,22 @@ LISTED_OPENING_MM2 = 5.0
 """Smaller ones are a voxel or two."""
 
 
-def run_import(scan: Path, options: ImportOptions, *, as_json: bool) -> int:
-    """Import, write, print what was found."""
+def import_(
+    scan: Path, *, options: Annotated[ImportOptions, FLATTENED], json: Json = False
+) -> int:
+    """Make a case of a patient's own CT or MR, to be flown through.
+
+    The airway, its cavities and its openings are found by themselves; fly with
+    paravol train --case DIR.
+
+    Parameters
+    ----------
+    scan
+        A DICOM folder, or an NRRD, NIfTI or MetaImage file.
+    """
     with Stages() as stages:
         imported = import_case(scan, options, stages)
-    _print_report(options, imported, as_json=as_json)
+    _print_report(options, imported, as_json=json)
     return 0
 
 

@@ -1,12 +1,13 @@
 """`paravol metrics`: compute, print, write tables."""
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
 
 import msgspec
+from cyclopts import Parameter
 
-from app.cli.commands import MetricsOptions
+from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from disk import demand_place, whole_file
 from disk.csv_table import CsvTable
@@ -27,8 +28,55 @@ COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 OUR_COLUMNS = "Sigma", "NoiseFloor", "Remark"
 
 
-def run_metrics(session: Path, options: MetricsOptions, *, as_json: bool) -> int:
-    """Compute the metrics, tell them, write them where that was asked for."""
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MetricsOptions:
+    """Options of metrics, as they were typed.
+
+    Parameters
+    ----------
+    csv
+        Write a table that begins with PerkTutor's columns.
+    json_file
+        Write all values, with the seconds of the session that each came from.
+    only
+        Compute the metrics of this name; may be given several times.
+    settings
+        TOML file of thresholds and filters, and of what was to be removed.
+    arm
+        Profile of the arm that was used, such as dx: noise from its counts. Without
+        it the noise is estimated from the record.
+    case
+        Where the case that was flown through lies now.
+    expert
+        Another session of the same head, whose path, and the cavity it cut, are
+        compared with.
+    motion_only
+        Leave the head out: no contact, hazards, targets or removal, but at once.
+    """
+
+    csv: Path | None = None
+    json_file: Path | None = None
+    only: tuple[str, ...] = ()
+    settings: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    expert: Path | None = None
+    motion_only: Flag = False
+
+
+def metrics(
+    session: Path, *, options: MetricsOptions = MetricsOptions(), json: Json = False
+) -> int:
+    """Measure how a recorded session was flown: path, smoothness, view, contact.
+
+    Every value comes with the share of the device's noise in it, 1 sigma.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    """
     for file in (options.csv, options.json_file):
         if file is not None:
             demand_place(file)
@@ -54,7 +102,7 @@ def run_metrics(session: Path, options: MetricsOptions, *, as_json: bool) -> int
             beside.write_text(as_csv(found.metrics), "utf-8")
     if options.json_file is not None:
         write_json(options.json_file, _report(session, found))
-    if as_json:
+    if json:
         print_json(_report(session, found))
     else:
         _print(session, found)

@@ -1,26 +1,55 @@
 """The list of commands, printed at once.
 
 ``paravol --help`` is what a person types first. Loading the command-line library for
-it takes ten times as long as parsing the source of the commands.
+it takes ten times as long as parsing the source of the commands; and a command's own
+module is loaded when it is asked for.
 """
 
 import ast
 from pathlib import Path
 
-FILES = (
-    "commands.py",
-    "arm_commands.py",
-    "bench_commands.py",
-    "case_commands.py",
-    "picture_commands.py",
-    "progress_commands.py",
-    "scenario_commands.py",
-    "session_commands.py",
-    "teaching_commands.py",
-)
+COMMANDS = {
+    "Fly": (("demo", "demo"), ("train", "train"), ("scenario_command", "scenario")),
+    "Patients": (
+        ("import_command", "import_"),
+        ("phantom_command", "phantom"),
+        ("export_command", "export"),
+        ("face_command", "face"),
+        ("slices_command", "slices"),
+        ("volume_command", "volume"),
+    ),
+    "Pictures": (("snapshot_options", "snapshot"), ("worker_command", "worker")),
+    "Sessions": (
+        ("replay_command", "replay"),
+        ("metrics_command", "metrics"),
+        ("coverage_command", "coverage"),
+        ("debrief_command", "debrief"),
+        ("score_command", "score"),
+        ("score_command", "pass_mark"),
+        ("annotate_command", "annotate"),
+        ("unfinished_command", "unfinished"),
+        ("progress_command", "progress"),
+        ("exchange_command", "path"),
+    ),
+    "Devices": (
+        ("emulator_command", "emulator"),
+        ("home_command", "home"),
+        ("register_command", "register"),
+    ),
+    "Machine": (
+        ("tools_command", "tools"),
+        ("doctor", "doctor"),
+        ("desktop_entry", "desktop_entry"),
+        ("bench_commands", "bench"),
+    ),
+}
+"""By groups, the module and the function of every command, or its `App`."""
 
-GROUPS = ("FLY", "PATIENTS", "PICTURES", "SESSIONS", "DEVICES", "MACHINE")
-"""Names of the groups in `app.cli.root`, in their order."""
+
+def command_name(function: str) -> str:
+    """Return a command's name; a name that Python keeps for itself ends in ``_``."""
+    return function.strip("_").replace("_", "-")
+
 
 _HEAD = """Usage: paravol COMMAND [OPTIONS]
 
@@ -38,47 +67,26 @@ Start with: paravol demo
 
 def overview() -> str:
     """Return the help text: by groups, every command with its first line."""
-    rows: dict[str, list[str]] = {group: [] for group in GROUPS}
-    for file in FILES:
-        source = Path(__file__).with_name(file).read_text(encoding="utf-8")
-        for node in ast.parse(source).body:
-            if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith(
-                "App("
-            ):
-                # a command with commands of its own
-                assert isinstance(node.value, ast.Call)
-                words = _words(node.value)
-                rows[words["group"]].append(f"  {words['name']:<13} {words['help']}")
-            if _is_command(node):
-                assert isinstance(node, ast.FunctionDef)
-                first = (ast.get_docstring(node) or "").partition("\n")[0]
-                words = _decorator_words(node)
-                name = words.get("name", node.name.replace("_", "-"))
-                rows[words["group"]].append(f"  {name:<13} {first}")
-    parts = ["\n".join([f"{group.title()}:", *sorted(rows[group])]) for group in GROUPS]
+    parts = []
+    for group, commands in COMMANDS.items():
+        rows = [
+            f"  {command_name(function):<13} {_first_line(module, function)}"
+            for module, function in commands
+        ]
+        parts.append("\n".join([f"{group}:", *sorted(rows)]))
     return _HEAD + "\n\n".join(parts) + "\n" + _FOOT
 
 
-def _is_command(node: ast.stmt) -> bool:
-    """Return whether a statement defines a command of the program itself."""
-    return isinstance(node, ast.FunctionDef) and any(
-        ast.unparse(decorator).startswith("app.command")
-        for decorator in node.decorator_list
-    )
-
-
-def _decorator_words(node: ast.FunctionDef) -> dict[str, str]:
-    """Return the command's group, and its name where that cannot be a function's."""
-    (decorator,) = node.decorator_list
-    assert isinstance(decorator, ast.Call)
-    return _words(decorator)
-
-
-def _words(call: ast.Call) -> dict[str, str]:
-    """Return a call's keywords as text; strings that stand in parts are joined."""
-    return {
-        str(k.arg): k.value.value
-        if isinstance(k.value, ast.Constant) and isinstance(k.value.value, str)
-        else ast.unparse(k.value)
-        for k in call.keywords
-    }
+def _first_line(module: str, function: str) -> str:
+    """Return what a command is for: of its docstring, or of an `App` its help."""
+    source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
+    for node in ast.parse(source).body:
+        match node:
+            case ast.FunctionDef(name=name) if name == function:
+                return (ast.get_docstring(node) or "").partition("\n")[0]
+            case ast.Assign(targets=[ast.Name(id=name)], value=ast.Call() as made) if (
+                name == function
+            ):
+                told = {word.arg: word.value for word in made.keywords}
+                return str(ast.literal_eval(told["help"]))
+    raise LookupError(f"{module} has no command {function}")

@@ -1,16 +1,109 @@
-"""Show one page in a window of its own, until it is closed."""
+"""A window from its opening until it is closed, and a page in one of its own."""
 
-from collections.abc import Callable
-from types import FrameType
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from app.cli.train import EDGE_SAMPLES, errors_of_slots, on_interrupt
-from app.opengl import probe_window
+from app.opengl import OpenGL, probe_window
 from disk import UserError
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
     from app.window.page import Page
+    from paravol.window_preferences import WindowPreferences
+
+EDGE_SAMPLES = 8
+"""For smooth edges, where a graphics card draws them."""
+
+
+class OpenedWindow:
+    """Hold the window of a command, and what goes wrong while it is open.
+
+    edge_samples: samples a pixel for smooth edges.
+    """
+
+    def __init__(
+        self,
+        graphics: OpenGL,
+        screenshot: Path | None = None,
+        looks: "WindowPreferences | None" = None,
+    ) -> None:
+        """Open it, empty; UserError where no window can open.
+
+        screenshot, looks: see `MainWindow`; None for the looks that were chosen last.
+        """
+        if not graphics.works:
+            raise UserError(graphics.problem)
+
+        # Only here: where libraries are missing, loading Qt fails.
+        from app.window.application import make_application
+        from app.window.main_window import MainWindow
+        from paravol.window_preferences import read_preferences
+
+        self._application = make_application()
+        self.window: MainWindow = MainWindow(screenshot, looks or read_preferences())
+        self.edge_samples = 0 if graphics.is_software else EDGE_SAMPLES
+        self._errors: list[BaseException] = []
+        self._interrupts: list[KeyboardInterrupt] = []
+
+    def run(self, begin: Callable[[], object]) -> None:
+        """Begin something, and return when the window is closed."""
+
+        def interrupt(number: int, frame: FrameType | None) -> None:
+            self._interrupts.append(KeyboardInterrupt())
+            self.window.shut()
+
+        catching = errors_of_slots(self.window.tell)
+        with catching as self._errors, on_interrupt(interrupt):
+            begin()
+            self._application.exec()
+
+    def raise_problem(self, last: Exception | None = None) -> None:
+        """Raise what went wrong first: in the window, then last, then by Ctrl-C."""
+        for problem in (*self._errors, last, *self._interrupts):
+            if problem is not None:
+                raise problem
+
+
+@contextmanager
+def errors_of_slots(tell: Callable[[str], object]) -> Iterator[list[BaseException]]:
+    """Gather what is raised below Qt, which would only print it; tell the first."""
+    from app.window.background_work import words_for
+
+    errors: list[BaseException] = []
+
+    def hook(
+        kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        errors.append(error)
+        if len(errors) == 1:
+            tell(words_for(error))
+
+    before, sys.excepthook = sys.excepthook, hook
+    try:
+        yield errors
+    finally:
+        sys.excepthook = before
+
+
+@contextmanager
+def on_interrupt(
+    handler: Callable[[int, FrameType | None], None],
+) -> Iterator[None]:
+    """Call `handler` on Ctrl-C.
+
+    Python gets to it as soon as Qt calls Python next: the window's timer does, ten
+    times a second.
+    """
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def run_page(
@@ -22,34 +115,17 @@ def run_page(
     what begins once it is shown. UserError where no window can open, KeyboardInterrupt
     after Ctrl-C.
     """
-    graphics = probe_window()
-    if not graphics.works:
-        raise UserError(graphics.problem)
+    opened = OpenedWindow(probe_window())
+    window = opened.window
 
-    # Only here: where libraries are missing, loading Qt fails.
-    from app.window.application import make_application
-    from app.window.main_window import MainWindow
-    from paravol.window_preferences import read_preferences
-
-    application = make_application()
-    window = MainWindow(preferences=read_preferences())
-    interrupted = False
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        interrupted = True
-        window.shut()
-
-    with errors_of_slots(window.tell) as errors, on_interrupt(interrupt):
-        page, begin = make(window, 0 if graphics.is_software else EDGE_SAMPLES)
+    def begin() -> None:
+        page, go = make(window, opened.edge_samples)
         page.left.connect(window.shut)
         window.show_page(page)
         window.show()
-        begin()
-        application.exec()
+        go()
+
+    opened.run(begin)
     window.release()
-    if errors:
-        raise errors[0]
-    if interrupted:
-        raise KeyboardInterrupt
+    opened.raise_problem()
     return 0

@@ -1,6 +1,7 @@
 """`paravol phantom`: a virtual patient as a case folder."""
 
 from dataclasses import fields
+from typing import Annotated
 
 import msgspec
 
@@ -18,19 +19,28 @@ from anatomy.phantom.variants import (
     with_findings,
     without_variants,
 )
+from app.cli.root import FLATTENED, Json, Seed
 from app.cli.terminal import Stages, print_json
 from disk import UserError
 from paravol.case_options import PhantomOptions
 from paravol.output_folder import claimed_case, remove_exercise
 
 
-def run_phantom(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
-    """Build the phantom, or the scene, of a seed and write it.
+def phantom(
+    *,
+    options: Annotated[PhantomOptions, FLATTENED],
+    seed: Seed = 1,
+    json: Json = False,
+) -> int:
+    """Write a virtual patient as a case folder that 3D Slicer opens.
 
-    Raise UserError for a name, side or score that there is not.
+    Parameters
+    ----------
+    seed
+        Draws a patient: sizes, septum, skull base, cells and variants.
     """
     if options.scene:
-        return _run_scene(seed, options, as_json=as_json)
+        return _run_scene(seed, options, as_json=json)
     out = options.out
     patient = PhantomParameters(seed=seed) if options.average else draw_parameters(seed)
     patient = without_variants(with_variants(patient, options.variant), options.without)
@@ -54,7 +64,7 @@ def run_phantom(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
         remove_exercise(out)
         stages("Writing the case", 1.0)
     has = [*variant_names(patient), *told_findings(patient)]
-    _tell(options, phantom.ct.shape, has, disease, as_json=as_json)
+    _tell(options, phantom.ct.shape, has, disease, as_json=json)
     return 0
 
 

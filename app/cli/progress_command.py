@@ -3,9 +3,13 @@
 import shutil
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
 
+from cyclopts import App, Parameter
+
+from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place, whole_file
 from disk.typed_record import decode_json
@@ -43,15 +47,26 @@ ROLES = ("scope", "tool", "both hands", "patient", "score")
 SHORTEST_HASH = 6
 
 
-@dataclass(frozen=True, slots=True)
-class DeleteOptions:
-    """Hold what is to be deleted; see `paravol progress delete --help`."""
-
-    sessions: tuple[str, ...] = ()
-    trainee: str | None = None
-    everything: bool = False
-    recordings: bool = False
-    recordings_in: tuple[Path, ...] = ()
+progress = App(
+    name="progress",
+    help="Follow progress over time: learning curves, a cohort, exports.",
+)
+Store = Annotated[
+    Path | None,
+    Parameter(help="The store's file; the user's own when left out."),
+]
+Trainee = Annotated[
+    str | None,
+    Parameter(help='Only of this made-up name; "" is whoever gave none.'),
+]
+Exercise = Annotated[str | None, Parameter(help="Only of this exercise.")]
+Figure = Annotated[
+    str,
+    Parameter(
+        help="Name of a metric, or percent for the rubric's points; the role may "
+        "stand before it, as in scope:path length."
+    ),
+]
 
 
 def open_store(file: Path | None) -> ProgressStore:
@@ -62,11 +77,16 @@ def open_store(file: Path | None) -> ProgressStore:
     return store
 
 
-def run_show(
-    file: Path | None, trainee: str | None, figure: str, *, as_json: bool
+@progress.default
+def show(
+    *,
+    trainee: Trainee = None,
+    figure: Figure = "",
+    store: Store = None,
+    json: Json = False,
 ) -> int:
-    """Print how each exercise goes."""
-    entries = open_store(file).sessions(trainee=trainee)
+    """Tell how each exercise goes: attempts, passes, best, what the next may give."""
+    entries = open_store(store).sessions(trainee=trainee)
     rows: list[dict[str, object]] = []
     lines: list[tuple[str, str]] = []
     for exercise in dict.fromkeys(entry.exercise for entry in entries):
@@ -82,19 +102,27 @@ def run_show(
             )
             head = f"{exercise}{_by(name)}"
             lines.append((head, _standing_text(standing, wanted, curve)))
-    if as_json:
+    if json:
         print_json(rows)
     else:
         print_table("Progress", lines or [("sessions", "none are kept yet")])
     return 0
 
 
-def run_list(
-    file: Path | None, trainee: str | None, exercise: str | None, *, as_json: bool
+progress.command(show)
+
+
+@progress.command(name="list")
+def list_sessions(
+    *,
+    trainee: Trainee = None,
+    exercise: Exercise = None,
+    store: Store = None,
+    json: Json = False,
 ) -> int:
-    """Print the sessions."""
-    entries = open_store(file).sessions(trainee=trainee, exercise=exercise)
-    if as_json:
+    """List the sessions that are kept, the oldest first."""
+    entries = open_store(store).sessions(trainee=trainee, exercise=exercise)
+    if json:
         print_json(entries)
         return 0
     answers = {True: "passed", False: "not passed", None: "not judged"}
@@ -115,21 +143,32 @@ def run_list(
     return 0
 
 
-def run_curve(
-    file: Path | None,
+@progress.command
+def curve(
     exercise: str,
-    figure: str,
-    trainee: str,
-    out: Path | None,
     *,
-    as_json: bool,
+    figure: Figure = "",
+    trainee: str = "",
+    out: Path | None = None,
+    store: Store = None,
+    json: Json = False,
 ) -> int:
-    """Fit a learning curve, print it, draw it where that was asked for."""
+    """Fit a learning curve to a trainee's attempts at an exercise.
+
+    Parameters
+    ----------
+    exercise
+        Its name, as listed.
+    trainee
+        The made-up name; without it, whoever gave none.
+    out
+        Draw it into this .png or .svg file.
+    """
     if out is not None:
         demand_format(out)
         demand_place(out)
-    store = open_store(file)
-    entries = store.sessions(trainee=trainee, exercise=exercise)
+    kept = open_store(store)
+    entries = kept.sessions(trainee=trainee, exercise=exercise)
     if not entries:
         raise UserError(
             f"There is no session of {exercise!r}{_by(trainee)}; paravol progress list "
@@ -138,7 +177,7 @@ def run_curve(
     role, wanted = _figure(figure, entries)
     figures = _figures(entries, wanted, role)
     curve = fit_learning_curve(figures)
-    rates = moving_pass_rate(store.results(trainee).get(exercise, []))
+    rates = moving_pass_rate(kept.results(trainee).get(exercise, []))
     units = [v.unit for e in entries if (v := e.value(wanted, role)) is not None]
     unit = units[0] if units else ""
     if out is not None:
@@ -146,7 +185,7 @@ def run_curve(
         label = wanted if unit in ("", "1") else f"{wanted}, {unit}"
         fitted = curve if isinstance(curve, LearningCurve) else None
         draw_curve(out, title, label, figures, fitted, rates)
-    if as_json:
+    if json:
         report = {"exercise": exercise, "figure": wanted, "unit": unit}
         told = {"attempts": figures, "curve": _curve_report(curve)}
         print_json({**report, **told, "pass_rate": [asdict(rate) for rate in rates]})
@@ -167,14 +206,19 @@ def run_curve(
     return 0
 
 
-def run_cohort(
-    file: Path | None, figure: str, exercise: str | None, *, as_json: bool
+@progress.command
+def cohort(
+    *,
+    figure: Figure = "",
+    exercise: Exercise = None,
+    store: Store = None,
+    json: Json = False,
 ) -> int:
-    """Print trainees beside one another."""
-    entries = open_store(file).sessions(exercise=exercise)
+    """Set all trainees beside one another: median, best, passes, percentile."""
+    entries = open_store(store).sessions(exercise=exercise)
     role, wanted = _figure(figure, entries)
     rows = standings(entries, wanted, role)
-    if as_json:
+    if json:
         print_json([asdict(row) for row in rows])
         return 0
     lines = [(f"{row.exercise}{_by(row.trainee)}", _cohort_text(row)) for row in rows]
@@ -182,21 +226,33 @@ def run_cohort(
     return 0
 
 
-def run_export(
-    file: Path | None,
-    csv: Path | None,
-    xapi: Path | None,
-    home_page: str,
-    trainee: str | None,
-    exercise: str | None,
+@progress.command
+def export(
+    *,
+    csv: Path | None = None,
+    xapi: Path | None = None,
+    home_page: str = "",
+    trainee: Trainee = None,
+    exercise: Exercise = None,
+    store: Store = None,
 ) -> int:
-    """Write sessions for other programs."""
+    """Write sessions as a table, or as statements for a learning record store.
+
+    Parameters
+    ----------
+    csv
+        Write a row for each figure of each session.
+    xapi
+        Write xAPI 1.0.3 statements as one JSON array.
+    home_page
+        With --xapi: URL of whoever gave out the names, such as your school's.
+    """
     if csv is None and xapi is None:
         raise UserError("Name a file: --csv FILE, --xapi FILE or both.")
     for place in (csv, xapi):
         if place is not None:
             demand_place(place)
-    entries = open_store(file).sessions(trainee=trainee, exercise=exercise)
+    entries = open_store(store).sessions(trainee=trainee, exercise=exercise)
     if csv is not None:
         with whole_file(csv) as beside:
             beside.write_text(as_csv(entries), "utf-8", newline="")
@@ -207,17 +263,32 @@ def run_export(
     return 0
 
 
-def run_add(
-    file: Path | None,
-    sessions: Sequence[Path],
-    trainee: str,
-    assessment: Path | None,
-    *,
-    rubric: str,
-    motion_only: bool,
-    as_json: bool,
+@progress.command
+def add(
+    *sessions: Path,
+    trainee: str = "",
+    rubric: str = "",
+    assessment: Path | None = None,
+    motion_only: Flag = False,
+    store: Store = None,
+    json: Json = False,
 ) -> int:
-    """Add recordings to the store."""
+    """Add recorded sessions; one that is there already is replaced.
+
+    Parameters
+    ----------
+    sessions
+        Folders NAME.paravol.
+    trainee
+        A name that the trainee made up. None is needed.
+    rubric
+        Score them by this bundled rubric, such as endoscopy, or a .toml file; by
+        itself "operation" or, where nothing was cut, "endoscopy".
+    assessment
+        JSON file of the session's assessment by a rubric; for one session only.
+    motion_only
+        Leave the head out: no contact, hazards, removal or score, but at once.
+    """
     if not sessions:
         raise UserError("Name at least one session, a folder NAME.paravol.")
     if assessment is not None and (len(sessions) != 1 or rubric):
@@ -227,10 +298,10 @@ def run_add(
     scored = None
     if assessment is not None:
         scored = _read_assessment(assessment)
-    store = open_store(file)
+    kept = open_store(store)
     added = []
     for folder in sessions:
-        with Stages(quiet=as_json) as stages:
+        with Stages(quiet=json) as stages:
             metrics: list[Metric] = session_metrics(
                 folder, has_head=not motion_only, progress=stages
             ).metrics
@@ -240,48 +311,79 @@ def run_add(
         entry = entry_of_session(
             folder, trainee=trainee, metrics=metrics, assessment=scored
         )
-        is_new = store.add(entry)
+        is_new = kept.add(entry)
         added.append({"session": entry.bundle, "sha256": entry.sha256, "new": is_new})
-        if not as_json:
+        if not json:
             print(f"{'Added' if is_new else 'Replaced'} {entry.bundle}.")
-    if as_json:
+    if json:
         print_json(added)
     return 0
 
 
-def run_delete(file: Path | None, options: DeleteOptions, *, really: bool) -> int:
-    """Delete sessions, and recordings where that was asked for."""
-    store = open_store(file)
-    chosen = _chosen(store.sessions(), options)
-    places = list(options.recordings_in)
-    if options.recordings:
+@progress.command
+def delete(
+    *sessions: str,
+    trainee: Trainee = None,
+    everything: Flag = False,
+    recordings: Flag = False,
+    recordings_in: tuple[Path, ...] = (),
+    yes: Flag = False,
+    store: Store = None,
+) -> int:
+    """Delete sessions for good; without --yes only say which.
+
+    Parameters
+    ----------
+    sessions
+        Names of recordings or beginnings of hashes, as listed.
+    trainee
+        All sessions of this name, and the name.
+    everything
+        All sessions of everybody.
+    recordings
+        Delete the recordings, too, where they lie below the user's data directory.
+    recordings_in
+        Delete them in this folder, too; may be given several times.
+    yes
+        Really delete.
+    """
+    kept = open_store(store)
+    chosen = _chosen(kept.sessions(), sessions, trainee, everything=everything)
+    places = list(recordings_in)
+    if recordings:
         places.append(SessionStore.of_the_user().folder)
     folders = _recordings({entry.sha256 for entry in chosen}, places)
     for entry in chosen:
         print(f"{entry.bundle} of {entry.begun[:10]}{_by(entry.trainee)}")
     for folder in folders:
         print(f"the recording {folder}")
-    if not really:
+    if not yes:
         print(f"{len(chosen)} sessions would go; --yes deletes them for good.")
         return 0
     # recordings first: as long as the store knows them, this can be done again
     for folder in folders:
         shutil.rmtree(folder)
-    count = store.delete([entry.sha256 for entry in chosen])
+    count = kept.delete([entry.sha256 for entry in chosen])
     print(f"Deleted {count} sessions and {len(folders)} recordings.")
     return 0
 
 
-def _chosen(entries: list[SessionEntry], options: DeleteOptions) -> list[SessionEntry]:
-    ways = (options.sessions, options.trainee is not None, options.everything)
+def _chosen(
+    entries: list[SessionEntry],
+    names: Sequence[str],
+    trainee: str | None,
+    *,
+    everything: bool,
+) -> list[SessionEntry]:
+    ways = (names, trainee is not None, everything)
     if sum(map(bool, ways)) != 1:
         raise UserError("Say which: names of sessions, --trainee or --everything.")
-    if options.everything:
+    if everything:
         return entries
-    if options.trainee is not None:
-        return [entry for entry in entries if entry.trainee == options.trainee]
+    if trainee is not None:
+        return [entry for entry in entries if entry.trainee == trainee]
     found: dict[str, SessionEntry] = {}
-    for word in options.sessions:
+    for word in names:
         is_hash = len(word) >= SHORTEST_HASH
         own = [
             entry

@@ -1,14 +1,15 @@
 """`paravol register`: lead a person through the registration of an arm."""
 
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
+from cyclopts import Parameter
 
-from app.cli.arm_commands import RegisterOptions
+from app.cli.root import Flag, Json, ScenarioName, Seed
 from app.cli.terminal import Stages, print_json, print_table
 from devices.registration.registration_file import (
     RegistrationRecord,
@@ -30,28 +31,59 @@ from paravol.registration.tracker import register_tracker
 from scenarios import load_scenario
 
 
-def run_register(options: RegisterOptions, *, as_json: bool) -> int:
-    """Register and write the file; 1 when the person does not want it written.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RegisterOptions:
+    """Options of a registration, as they were typed.
 
-    A person at a terminal is asked when the figures are there; where standard input is
-    none, what it says is read before anything slow begins.
-
-    Nothing is written before the end, so that Ctrl-C leaves nothing. ValueError for
-    bad input, RegistrationError, PivotError or HoldError for measurements that cannot
-    be trusted, the device's error when the arm fails.
+    Parameters
+    ----------
+    device
+        Serial port of a MicroScribe, such as /dev/ttyUSB0, or socket://host:port.
+    emulated
+        Let an emulated arm go all the way by itself; its true errors are shown.
+    out
+        The .json file to write; a .tfm for ITK and 3D Slicer lands beside it.
+    pivot
+        Calibrate the tip first; --no-pivot takes the tip that the arm states.
+    trace
+        Refine on a traced patch of skin; --no-trace leaves the landmarks alone.
+    target
+        Landmark at which the error is shown; the sinuses when left out.
+    seed
+        Where the emulated arm stands and how its hand shakes.
+    yes
+        Write the file without asking.
+    input
+        Another tracker instead of an arm: igtl:HOST:PORT[:TOOL].
     """
+
+    scenario: ScenarioName = "first_flight"
+    device: str | None = None
+    emulated: Flag = False
+    out: Path = Path("registration.json")
+    pivot: bool = True
+    trace: bool = True
+    target: tuple[str, ...] = ()
+    seed: Seed = 1
+    yes: Flag = False
+    input: str | None = None
+
+
+def register(
+    *, options: RegisterOptions = RegisterOptions(), json: Json = False
+) -> int:
+    """Register an arm: turn the tip, touch the landmarks, trace the skin."""
     _check(options)
     asks_later = not options.yes and _at_terminal()
     if not (options.yes or asks_later or _confirmed(options.out)):
         return 1
     if options.input is not None:
         record = _tracked(options)
-        return _finish(options, record, None, asks=asks_later, as_json=as_json)
+        return _finish(options, record, None, asks=asks_later, as_json=json)
     with Stages() as guide:
         found = register_arm(_order(options), guide)
-    return _finish(
-        options, found.record, found.true_mm, asks=asks_later, as_json=as_json
-    )
+    return _finish(options, found.record, found.true_mm, asks=asks_later, as_json=json)
 
 
 def _order(options: RegisterOptions) -> RegistrationOrder:

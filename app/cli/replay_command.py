@@ -1,18 +1,77 @@
 """`paravol replay`: run, check, report."""
 
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.cli.replay_options import ReplayOptions
+from app.cli.page_window import run_page
+from app.cli.replay_options import REPLAYED, ReplayOptions
+from app.cli.root import Json, thread_count
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
 from paravol.score_table import score_rows
 from scenarios.bundle import read_notes
 
 if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+    from app.window.replay.replay_page import ReplayPage
     from paravol.session_pictures import SessionPictures, SideBySide
     from paravol.session_replay import ReplayReport
+
+
+def replay(
+    session: Path, *, options: ReplayOptions = REPLAYED, json: Json = False
+) -> int:
+    """Run a recorded session again, without the device; film it, or two together.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    """
+    options.demand_sense()
+    options = replace(options, threads=thread_count(options.threads))
+    if options.window:
+        return _run_window(session, options)
+    if options.at is not None:
+        run_at(session, options.at, options, as_json=json)
+        return 0
+    if options.view_at is not None and options.out is not None:
+        run_view_at(
+            session, options.view_at, options.out, case=options.case, quietly=json
+        )
+        if not options.check and options.video is None:
+            return 0
+    if options.is_own_film:
+        run_film(session, options, as_json=json)
+        return 0
+    return run_replay(
+        session,
+        check=options.check,
+        video=options.video,
+        threads=options.threads,
+        as_json=json,
+    )
+
+
+def _run_window(folder: Path, options: ReplayOptions) -> int:
+    """Show a session, and the one beside it; a bundle that cannot is told there."""
+
+    def make(
+        window: "MainWindow", edge_samples: int
+    ) -> "tuple[ReplayPage, Callable[[], object]]":
+        from app.window.replay.replay_page import ReplayPage
+        from paravol.replays.replay_events import ReplayOrder
+
+        page = ReplayPage(edge_samples=edge_samples)
+        window.dropped.connect(page.open)
+        order = ReplayOrder(
+            folder, options.beside, options.case, threads=options.threads or None
+        )
+        return page, lambda: page.replay(order)
+
+    return run_page(make)
 
 
 def run_replay(

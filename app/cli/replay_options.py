@@ -131,4 +131,4 @@ class ReplayOptions:
                 raise UserError(f"--window goes without {name}.")
 
 
-NOTHING_TYPED = ReplayOptions()
+REPLAYED = ReplayOptions()

@@ -1,4 +1,4 @@
-"""The command line's root: its name, and the options that several commands share."""
+"""The command line's root: its commands, and the options that several of them share."""
 
 from functools import partial
 from importlib.metadata import version
@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from cyclopts import App, Group, Parameter
 from cyclopts.validators import Number
+
+from app.cli.overview import COMMANDS, command_name
 
 app = App(
     name="paravol",
@@ -17,12 +19,14 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
-FLY = Group("Fly", sort_key=1)
-PATIENTS = Group("Patients", sort_key=2)
-PICTURES = Group("Pictures", sort_key=3)
-SESSIONS = Group("Sessions", sort_key=4)
-DEVICES = Group("Devices", sort_key=5)
-MACHINE = Group("Machine", sort_key=6)
+GROUPS = {name: Group(name, sort_key=place) for place, name in enumerate(COMMANDS, 1)}
+for _name, _commands in COMMANDS.items():
+    for _module, _function in _commands:
+        app.command(
+            f"app.cli.{_module}:{_function}",
+            name=command_name(_function),
+            group=GROUPS[_name],
+        )
 
 FLATTENED = Parameter(name="*", negative="")
 """For a dataclass whose fields are options of the command."""
@@ -71,7 +75,7 @@ Oversubscribe = Annotated[
 ]
 
 
-@app.command(name="--install-completion", group=MACHINE)
+@app.command(name="--install-completion", group=GROUPS["Machine"])
 def install_completion(
     shell: Literal["bash", "zsh", "fish", "powershell"] | None = None,
 ) -> None:

@@ -1,11 +1,12 @@
 """`paravol scenario`: list the exercises, check a file, show one."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from cyclopts import App
 
+from app.cli.root import Json, ScenarioName
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
 from disk.typed_record import decode_json
@@ -20,34 +21,41 @@ RARE = 0.3
 
 Results = dict[str, list[bool]]
 
-
-@dataclass(frozen=True, slots=True)
-class ListOptions:
-    """Hold what was asked for; see `paravol scenario list --help`."""
-
-    results: Path | None = None
-    trainee: str | None = None
+scenario = App(name="scenario", help="List, check, show and make exercises.")
 
 
-def run_list(options: ListOptions, *, as_json: bool) -> int:
-    """Print the bundled exercises, and which of them results have opened."""
-    results: Results = {}
-    if options.results is not None:
+@scenario.command(name="list")
+def list_exercises(
+    *, results: Path | None = None, trainee: str | None = None, json: Json = False
+) -> int:
+    """List the bundled exercises with their levels, and what they need.
+
+    Parameters
+    ----------
+    results
+        JSON file of earlier results by exercise, oldest first, such as
+        {"hoops": [true, true]}: says which exercises they open.
+    trainee
+        Take the results from paravol progress, of this made-up name; "" is whoever
+        gave none.
+    """
+    known: Results = {}
+    if results is not None:
         try:
-            content = options.results.read_bytes()
+            content = results.read_bytes()
         except OSError as error:
             raise UserError(
-                f"The results {options.results} cannot be read: {error.strerror}."
+                f"The results {results} cannot be read: {error.strerror}."
             ) from error
-        results = decode_json(content, Results, options.results, "results of exercises")
-    if options.trainee is not None:
+        known = decode_json(content, Results, results, "results of exercises")
+    if trainee is not None:
         from paravol.progress.store import ProgressStore
 
-        results |= ProgressStore().results(options.trainee)
+        known |= ProgressStore().results(trainee)
     exercises = [load_scenario(name)[0] for name in bundled_scenarios()]
     exercises.sort(key=lambda exercise: list(Level).index(exercise.level))
-    found = rungs(exercises, results)
-    if as_json:
+    found = rungs(exercises, known)
+    if json:
         print_json(
             [
                 {**_told(exercise), "door": rung.door, "bound": rung.bound}
@@ -60,7 +68,7 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
         for exercise, rung in zip(exercises, found, strict=True)
     ]
     print_table("Exercises: paravol train --scenario NAME", rows)
-    if results:
+    if known:
         print(
             f"Passed: the last {LAST_RUNS} runs show a pass rate of {LEAST_RATE:.0%} "
             "with confidence: three in a row, or five of six. Luck at a rate of "
@@ -70,29 +78,39 @@ def run_list(options: ListOptions, *, as_json: bool) -> int:
     return 0
 
 
-def run_check(file: Path, *, as_json: bool) -> int:
-    """Check an exercise's file against its schema, the catalogue and its head."""
+@scenario.command
+def check(file: Path, *, json: Json = False) -> int:
+    """Check an exercise of your own; 1 where it names what its head does not have.
+
+    The message names file, line and the nearest valid word.
+
+    Parameters
+    ----------
+    file
+        A scenario file, NAME.toml; docs/scenarios.md describes its keys.
+    """
     from paravol.exercise_fit import fit_problems
     from paravol.patient import load_patient
 
     if file.suffix != ".toml":
         raise UserError(f"A scenario file ends in .toml; got {file}.")
     scenario, _ = load_scenario(str(file))
-    with Stages(quiet=as_json) as stages:
+    with Stages(quiet=json) as stages:
         patient = load_patient(scenario, stages)
         problems = list(fit_problems(scenario, patient))
     lines = [told(file, file.read_bytes(), problem) for problem in problems]
-    if as_json:
+    if json:
         print_json({"file": str(file), "problems": lines})
     else:
         print("\n".join(lines) or f"{file}: {len(scenario.tasks)} tasks, all in order.")
     return 1 if lines else 0
 
 
-def run_show(name: str, *, as_json: bool) -> int:
-    """Print what an exercise asks for."""
+@scenario.command
+def show(name: ScenarioName, *, json: Json = False) -> int:
+    """Show what an exercise asks for, and when it is passed."""
     scenario, _ = load_scenario(name)
-    if as_json:
+    if json:
         print_json(msgspec.to_builtins(scenario))
         return 0
     scope, marks = scenario.scope, scenario.marks
@@ -112,6 +130,53 @@ def run_show(name: str, *, as_json: bool) -> int:
         ),
     ]
     print_table(scenario.title, [row for row in rows if row[1]])
+    return 0
+
+
+@scenario.command(name="from-path")
+def from_path(
+    session: Path,
+    *,
+    out: Path,
+    name: str = "",
+    title: str = "",
+    case: Path | None = None,
+    json: Json = False,
+) -> int:
+    """Make an exercise from a recording: hoops along its way, stops where it paused.
+
+    Writes NAME.toml and NAME.path.json; fly it with paravol train --scenario NAME.toml.
+
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol.
+    out
+        Folder for both files.
+    name
+        Of the exercise and its files; the recording's when left out.
+    title
+        What a trainee reads.
+    case
+        Where the case that was flown through lies now.
+    """
+    from paravol.recorded_scenario import scenario_from_session
+
+    with Stages(quiet=json) as stages:
+        made = scenario_from_session(
+            session, out, name=name, title=title, case=case, progress=stages
+        )
+    if json:
+        told = {"scenario": str(made.file), "path": str(made.path_file)}
+        print_json({**told, "hoops": made.hoops, "stops": made.stops})
+        return 0
+    rows = [
+        ("exercise", str(made.file)),
+        ("path", f"{made.path_file}, {made.duration_s:.1f} s"),
+        ("hoops", str(made.hoops)),
+        ("stops", str(made.stops)),
+    ]
+    print_table(f"Exercise from {session.name}", rows)
     return 0
 
 

@@ -1,9 +1,14 @@
 """`paravol score` and `paravol pass-mark`: score, print, write tables."""
 
+from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from typing import Annotated
 
-from app.cli.session_commands import PassMarkOptions, ScoreOptions
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError, demand_place, whole_file
 from disk.csv_table import CsvTable
@@ -22,6 +27,7 @@ from paravol.verdict_texts import (
     verdict_text,
     whole_text,
 )
+from scenarios import rubrics
 from scenarios.bundle import write_json
 from scenarios.metrics import definitions_named
 from scenarios.metrics.value_text import value_text
@@ -30,7 +36,6 @@ from scenarios.rubrics import (
     Part,
     PassMark,
     load_rubric,
-    pass_mark,
 )
 from scenarios.rubrics.rubric import Rubric
 
@@ -38,8 +43,62 @@ OUT = "assessments"
 """Folder beside the sessions in which scores are kept."""
 
 
-def run_score(sessions: Path, options: ScoreOptions, *, as_json: bool) -> int:
-    """Score; status 1 where a session could not be scored."""
+Jobs = Annotated[
+    int,
+    Parameter(help="Processes that work at once.", validator=Number(gte=1, lte=256)),
+]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ScoreOptions:
+    """Options of a scoring, as they were typed.
+
+    Parameters
+    ----------
+    rubric
+        Name of a bundled rubric (endoscopy, operation), or a .toml file of your own;
+        for each session by itself "operation" or, where nothing was cut, "endoscopy".
+    out
+        Where scores are kept; a folder "assessments" beside the sessions otherwise.
+    mpi
+        Score by the ranks of: mpiexec -n N python -m mpi4py.futures -m app score ...
+    csv
+        Write a table with a row for each session.
+    json_file
+        Write all assessments.
+    arm
+        Profile of the arm that was used, such as dx: noise from its counts.
+    case
+        Where the case that was flown through lies now.
+    exact
+        Step every session again instead of trusting what its recording says.
+    """
+
+    rubric: str = ""
+    out: Path | None = None
+    jobs: Jobs = 1
+    mpi: Flag = False
+    csv: Path | None = None
+    json_file: Path | None = None
+    arm: str = ""
+    case: Path | None = None
+    exact: Flag = False
+
+
+def score(
+    sessions: Path, *, options: ScoreOptions = ScoreOptions(), json: Json = False
+) -> int:
+    """Score recorded sessions by a rubric; every point says what it came from.
+
+    Of one session every part is told with its value, thresholds and seconds; of a
+    folder one line a session. What was scored before is not scored again.
+
+    Parameters
+    ----------
+    sessions
+        A folder NAME.paravol, or a folder of such folders.
+    """
     for file in (options.csv, options.json_file):
         if file is not None:
             demand_place(file)
@@ -57,7 +116,7 @@ def run_score(sessions: Path, options: ScoreOptions, *, as_json: bool) -> int:
             beside.write_text(as_csv(lines, rubric), "utf-8")
     if options.json_file is not None:
         write_json(options.json_file, lines)
-    if as_json:
+    if json:
         print_json(lines)
     elif len(lines) == 1 and lines[0].assessment is not None:
         print_assessment(lines[0].assessment, lines[0].source)
@@ -190,14 +249,50 @@ def _item(assessment: Assessment, part: Part) -> str:
     return f"{assessment.rubric} {assessment.rubric_version}: {part.name}"
 
 
-def run_pass_mark(
-    folders: tuple[Path, Path], options: PassMarkOptions, *, as_json: bool
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PassMarkOptions:
+    """Options of a pass mark, as they were typed.
+
+    Parameters
+    ----------
+    metric
+        Full name of a metric, such as "path length" or "smallest distance: orbit".
+    role
+        Whose, where several have the metric, such as scope.
+    rubric
+        A rubric whose total the mark is for.
+    """
+
+    metric: str = ""
+    role: str = ""
+    rubric: str = ""
+    jobs: Jobs = 1
+
+
+def pass_mark(
+    novices: Path,
+    experts: Path,
+    *,
+    options: PassMarkOptions = PassMarkOptions(),
+    json: Json = False,
 ) -> int:
-    """Find where two groups part; tell it and how sure it is."""
+    """Set a pass mark by two groups: who cannot do it yet, and who can.
+
+    The contrasting-groups method: the mark lies where both groups' normal densities
+    are equal. Its confidence comes of drawing the groups anew.
+
+    Parameters
+    ----------
+    novices
+        Folder of sessions of those who cannot do it yet.
+    experts
+        Folder of sessions of those who can.
+    """
     if bool(options.metric) == bool(options.rubric):
         raise UserError("Name either a metric with --metric or a rubric with --rubric.")
     groups = []
-    for folder in folders:
+    for folder in (novices, experts):
         if options.rubric:
             order = BatchOrder(load_rubric(options.rubric), _out(folder, None))
             lines = _lines(folder, order, options.jobs, mpi=False)
@@ -209,9 +304,9 @@ def run_pass_mark(
             groups.append((values, len(lines) - len(values)))
         else:
             groups.append(_metric_values(folder, options.metric, options.role))
-    (novices, left), (experts, right) = groups
-    mark = pass_mark(novices, experts)
-    if as_json:
+    (beginners, left), (masters, right) = groups
+    mark = rubrics.pass_mark(beginners, masters)
+    if json:
         print_json(mark)
     else:
         what = options.metric or f"percent by {options.rubric}"

@@ -1,28 +1,46 @@
 """`paravol slices`: write the picture, print what is at the point."""
 
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 import numpy as np
 
 from anatomy.case import CaseRecord, read_case
+from app.cli.root import Json, Place
 from app.cli.terminal import Stages, print_json
 from disk import UserError
-from paravol.slice_sheet import Marked, entrance_of, label_at, slice_sheet, transfer_of
+from paravol.slice_sheet import entrance_of, label_at, slice_sheet, transfer_of
 from paravol.slice_views import Show
 from renderers.scene import save_png
 
 
-def run_slices(
-    *,
+def slices(
     case: Path,
-    at: tuple[float, float, float] | None,
-    show: str,
-    labels: Marked,
-    out: Path | None,
-    as_json: bool,
+    *,
+    at: Place | None = None,
+    show: Literal["ct", "mr", "both"] = "ct",
+    labels: Literal["outlines", "tint", "none"] = "outlines",
+    out: Path | None = None,
+    json: Json = False,
 ) -> int:
-    """Draw, write, tell what is at the point."""
+    """Draw three planes of a case, and its histogram with the transfer function.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write.
+    at
+        Point the planes go through: x y z in millimetres, patient LPS; the entrance
+        when left out.
+    show
+        The CT, the second scan, or bone from the CT over soft tissue from the MR.
+    labels
+        What was found, passages and cavities or a phantom's structures, as outlines, as
+        a light tint, or not at all; a legend below names the colours.
+    out
+        PNG file to write; slices.png in the case when left out.
+    """
     target = case / "slices.png" if out is None else out
     if target.suffix.lower() != ".png":
         raise UserError(f"--out must name a .png file, got {target}.")
@@ -39,7 +57,7 @@ def run_slices(
         if name in ("ct", "mr", "t1", "t2", "distance")
     }
     air = label_at(read, place)
-    if as_json:
+    if json:
         nodes = transfer_of(read).nodes.tolist()
         here = {"at_mm": place.tolist(), "label": air, "values": values}
         quality = msgspec.to_builtins(read.record.quality)

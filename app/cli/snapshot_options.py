@@ -1,9 +1,9 @@
-"""The options of `paravol snapshot`, and what cannot be asked for together.
+"""`paravol snapshot` as it is typed: its options, and what cannot go together.
 
 Nothing heavy is imported here, so that `paravol snapshot --help` comes at once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,7 +11,16 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from app.cli.root import Flag, Json, Oversubscribe, Place, Ranks, Threads
+from app.cli.root import (
+    Flag,
+    Json,
+    Oversubscribe,
+    Place,
+    Ranks,
+    Threads,
+    rank_count,
+    thread_count,
+)
 from disk import UserError, demand_place
 
 WHAT = Parameter(group=Group("What is shown", sort_key=1))
@@ -143,6 +152,32 @@ class SnapshotOptions:
 
 
 NOTHING_TYPED = SnapshotOptions()
+
+
+def snapshot(
+    session: Path | None = None,
+    *,
+    options: SnapshotOptions = NOTHING_TYPED,
+) -> int:
+    """Render high-quality pictures: of a session, a case, a scan or a saved view.
+
+    Ctrl-C takes the best picture so far and says so in its metadata; a second one
+    leaves none.
+
+    Parameters
+    ----------
+    session
+        A recorded session; its view at --time is rendered.
+    """
+    from app.cli.snapshot_command import run_snapshot
+
+    options = replace(
+        options,
+        session=session,
+        ranks=rank_count(options.ranks, oversubscribe=options.oversubscribe),
+        threads=thread_count(options.threads),
+    )
+    return run_snapshot(options)
 
 
 def check(options: SnapshotOptions) -> None:

@@ -2,13 +2,14 @@
 
 from dataclasses import asdict
 
+from app.cli.root import Json
 from app.cli.terminal import print_json, print_table
 from scenarios.instruments import INSTRUMENTS, Instrument
 
 
-def run_tools(*, as_json: bool) -> int:
-    """Print the catalogue of instruments as a table or as JSON."""
-    if as_json:
+def tools(*, json: Json = False) -> int:
+    """List the surgeon's instruments, with their sizes and forces."""
+    if json:
         print_json({name: _record(tool) for name, tool in INSTRUMENTS.items()})
     else:
         rows = [(name, _described(tool)) for name, tool in INSTRUMENTS.items()]

@@ -1,15 +1,16 @@
 """`paravol train`: the trainee's window, from the check of the display to its end."""
 
 import math
-import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
-from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from app.cli.train_options import TrainOptions
+from app.cli.page_window import OpenedWindow
+from app.cli.root import thread_count
+from app.cli.train_options import AS_USUAL, TrainOptions
 from app.opengl import OpenGL, window_trial
 from disk import UserError
 
@@ -29,18 +30,9 @@ TRIAL = "first_flight"
 """Exercise by which devices are tried that were typed, when none is named."""
 
 
-EDGE_SAMPLES = 8
-"""For smooth edges, where a graphics card draws them."""
-
-
-def run_train(options: TrainOptions) -> int:
-    """Open the window, let fly until it is closed and print the results.
-
-    Without a scenario or a case it opens at the home page. What goes wrong in the
-    window is told there, and ends nothing. Raises ValueError for bad input, UserError
-    where no window can open, after its end the error that ended its last flight, and
-    KeyboardInterrupt after Ctrl-C.
-    """
+def train(*, options: TrainOptions = AS_USUAL) -> int:
+    """Open the trainee's window: endoscope, overview, frame rate."""
+    options = replace(options, threads=thread_count(options.threads))
     _check(options)
     with ExitStack() as stack:
         watcher = None
@@ -75,32 +67,20 @@ def _train(
         # without a name a trial: what was typed wrongly is told before a window opens
         order = setup.order(options.scenario or TRIAL)
     demand_port(options.device)
-    graphics = trial()
-    if not graphics.works:
-        raise UserError(graphics.problem)
+    opened = OpenedWindow(trial(), options.screenshot, chosen_looks(options))
 
-    # Only here: where libraries are missing, loading Qt fails.
     from PySide6.QtCore import QTimer
 
-    from app.window.application import make_application
     from app.window.desk import Desk
-    from app.window.main_window import MainWindow
 
-    application = make_application()
-    window = MainWindow(options.screenshot, chosen_looks(options))
-    desk = Desk(window, _desk_order(options, setup, graphics.is_software))
-    interrupted = False
+    window = opened.window
+    desk = Desk(window, _desk_order(options, setup, opened.edge_samples))
 
     def shut_later() -> None:
         if options.seconds is not None:
             QTimer.singleShot(round(options.seconds * 1e3), window.shut)
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        interrupted = True
-        window.shut()
-
-    with errors_of_slots(window.tell) as errors, on_interrupt(interrupt):
+    def begin() -> None:
         window.show()
         for begun in (desk.first_shown, desk.stopped):
             begun.connect(shut_later)
@@ -111,7 +91,8 @@ def _train(
         else:
             desk.open_home()
             shut_later()
-        application.exec()
+
+    opened.run(begin)
     desk.close()
     window.release()
     for flown in desk.flown:
@@ -121,11 +102,7 @@ def _train(
                 print("Kept in paravol progress; --no-store leaves a session out.")
             elif not options.no_store:
                 keep_session(flown.end.record, flown.trainee)
-    errors += [desk.error] if desk.error is not None else []
-    if errors:
-        raise errors[0]
-    if interrupted:
-        raise KeyboardInterrupt
+    opened.raise_problem(desk.error)
     return 0
 
 
@@ -144,7 +121,7 @@ def chosen_looks(options: TrainOptions) -> "WindowPreferences":
 
 
 def _desk_order(
-    options: TrainOptions, setup: "TrainingSetup", is_software: bool
+    options: TrainOptions, setup: "TrainingSetup", edge_samples: int
 ) -> "DeskOrder":
     from app.window.desk import DeskOrder
 
@@ -157,7 +134,7 @@ def _desk_order(
         has_store=not options.no_store,
         has_sound=options.sound == "on",
         volume=options.volume,
-        edge_samples=0 if is_software else EDGE_SAMPLES,
+        edge_samples=edge_samples,
         has_typed_devices=any(named) or options.haptics != "none",
     )
 
@@ -250,40 +227,3 @@ def _check(options: TrainOptions) -> None:
         raise UserError(
             f"{record} is there already; choose another name for --record or remove it."
         )
-
-
-@contextmanager
-def errors_of_slots(tell: Callable[[str], object]) -> Iterator[list[BaseException]]:
-    """Gather what is raised below Qt, which would only print it; tell the first."""
-    from app.window.background_work import words_for
-
-    errors: list[BaseException] = []
-
-    def hook(
-        kind: type[BaseException], error: BaseException, trace: TracebackType | None
-    ) -> None:
-        errors.append(error)
-        if len(errors) == 1:
-            tell(words_for(error))
-
-    before, sys.excepthook = sys.excepthook, hook
-    try:
-        yield errors
-    finally:
-        sys.excepthook = before
-
-
-@contextmanager
-def on_interrupt(
-    handler: Callable[[int, FrameType | None], None],
-) -> Iterator[None]:
-    """Call `handler` on Ctrl-C.
-
-    Python gets to it as soon as Qt calls Python next: the window's timer does, ten
-    times a second.
-    """
-    before = signal.signal(signal.SIGINT, handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -117,4 +117,4 @@ class TrainOptions:
     ] = None
 
 
-NOTHING_TYPED = TrainOptions()
+AS_USUAL = TrainOptions()

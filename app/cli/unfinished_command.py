@@ -2,47 +2,59 @@
 
 from pathlib import Path
 
+from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from disk import UserError
+from paravol import unfinished_sessions as sessions
 from paravol.score_table import score_rows
 from paravol.session_store import SessionStore
-from paravol.unfinished_sessions import (
-    UnfinishedSession,
-    discard,
-    recover,
-    unfinished_session,
-    unfinished_sessions,
-)
+from paravol.unfinished_sessions import UnfinishedSession
 
 
-def run_unfinished(
-    folder: Path | None, *, recovers: bool, discards: bool, keeps: bool, as_json: bool
+def unfinished(
+    session: Path | None = None,
+    *,
+    recover: Flag = False,
+    discard: Flag = False,
+    no_store: Flag = False,
+    json: Json = False,
 ) -> int:
-    """List the user's unfinished flights; or finish, or remove, one or all of them.
+    """List flights that ended with the program, and finish or remove them.
 
-    keeps: what was finished in the progress store.
+    Parameters
+    ----------
+    session
+        A folder NAME.paravol; all in the user's data directory when left out.
+    recover
+        Score what was flown and write the result.
+    discard
+        Remove the recordings for good.
+    no_store
+        Leave what was finished out of paravol progress.
     """
-    if recovers and discards:
+    if recover and discard:
         raise UserError("Give --recover or --discard, not both.")
     store = SessionStore.of_the_user()
     found = (
-        unfinished_sessions(store) if folder is None else [unfinished_session(folder)]
+        sessions.unfinished_sessions(store)
+        if session is None
+        else [sessions.unfinished_session(session)]
     )
-    if discards:
-        for session in found:
-            discard(session)
-            print(f"Removed {session.folder}")
-    elif recovers:
-        for session in found:
-            _recover(session, keeps=keeps)
-    elif as_json:
-        print_json({"unfinished": [_described(session) for session in found]})
+    if discard:
+        for each in found:
+            sessions.discard(each)
+            print(f"Removed {each.folder}")
+    elif recover:
+        for each in found:
+            _recover(each, keeps=not no_store)
+    elif json:
+        print_json({"unfinished": [_described(each) for each in found]})
         return 0
     else:
-        for session in found:
+        for each in found:
             print(
-                f"{session.folder}\n    {session.title}: {session.length_s:.1f} s, "
-                f"begun {session.created}"
+                f"{each.folder}\n    {each.title}: {each.length_s:.1f} s, "
+                f"begun {each.created}"
             )
         if found:
             print("--recover scores and keeps them, --discard removes them.")
@@ -53,7 +65,7 @@ def run_unfinished(
 
 def _recover(session: UnfinishedSession, *, keeps: bool) -> None:
     with Stages() as stages:
-        score = recover(session, stages)
+        score = sessions.recover(session, stages)
     print_table(session.title, score_rows(score))
     print(f"Recorded in {session.folder}")
     if keeps:

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from paravol.cutaway import Cutaway
+from paravol.patient import PatientScene
 from renderers.scene import AirSurface, Volume
+from scenarios import Scenario
 
 COARSENESS = 3
 """Every third voxel: 1.5 mm is a few pixels here, and a ninth of the triangles."""
@@ -44,6 +46,19 @@ class HeadModel:
     cut_open: Callable[[], Cutaway] | None = None
     focus_mm: NDArray[np.float64] | None = None
     renew: Callable[[], pv.PolyData] | None = None
+
+
+def session_head(
+    patient: PatientScene, scenario: Scenario, cut_open: Callable[[], Cutaway] | None
+) -> HeadModel:
+    """Build what is shown of the head that a session goes through; see `head_model`."""
+    return head_model(
+        patient.surface,
+        patient.positions(scenario.targets),
+        cut_open,
+        None if patient.face is None else patient.face(),
+        FINE if scenario.head.scene else COARSENESS,
+    )
 
 
 def head_model(

@@ -222,7 +222,7 @@ class Desk(QObject):
             if self._window.page is page:
                 self._show_result(flown)
 
-        self._do(work, show).staged.connect(page.show_stage)
+        self._do(work, show, staged=page.show_stage)
 
     def _keep_unfinished(self, session: UnfinishedSession) -> None:
         name = session.folder.name
@@ -311,7 +311,7 @@ class Desk(QObject):
         """Show the scan of an exercise's head, or of a case."""
         page = self._window.page
         assert isinstance(page, HomePage)
-        is_wanted = self._begin_work(tr("Preparing the scan"))
+        wanted = self._begin_work(tr("Preparing the scan"))
 
         def work(progress: Progress) -> tuple[str, list[Scan]]:
             import_module(VOLUME_PAGE)
@@ -325,8 +325,6 @@ class Desk(QObject):
             return title, scans_of(patient.scene.volume, patient.others)
 
         def show(found: tuple[str, list[Scan]]) -> None:
-            if not is_wanted():
-                return
             from app.window.volume.volume_page import VolumePage
 
             shown = VolumePage(*found, self._setup.threads)
@@ -334,10 +332,10 @@ class Desk(QObject):
             self._window.show_page(shown)
 
         def stage(words: str, share: float) -> None:
-            if is_wanted():
+            if wanted():
                 page.show_stage(words, share)
 
-        self._do(work, show).staged.connect(stage)
+        self._do(work, show, staged=stage, wanted=wanted)
 
     # A flight
 
@@ -396,21 +394,13 @@ class Desk(QObject):
         self, order: Callable[[], FlightOrder], take_off: Callable[[FlightOrder], None]
     ) -> None:
         """Make an order beside the window: it opens files and devices."""
-        port, is_wanted = self._setup.devices.port, self._begin_work(tr("Preparing"))
+        port, wanted = self._setup.devices.port, self._begin_work(tr("Preparing"))
 
         def work(progress: Progress) -> FlightOrder:
             demand_port(port)
             return order()
 
-        def go(made: FlightOrder) -> None:
-            if is_wanted():
-                take_off(made)
-
-        def fail(problem: str) -> None:
-            if is_wanted():
-                self._tell(problem)
-
-        self._do(work, go, fail)
+        self._do(work, take_off, wanted=wanted)
 
     def _begin_work(self, stage: str) -> Callable[[], bool]:
         """Say what is being prepared; return whether it still is wanted.
@@ -538,7 +528,7 @@ class Desk(QObject):
                 page.show_stage("")
                 page.say(tr("The flight cannot be scored: {text}", text=text))
 
-        self._do(work, show, fail).staged.connect(page.show_stage)
+        self._do(work, show, fail, staged=page.show_stage)
 
     def replay(
         self, record: Path | None = None, head: PatientScene | None = None
@@ -548,7 +538,7 @@ class Desk(QObject):
         head: that was flown through, where it is loaded already.
         """
         from app.window.replay.replay_page import ReplayPage
-        from paravol.replays.replay_worker import ReplayOrder
+        from paravol.replays.replay_events import ReplayOrder
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)
@@ -559,10 +549,13 @@ class Desk(QObject):
             return
 
         def show(found: list[Path]) -> None:
-            if self._window.page is page:
-                page.welcome.show_recent(found[::-1])
+            page.welcome.show_recent(found[::-1])
 
-        self._do(lambda _: self._order.setup.sessions.sessions(), show)
+        self._do(
+            lambda _: self._order.setup.sessions.sessions(),
+            show,
+            wanted=lambda: self._window.page is page,
+        )
 
     def _drop(self, folders: Sequence[Path]) -> None:
         """Open what was dropped on the window: sessions are replayed, a case flown.
@@ -597,23 +590,23 @@ class Desk(QObject):
             return open_file(file)
 
         def show(is_open: bool) -> None:
-            if self._window.page is page:
-                page.debrief.setEnabled(True)
-                row.show_file(file, "" if is_open else tr(NO_BROWSER))
+            page.debrief.setEnabled(True)
+            row.show_file(file, "" if is_open else tr(NO_BROWSER))
 
         def fail(text: str) -> None:
-            if self._window.page is page:
-                page.debrief.setEnabled(True)
-                row.hide()
-                page.say(tr("The debrief cannot be written: {text}", text=text))
-
-        def stage(words: str, share: float) -> None:
-            if self._window.page is page:
-                row.show_stage(words, share)
+            page.debrief.setEnabled(True)
+            row.hide()
+            page.say(tr("The debrief cannot be written: {text}", text=text))
 
         page.say("")
         row.show_stage(tr("beginning"))
-        self._do(work, show, fail).staged.connect(stage)
+        self._do(
+            work,
+            show,
+            fail,
+            staged=row.show_stage,
+            wanted=lambda: self._window.page is page,
+        )
 
     def _open_folder(self, page: "ResultPage", folder: Path) -> None:
         """Have the desktop show a folder; say where it is if it cannot."""
@@ -661,15 +654,29 @@ class Desk(QObject):
         work: Callable[[Progress], _T],
         done: Callable[[_T], None],
         failed: Callable[[str], None] | None = None,
-    ) -> BackgroundWork:
-        """Do something beside the window; what becomes of it is told here."""
+        *,
+        staged: Callable[[str, float], None] | None = None,
+        wanted: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """Do something beside the window; tell what becomes of it while it is wanted.
+
+        failed: hears why nothing came of it; None to say it on the page.
+        """
         begun = BackgroundWork(work, self)
         self._works.add(begun)
-        begun.done.connect(done)
-        begun.failed.connect(failed or self._tell)
+
+        def tell(hear: Callable[..., None], *words: object) -> None:
+            if wanted():
+                hear(*words)
+
+        begun.done.connect(partial(tell, done))
+        begun.failed.connect(partial(tell, failed or self._tell))
+        if staged is not None:
+            # a method of a widget, which ends with it, or what asks by itself
+            begun.staged.connect(staged)
         for ended in (begun.done, begun.failed):
             ended.connect(lambda _: self._works.discard(begun))
-        return begun.start()
+        begun.start()
 
 
 def _typed(setup: TrainingSetup) -> FoundDevice:

@@ -1,7 +1,6 @@
 """A thread that shows any moment of a recorded session: the newest wish wins.
 
-It knows no window. Whoever looks on says what is wanted and hears of what is shown as a
-`ReplayObserver`.
+It knows no window. Whoever looks on says what is wanted and hears `ReplayEvent`s.
 """
 
 import threading
@@ -10,7 +9,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -18,18 +16,34 @@ from disk import UserError
 from paravol.cutaway import Cutaway
 from paravol.debrief.events import events_of
 from paravol.debrief.findings import gather
-from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
+from paravol.feedback.hazard_pointer import hazard_pointer
+from paravol.flight_events import HeadLoaded, Progressed
 from paravol.metric_texts import metric_text, says_nothing
 from paravol.patient import PatientScene
 from paravol.replays.free_camera import CameraMove, FreeCamera
-from paravol.replays.time_marks import TimeMark, measured_marks, recorded_marks
+from paravol.replays.replay_events import (
+    HearReplay,
+    Measured,
+    Measuring,
+    Near,
+    NotesChanged,
+    OpenedReplay,
+    ReplayFailed,
+    ReplayOrder,
+    Row,
+    Seeking,
+    ShownReplay,
+    Told,
+    Unmeasured,
+)
+from paravol.replays.time_marks import measured_marks, recorded_marks
 from paravol.session_alignment import TimeMap, align, by_time, session_marks
-from paravol.session_pictures import SessionPictures, ShownMoment
+from paravol.session_pictures import SessionPictures
 from paravol.session_setup import MissingCaseError
 from paravol.snapshots.moments import SnapshotRequestFactory
-from paravol.snapshots.snapshot_queue import MomentPicture, SnapshotQueue
+from paravol.snapshots.snapshot_queue import SnapshotQueue
 from scenarios import Scenario
-from scenarios.bundle import Note, SampleRecord, add_note, read_notes, remove_note
+from scenarios.bundle import SampleRecord, add_note, read_notes, remove_note
 from scenarios.metrics import Metric, Settings
 
 LONG_S = 0.3
@@ -37,115 +51,6 @@ LONG_S = 0.3
 
 WAY_PLACES = 50
 """Of the scope's way that the head is cut open beside."""
-
-Row = tuple[str, str, str]
-"""A metric's name, its value, and that of the other session, "" without one."""
-
-
-@dataclass(frozen=True, slots=True)
-class ReplayOrder:
-    """Say what is to be replayed.
-
-    beside: another session, shown at the moment that belongs to the first one's. case:
-    where the case that was flown through lies now. patient: the head, where it is
-    loaded already, as it was before anybody operated. size: of the pictures, None as
-    recorded: only those can be the same to the bit.
-    """
-
-    folder: Path
-    beside: Path | None = None
-    case: Path | None = None
-    patient: PatientScene | None = None
-    size: tuple[int, int] | None = None
-    threads: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class OpenedReplay:
-    """Hold what is known of a session before anything of it is shown.
-
-    frame_times_s: of the recorded frames, or of the samples where there is none.
-    aligned_by: landmarks and tasks that both sessions reached. is_complete: False where
-    the recording ends in the middle; has_damage: where a part of it is lost.
-    """
-
-    order: ReplayOrder
-    scenario: Scenario
-    frame_times_s: list[float]
-    begin_s: float
-    end_s: float
-    marks: list[TimeMark]
-    notes: tuple[Note, ...]
-    aligned_by: tuple[str, ...] = ()
-    is_complete: bool = True
-    has_damage: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class ShownReplay:
-    """Hold what is shown: the moment, and that of the session beside it.
-
-    jump: number of the last jump that is done. is_free: whether another camera than the
-    scope's looks on. tissue_changed: since anything was shown before. pointer: where
-    the nearest hazard lies.
-    """
-
-    here: ShownMoment
-    jump: int
-    is_free: bool
-    there: ShownMoment | None = None
-    tissue_changed: bool = False
-    pointer: HazardPointer | None = None
-
-
-class ReplayObserver:
-    """Hear of a replay; override what is of interest. Called by the worker's threads.
-
-    A measuring thread calls `on_background` and `on_measured`, the thread of the
-    snapshots `on_picture`, the thread that shows all others.
-    """
-
-    def on_progress(self, stage: str, share: float) -> None:
-        """Hear of what is done before the first picture, and its done share."""
-
-    def on_opened(self, opened: OpenedReplay) -> None:
-        """Hear that the session can be shown."""
-
-    def on_failed(self, error: Exception, lacks_case: bool) -> None:
-        """Hear that it cannot, or no longer; nothing comes after this.
-
-        lacks_case: its case is not where it was.
-        """
-
-    def on_seeking(self, share: float) -> None:
-        """Hear of a long way to a moment, and its done share."""
-
-    def on_shown(self, shown: ShownReplay) -> None:
-        """Hear of a picture."""
-
-    def on_notes(self, notes: tuple[Note, ...]) -> None:
-        """Hear that the notes changed."""
-
-    def on_told(self, title: str, detail: str) -> None:
-        """Hear a sentence: something was done, or could not be."""
-
-    def on_background(self, patient: PatientScene) -> None:
-        """Do slow things beside the first pictures; patient: as it is operated on."""
-
-    def on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
-        """Hear of what was measured in the session: all marks, and its metrics."""
-
-    def on_unmeasured(self, problem: str) -> None:
-        """Hear why nothing could be measured."""
-
-    def on_measuring(self, stage: str, share: float) -> None:
-        """Hear how far the measuring is."""
-
-    def on_near(self, until_s: float) -> None:
-        """Hear up to when every moment is near; see `Keyframes`."""
-
-    def on_picture(self, picture: MomentPicture) -> None:
-        """Hear how far a high-quality picture is."""
 
 
 class _Stopped(BaseException):
@@ -191,12 +96,12 @@ class ReplayWorker:
     All methods may be called by any thread, and return at once.
     """
 
-    def __init__(self, order: ReplayOrder, observer: ReplayObserver) -> None:
+    def __init__(self, order: ReplayOrder, hear: HearReplay) -> None:
         """Do nothing until `start`."""
         self.order = order
         self.pristine: PatientScene | None = None
         """The head before anybody operated; None until it is loaded."""
-        self._observer = observer
+        self._hear = hear
         self._wishes = _Wishes()
         self._changed = threading.Condition()
         self._stopped = threading.Event()
@@ -306,7 +211,7 @@ class ReplayWorker:
 
     def _run(self) -> None:
         try:
-            self._observer.on_opened(self._open())
+            self._hear(self._open())
             self._threads[1].start()
             while True:
                 self._obey(self._next())
@@ -316,7 +221,7 @@ class ReplayWorker:
         except Exception as error:
             if not self._stopped.is_set():
                 lacks_case = isinstance(error, MissingCaseError)
-                self._observer.on_failed(error, lacks_case)
+                self._hear(ReplayFailed(error, lacks_case))
 
     def _open(self) -> OpenedReplay:
         order = self.order
@@ -369,7 +274,7 @@ class ReplayWorker:
     def _progress(self, stage: str, share: float) -> None:
         if self._stopped.is_set():
             raise _Stopped
-        self._observer.on_progress(stage, share)
+        self._hear(Progressed(stage, share))
 
     def _next(self) -> _Wishes:
         """Wait until something is wanted, and take it."""
@@ -423,7 +328,7 @@ class ReplayWorker:
                 raise _Overtaken
             # one who waits has the processor
             self._is_still.clear()
-            self._observer.on_seeking((done + share) / shares)
+            self._hear(Seeking((done + share) / shares))
 
         first = here.moment(time_s, self._free, report)
         other = None
@@ -442,7 +347,7 @@ class ReplayWorker:
             first.tissue_changed,
             pointer,
         )
-        self._observer.on_shown(self._shown)
+        self._hear(self._shown)
         self._is_first_shown.set()
 
     def _turn(self, wishes: _Wishes) -> None:
@@ -477,10 +382,10 @@ class ReplayWorker:
                 has_instrument=info.has_instrument or info.operated,
             )
             folder = self.order.folder / "snapshots"
-            self._queue = SnapshotQueue(requests, folder, self._observer.on_picture)
+            self._queue = SnapshotQueue(requests, folder, self._hear)
         self._queue.draw(moment)
-        self._observer.on_told(
-            f"The moment at {time_s:.1f} s", "It is being drawn at high quality."
+        self._hear(
+            Told(f"The moment at {time_s:.1f} s", "It is being drawn at high quality.")
         )
 
     def _write(self, wishes: _Wishes) -> None:
@@ -495,9 +400,9 @@ class ReplayWorker:
         try:
             notes = add_note(folder, at, text) if text else remove_note(folder, int(at))
         except (UserError, OSError) as error:
-            self._observer.on_told("The notes stay as they are", str(error))
+            self._hear(Told("The notes stay as they are", str(error)))
         else:
-            self._observer.on_notes(notes)
+            self._hear(NotesChanged(notes))
 
     # what follows is called by the thread that measures
 
@@ -509,7 +414,7 @@ class ReplayWorker:
         try:
             if self._stopped.is_set():
                 return
-            self._observer.on_background(here.timeline.patient)
+            self._hear(HeadLoaded(here.timeline.patient))
             beside = None
             if there is not None and there.patient is here.patient:
                 beside = self.order.beside
@@ -528,23 +433,21 @@ class ReplayWorker:
             others: list[tuple[Metric, Metric]] = []
             if beside is not None and found.compared is not None:
                 others = found.compared.rows
-            self._observer.on_measured(
-                marks, metric_rows(found.metrics.metrics, others)
-            )
+            self._hear(Measured(marks, metric_rows(found.metrics.metrics, others)))
         except _Stopped:
             return
         except Exception as error:
             # the replay is worth more than its figures
             if not self._stopped.is_set():
-                self._observer.on_unmeasured(str(error) or type(error).__name__)
+                self._hear(Unmeasured(str(error) or type(error).__name__))
 
     def _measuring(self, stage: str, share: float) -> None:
         self._is_still.wait()
         if self._stopped.is_set():
             raise _Stopped
         assert self._here is not None
-        self._observer.on_near(self._here.timeline.keyframes.until_s)
-        self._observer.on_measuring(stage, share)
+        self._hear(Near(self._here.timeline.keyframes.until_s))
+        self._hear(Measuring(stage, share))
 
 
 def metric_rows(

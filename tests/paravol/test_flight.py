@@ -111,7 +111,8 @@ prepare_environment()
 from paravol.flight import FlightOrder
 from paravol.inputs import choose_input
 from app.window.flight.flight_page import FlightPage
-from app.window.flight.flight_thread import FlightThread, FrameReady
+from app.window.flight.flight_thread import FlightThread
+from app.window.session_thread import FrameReady
 from app.window.main_window import MainWindow
 from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from scenarios import load_scenario

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.cli.commands import replay
+from app.cli.replay_command import replay
 from app.cli.replay_options import ReplayOptions
 from disk import UserError
 from paravol import session_pictures

@@ -3,9 +3,8 @@
 from functools import partial
 
 from app.window.flight.flight_thread import DisplayedFrame
-from app.window.flight.scope_keys import ScopeKeys, scope_use
-from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys, tool_use
+from app.window.flight.view_keys import ScopeKeys, SoundKeys, scope_use
 from app.window.keyboard.actions import Act
 from app.window.keyboard.page_commands import Commands
 from app.window.panels.action_bar import ActionBar, Choice

@@ -8,7 +8,7 @@ from threading import Thread
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, Qt, Signal, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
@@ -17,11 +17,8 @@ from app.window.flight.flight_actions import FlightActions
 from app.window.flight.flight_thread import (
     DisplayedFrame,
     FlightThread,
-    FrameReady,
-    HeadModelled,
     HeadUnseen,
     ScopeLaid,
-    SlicesReady,
     SoundFailed,
     ThreadEnding,
     WindowEvent,
@@ -29,22 +26,16 @@ from app.window.flight.flight_thread import (
 from app.window.flight.help_overlay import HelpOverlay
 from app.window.flight.keys import HandEvents
 from app.window.flight.large_view import LargeView
-from app.window.flight.scope_keys import ScopeKeys
 from app.window.flight.scope_screen import ScopeScreen
 from app.window.flight.side_panel import SideColumn
-from app.window.flight.slice_keys import slice_commands
-from app.window.flight.sound_keys import SoundKeys
 from app.window.flight.tool_keys import ToolKeys
+from app.window.flight.view_keys import ScopeKeys, SoundKeys, slice_commands
 from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
 from app.window.keyboard.key_map import KEYS
 from app.window.keyboard.page_commands import Command, Commands
-from app.window.page import Page
-from app.window.panels.endoscope_panel import PictureView
-from app.window.panels.gauges import Gauges
-from app.window.panels.notices import Notices
-from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.scaling import lay
-from app.window.style import OVER
+from app.window.session_page import SessionPage
+from app.window.session_thread import FrameReady, HeadModelled, SlicesReady
 from app.window.texts import later, tr
 from paravol import flight_events as events
 from paravol.feedback import NO_SIGNS, TouchSigns
@@ -52,7 +43,6 @@ from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
 from paravol.flight_events import FlightEnd
 from paravol.readings import Readings
-from paravol.side_letters import looks_towards, side_letters
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL
@@ -93,8 +83,10 @@ BEGINS_S = 30.0
 """So long after the first picture the clock runs, with an overview or without."""
 
 
-class FlightPage(Page):
+class FlightPage(SessionPage):
     """Show a flight, from its preparation to its result."""
+
+    _side: SideColumn
 
     first_shown = Signal()
     """The first picture is there."""
@@ -109,7 +101,7 @@ class FlightPage(Page):
 
         edge_samples: samples a pixel for smooth edges in the overview.
         """
-        super().__init__()
+        super().__init__(OVERVIEW_MS)
         self._thread = thread
         self._flight = thread.flight
         self._order = order = thread.flight.order
@@ -123,15 +115,9 @@ class FlightPage(Page):
         self._is_under_way = False
         self._may_leave = False
         self.title = f"PARAVOL: {tr(order.scenario.title)}"
-        self.picture = PictureView()
-        self._notices = Notices(self.picture)
-        self._bars = TouchBars()
-        self._gauges = Gauges()
         self._side = SideColumn(order, edge_samples)
-        self._overview = self._side.overview
-        self._overview.changed.connect(self._on_overview_changed)
-        self._overview.drawn.connect(self._on_overview_drawn)
-        self._slices = self._side.slices
+        self._take_side(self._side)
+        self._overview, self._slices = self._side.overview, self._side.slices
         self._moments = self._side.moments
         self._screen: ScopeScreen | None = None
         self._hand: HandEvents | None = None
@@ -183,12 +169,8 @@ class FlightPage(Page):
         self._has_worked = False
         # not before anything is flown or touched: its libraries take a second
         self._overview_due_s = math.inf
-        self._is_overview_stale = True
         self._overview_shows: View | None = None
         self._bars_due_s = 0.0
-        self._timer = QTimer(self)
-        self._timer.timeout.connect(self._refresh)
-        self._timer.start(OVERVIEW_MS)
         thread.told.connect(self._hear)
         self._hear(events.Progressed("Starting", 0.0))
 
@@ -381,23 +363,15 @@ class FlightPage(Page):
             self._leave()
         self._flight.end()
 
-    def catch_up(self) -> None:
-        """Draw the overview now, if it is stale."""
-        if self._is_overview_stale or self._has_moved():
-            self._draw_overview()
-        self._overview.finish()
-
     def release(self) -> list[Thread]:
         """End the flight and free the overview's graphics memory.
 
         It is not waited for: whoever started its thread does so.
         """
-        self._timer.stop()
         self._flight.cancel()
         if self._screen is not None:
             self._screen.close()
-        self._overview.release()
-        return []
+        return super().release()
 
     def _keep_moment(self) -> None:
         if self._flight.result is not None or self._frame is None:
@@ -498,10 +472,6 @@ class FlightPage(Page):
                 if self._thread.error is not None:
                     self._leave()
 
-    @Slot()
-    def _on_overview_changed(self) -> None:
-        self._is_overview_stale = True
-
     def _begin(self) -> None:
         """Let the clock run: there is all to see that there will be."""
         if self._has_begun:
@@ -573,8 +543,7 @@ class FlightPage(Page):
                 )
             self.first_shown.emit()
         if frame.cuts != (0 if before is None else before.cuts):
-            self._slices.refresh()
-            self._overview.refresh()
+            self._side.refresh()
         self._show_signs(NO_SIGNS if before is None else before.signs)
         self._tell_taken(frame)
         self._warn()
@@ -587,11 +556,9 @@ class FlightPage(Page):
             would_take = tr(bite_text(frame.signs.bite_mm3))
         self.picture.mark_tip(place_in_picture(view.camera, works), would_take)
         self.picture.mark_heading(shaft_heading(view.camera, view.world_from_tip))
-        _, right, up, forward = view.camera.frame
-        self.picture.mark_sides(side_letters(right, up), looks_towards(forward))
         self._aids.follow()
         self.picture.guide_to(frame.guide, frame.names)
-        self.picture.show_picture(frame.pixels)
+        self._show_view(self.picture, view, frame.pixels)
 
     def _show_signs(self, before: TouchSigns) -> None:
         """Show force and nearness; say what broke since the signs before."""
@@ -605,8 +572,7 @@ class FlightPage(Page):
             self._bars_due_s = now_s + BARS_S
             self._bars.show_signs(signs, self._sound.caption)
         pointer = frame.pointer if frame is not None and not self._is_away else None
-        words = tr(signs.hazard_text())
-        self.picture.point_at(pointer, words, hazard_look(signs, OVER)[0])
+        self._point_at(pointer, signs)
         if signs.breaks > before.breaks:
             self._notices.notify(*map(tr, signs.break_text()))
 
@@ -716,7 +682,7 @@ class FlightPage(Page):
         )
 
     @Slot()
-    def _refresh(self) -> None:
+    def _tick(self) -> None:
         """Bring up to date what need not change with every frame."""
         readings = self._readings()
         self._gauges.show_readings(readings)
@@ -750,12 +716,10 @@ class FlightPage(Page):
             goal = None if guide is None else guide.place_mm
             self._slices.follow(view.world_from_tip[:3, 3], tool, goal)
         self._tell_stuck()
-        self._notices.refresh()
         if time.monotonic() >= self._begins_by_s:
             self._begin()
-        is_stale = self._is_overview_stale or self._has_moved()
-        if is_stale and time.monotonic() >= self._overview_due_s:
-            self._draw_overview()
+        self._is_stale = self._is_stale or self._has_moved()
+        super()._tick()
 
     def _wanted_px(self) -> int:
         """Return the edge of the scope's picture where it is largest, in pixels."""
@@ -765,7 +729,7 @@ class FlightPage(Page):
 
     def _draw_overview(self) -> None:
         """Have it drawn, and not again before it is and the budget allows."""
-        self._is_overview_stale = False
+        self._is_stale = False
         self._overview_due_s = math.inf
         self._overview_shows = None if self._frame is None else self._frame.view
         self._draws_head = self._frame is not None and self._overview.has_head

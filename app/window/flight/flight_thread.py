@@ -1,8 +1,7 @@
 """A flight that a window watches: it runs in a thread of its own.
 
 Everything slow happens here (head, renderers, arm, registration, frames), so that the
-window answers at any time. Qt delivers what is told in the window's thread; of the
-frames only the newest is kept for it.
+window answers at any time.
 """
 
 import threading
@@ -14,9 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
 
 from app.window.background_work import words_for
+from app.window.session_thread import (
+    FrameReady,
+    HeadModelled,
+    SessionThread,
+    SlicesReady,
+)
 from disk import UserError
 from paravol import flight_events as events
 from paravol.cutaway import cutter
@@ -32,7 +36,6 @@ from paravol.inputs.asked_tissue import spared_by
 from paravol.inputs.hand import limits_about, nostril_fulcrum
 from paravol.patient import PatientScene
 from paravol.session_setup import SEED
-from paravol.slice_views import SliceViews
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import (
     MomentPicture,
@@ -77,29 +80,10 @@ class DisplayedFrame:
 
 
 @dataclass(frozen=True, slots=True)
-class HeadModelled:
-    """The overview's head is there."""
-
-    model: "HeadModel"
-
-
-@dataclass(frozen=True, slots=True)
 class HeadUnseen:
     """There is no head for the overview."""
 
     why: str
-
-
-@dataclass(frozen=True, slots=True)
-class SlicesReady:
-    """The slices' head is there."""
-
-    views: SliceViews
-
-
-@dataclass(frozen=True, slots=True)
-class FrameReady:
-    """There is a new frame: `FlightThread.take` it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,11 +125,8 @@ WindowEvent = (
 as it is drawn. `FlightEnd`: the path's end was reached or the trainee ended it."""
 
 
-class FlightThread(QObject):
-    """Run one flight in a thread and report to a window."""
-
-    told = Signal(object)
-    """A `WindowEvent`."""
+class FlightThread(SessionThread[DisplayedFrame]):
+    """Run one flight in a thread and report each `WindowEvent` to a window."""
 
     def __init__(
         self, order: FlightOrder, *, has_sound: bool = False, volume: float = 1.0
@@ -165,15 +146,12 @@ class FlightThread(QObject):
         """Place in the picture, in shares, while what is seen is named; else None."""
         self._queue: SnapshotQueue | None = None
         self._patient: PatientScene | None = None
-        self._lock = threading.Lock()
-        self._newest: DisplayedFrame | None = None
         self.last: DisplayedFrame | None = None
         """The last frame, None before the first."""
         self._before: Sample | None = None
         self._stood_s = 0.0
         self._is_laid = False
         self._frame_times: deque[float] = deque()
-        self._staged: FlightEvent | None = None
         # A daemon: a kernel that is just being compiled must not keep the program.
         self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
         self._modeller = threading.Thread(
@@ -197,12 +175,6 @@ class FlightThread(QObject):
         if self._queue is not None:
             self._queue.close()
         return not any(thread.is_alive() for thread in begun)
-
-    def take(self) -> DisplayedFrame | None:
-        """Take the newest frame; None when it was taken before."""
-        with self._lock:
-            newest, self._newest = self._newest, None
-        return newest
 
     def _run(self) -> None:
         try:
@@ -243,12 +215,6 @@ class FlightThread(QObject):
                 # what is not live is neither heard nor felt
                 self._feedback.quiet()
 
-    def _tell_news(self, event: FlightEvent) -> None:
-        """Tell a step, once; some report every one of thousands."""
-        if event != self._staged:
-            self._staged = event
-            self.told.emit(event)
-
     def _begin_model(self) -> None:
         """Have the overview's head made, unless it was begun."""
         if self._modeller.ident is None:
@@ -266,16 +232,13 @@ class FlightThread(QObject):
 
         The first picture does not wait for it.
         """
-        from app.vtk.head_model import COARSENESS, FINE, head_model
+        from app.vtk.head_model import session_head
 
-        patient, order = self._patient, self.flight.order
+        patient, flight = self._patient, self.flight
         assert patient is not None
-        assert self.flight.path is not None
-        targets = patient.positions(order.scenario.targets)
-        cut_open = cutter(patient, self.flight.path)
-        face = None if patient.face is None else patient.face()
-        coarseness = FINE if order.scenario.head.scene else COARSENESS
-        return head_model(patient.surface, targets, cut_open, face, coarseness)
+        assert flight.path is not None
+        cut_open = cutter(patient, flight.path)
+        return session_head(patient, flight.order.scenario, cut_open)
 
     def _begin_snapshots(self) -> None:
         """Prepare to draw kept moments, where they can be kept."""
@@ -418,11 +381,8 @@ class FlightThread(QObject):
             self._feedback.quiet()
         else:
             self._feedback.follow(event.signs)
-        with self._lock:
-            was_taken = self._newest is None
-            self._newest = self.last = displayed
-        if was_taken:
-            self.told.emit(FrameReady())
+        self.last = displayed
+        self._keep(displayed)
         self._begin_model()
 
     def _stood(self, sample: Sample) -> float:

@@ -5,40 +5,12 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.window.keyboard.actions import Act
 from app.window.keyboard.key_map import KEYS
-from app.window.panels.moments import MomentView
-from app.window.panels.overview_panel import OverviewView
-from app.window.panels.slices_panel import SlicesView
-from app.window.panels.task_panel import TaskPanel
 from app.window.plain_label import PlainLabel
 from app.window.scaling import lay
+from app.window.session_page import SessionSide
 from app.window.texts import tr
 from paravol.flight import FlightOrder
-from paravol.readings import tool_text
-from scenarios import InstrumentState, Scenario
 from scenarios.instrument_state import EMPTY_HAND
-
-
-class SessionSide(QWidget):
-    """Hold what stands beside the picture of a flight, and of a replay."""
-
-    def __init__(self, scenario: Scenario, edge_samples: int) -> None:
-        """Make the parts; edge_samples: for the overview."""
-        super().__init__()
-        self.setObjectName("side")
-        self.overview = OverviewView(scenario.scope.endoscope(), edge_samples)
-        self.slices = SlicesView()
-        self.moments = MomentView()
-        self.tasks = TaskPanel(scenario)
-        self.title = PlainLabel(tr(scenario.title), "title", wraps=True)
-        self._tool = PlainLabel(name="tool", wraps=True)
-        self._info = PlainLabel(name="status", wraps=True)
-        self.slices.told.connect(self._info.setText)
-
-    def show_tool(self, tool: InstrumentState) -> None:
-        """Say which tool is in hand, and what it does."""
-        text = tr("In hand: {tool}", tool=tr(tool_text(tool)))
-        if self._tool.text() != text:
-            self._tool.setText(text)
 
 
 class SideColumn(SessionSide):

@@ -24,7 +24,6 @@ from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
 from paravol.trainee.cases import KnownCase
 from paravol.trainee.exercises import Ladder, short_title
-from paravol.trainee.found_devices import FoundDevice
 from scenarios.ladder import Door
 
 KEYS = later("Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends")
@@ -140,10 +139,6 @@ class HomePage(TextPage):
         super().show_stage(said, share)
         for part in (self.go_on, self.card, self.list):
             part.setEnabled(not stage)
-
-    def choose_device(self, device: FoundDevice) -> None:
-        """Say what stands in the way of a device."""
-        self.say(tr(device.problem))
 
     def start_tour(self) -> None:
         """Show what there is on this page."""

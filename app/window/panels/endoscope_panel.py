@@ -20,6 +20,7 @@ from app.window.panels.guide_marks import (
     paint_guide,
     paint_names,
     paint_words,
+    place_in,
     say_beside,
 )
 from app.window.panels.qt_image import image_of
@@ -216,14 +217,7 @@ class PictureView(QWidget, Scaled):
         """Mark the hazard by a diamond, with a line from the tool's tip."""
         words, colour = self._pointed
         half = 9.0 * scale
-
-        def place(shares: tuple[float, float]) -> QPointF:
-            x, y = shares
-            return QPointF(
-                square.left() + x * square.width(), square.top() + y * square.height()
-            )
-
-        end = place(pointer.end)
+        end = place_in(square, *pointer.end)
         corners = ((half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half))
         diamond = QPolygonF([end + QPointF(*corner) for corner in corners])
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -231,7 +225,7 @@ class PictureView(QWidget, Scaled):
         for ink, width in ((QColor(0, 0, 0, 160), 5.0), (QColor(colour), 2.5)):
             painter.setPen(QPen(ink, width * scale))
             if pointer.begin is not None:
-                painter.drawLine(place(pointer.begin), end)
+                painter.drawLine(place_in(square, *pointer.begin), end)
             painter.drawPolygon(diamond)
         say_beside(painter, square, end, words, scale, 1.5 * half / scale)
 

@@ -46,7 +46,7 @@ def paint_names(
     painter.save()
     taken: list[QRectF] = []
     for name in names:
-        place = _place(square, name.x, name.y)
+        place = place_in(square, name.x, name.y)
         box = _box(painter, square, place, tr(name.name), scale, 6.0)
         if any(box.intersects(other) for other in taken):
             continue
@@ -71,7 +71,7 @@ def paint_words(
     # what is out of view is told within the picture's rim
     inwards = min(RIM / max(math.hypot(x, y), 1e-9), 1.0)
     painter.save()
-    place = _place(square, 0.5 + inwards * x, 0.5 + inwards * y)
+    place = place_in(square, 0.5 + inwards * x, 0.5 + inwards * y)
     say_beside(painter, square, place, words, scale, 14.0)
     painter.restore()
 
@@ -80,7 +80,7 @@ def _paint_goal(
     painter: QPainter, square: QRectF, mark: GuideMark, scale: float
 ) -> None:
     """Ring the goal; the ring closes as the task is done."""
-    place, half = _place(square, mark.x, mark.y), 13.0 * scale
+    place, half = place_in(square, mark.x, mark.y), 13.0 * scale
     for ink, width in ((_DARK, 4.5), (QColor(GUIDE), 2.0)):
         painter.setPen(QPen(ink, width * scale))
         painter.drawEllipse(place, half, half)
@@ -99,7 +99,7 @@ def _paint_next(
     painter: QPainter, square: QRectF, mark: GuideMark, scale: float
 ) -> None:
     """Draw a line to the next point of the way, with a head of an arrow there."""
-    place, middle = _place(square, mark.x, mark.y), square.center()
+    place, middle = place_in(square, mark.x, mark.y), square.center()
     way = place - middle
     length, half = math.hypot(way.x(), way.y()), 8.0 * scale
     along = way / length if length > 2.0 * half else QPointF(0.0, -1.0)
@@ -137,7 +137,8 @@ def _paint_arrow(
     say_beside(painter, square, foot - along * half, text, scale, 8.0)
 
 
-def _place(square: QRectF, x: float, y: float) -> QPointF:
+def place_in(square: QRectF, x: float, y: float) -> QPointF:
+    """Return a place that is told in shares of the picture's square."""
     return QPointF(
         square.left() + x * square.width(), square.top() + y * square.height()
     )

@@ -3,12 +3,13 @@
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtCore import Qt, Slot
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -18,32 +19,41 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.vtk.head_model import HeadModel
+from app.errors import sentence
 from app.window.keyboard import key_map
 from app.window.keyboard.places import american, place_of
-from app.window.page import Page, problem_label
+from app.window.page import problem_label
 from app.window.page_style import replay_sheet
 from app.window.panels.endoscope_panel import PictureView
-from app.window.panels.gauges import Gauges
-from app.window.panels.notices import Notices
-from app.window.panels.touch_bars import TouchBars, hazard_look
 from app.window.replay.own_view import MOVES, LookEvents
 from app.window.replay.replay_side import ReplaySide, caption
-from app.window.replay.replay_thread import ReplayThread
+from app.window.replay.replay_thread import ReplayThread, ReplayWindowEvent
 from app.window.replay.time_line import TimeLine, clock_text
 from app.window.replay.transport import Transport
 from app.window.replay.welcome_card import WelcomeCard
 from app.window.scaling import lay, scale_all
+from app.window.session_page import SessionPage
+from app.window.session_thread import FrameReady, HeadModelled, SlicesReady
 from app.window.texts import later, tr
 from devices.port import HostClock
+from paravol.flight_events import Progressed
 from paravol.player import Player
 from paravol.readings import Readings
 from paravol.replays.free_camera import CameraMove
-from paravol.replays.replay_worker import OpenedReplay, ReplayOrder, Row, ShownReplay
+from paravol.replays.replay_events import (
+    Measured,
+    Measuring,
+    Near,
+    NotesChanged,
+    OpenedReplay,
+    ReplayFailed,
+    ReplayOrder,
+    Seeking,
+    ShownReplay,
+    Told,
+    Unmeasured,
+)
 from paravol.replays.time_marks import TimeMark, next_mark, note_marks
-from paravol.session_pictures import ShownMoment
-from paravol.side_letters import looks_towards, side_letters
-from paravol.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios.bundle import Note
 from scenarios.instrument_state import NO_TOOL
@@ -55,21 +65,20 @@ OVERVIEW_SHARE = 0.15
 OVERVIEW_MS = 100
 LONG_STEP_S = 1.0
 
+Keys = dict[Qt.Key, Callable[[], object]]
+"""What keys do, by the letters of an American keyboard."""
 
-class ReplayPage(Page):
+
+class ReplayPage(SessionPage):
     """Replay sessions that are dropped, chosen or named."""
-
-    shown = Signal()
-    """A picture is there."""
 
     sheet = staticmethod(replay_sheet)
 
-    def __init__(self, bundles: Sequence[Path] = (), *, edge_samples: int = 0) -> None:
-        """Open one bundle, or two to compare; none waits for one to be dropped.
+    _side: ReplaySide | None = None
 
-        edge_samples: samples a pixel for smooth edges in the overview.
-        """
-        super().__init__()
+    def __init__(self, *, edge_samples: int = 0) -> None:
+        """Wait for a session; edge_samples: samples a pixel in the overview."""
+        super().__init__(TICK_MS)
         self.title = tr("PARAVOL: replay")
         self._edge_samples = edge_samples
         self._thread: ReplayThread | None = None
@@ -85,13 +94,8 @@ class ReplayPage(Page):
         self._is_told_to_go = False
         self._marks: list[TimeMark] = []
         self._endings: list[threading.Thread] = []
-        self._side: ReplaySide | None = None
-        self._is_stale = False
-        self._overview_due_s = 0.0
-        self.picture, self.beside = PictureView(), PictureView()
+        self.beside = PictureView()
         self._captions = caption(), caption()
-        self._notices = Notices(self.picture)
-        self._bars, self._gauges = TouchBars(), Gauges()
         self.line, self.transport = TimeLine(), Transport()
         self.welcome = WelcomeCard()
         self.problem = problem_label()
@@ -102,12 +106,8 @@ class ReplayPage(Page):
         ]
         self._lay_out()
         self._connect()
-        self._timer = QTimer(self)
-        self._timer.timeout.connect(self._tick)
-        self._timer.start(TICK_MS)
+        self._keys = self._page_keys()
         self._show_welcome(True)
-        if bundles:
-            self.open(bundles)
 
     def _lay_out(self) -> None:
         self._pictures = QWidget()
@@ -191,51 +191,91 @@ class ReplayPage(Page):
         self._refuse("")
         self._show_welcome(False)
         self._opening = thread = ReplayThread(order)
-        thread.staged.connect(self._on_stage)
-        thread.opened.connect(self._on_opened)
-        thread.failed.connect(self._on_failed)
-        thread.sought.connect(self._on_sought)
-        thread.arrived.connect(self._on_arrived)
-        thread.noted.connect(self._on_notes)
-        thread.told.connect(self._on_told)
-        thread.head_ready.connect(self._on_head)
-        thread.slices_ready.connect(self._on_slices)
-        thread.measuring.connect(self._on_measuring)
-        thread.near.connect(self._on_near)
-        thread.measured.connect(self._on_measured)
-        thread.unmeasured.connect(self._on_unmeasured)
-        thread.pictured.connect(self._on_pictured)
-        self._on_stage(later("Opening the session"), 0.0)
+        thread.told.connect(self._hear)
+        self._say_stage(later("Opening the session"), 0.0)
         thread.worker.start()
 
-    def _is_left(self) -> bool:
-        """Return whether a signal comes from a replay that is shown no longer."""
-        return self.sender() is not self._thread
-
-    @Slot(str, float)
-    def _on_stage(self, stage: str, share: float) -> None:
+    def _say_stage(self, stage: str, share: float) -> None:
         self._notices.say(
             tr(stage), tr("This is quick once it was done before."), share
         )
 
     @Slot(object)
-    def _on_opened(self, opened: OpenedReplay) -> None:
-        if self.sender() is not self._opening:
-            return
-        before, self._thread, self._opening = self._thread, self._opening, None
-        if before is not None:
-            self._endings.append(before.leave())
+    def _hear(self, event: ReplayWindowEvent) -> None:
+        """Show what happens in the replay that is opened or shown, in none before."""
+        thread = self.sender()
+        if thread is self._opening:
+            self._hear_opening(self._opening, event)
+        elif thread is self._thread and self._side is not None:
+            self._hear_opened(self._side, event)
+
+    def _hear_opening(self, thread: ReplayThread, event: ReplayWindowEvent) -> None:
+        match event:
+            case Progressed(stage, share):
+                self._say_stage(stage, share)
+            case OpenedReplay():
+                if self._thread is not None:
+                    self._endings.append(self._thread.leave())
+                self._thread, self._opening = thread, None
+                self._show_opened(event)
+            case ReplayFailed():
+                self._refused = thread.worker.order
+                self._endings.append(thread.leave())
+                self._opening = None
+                self._show_failure(event)
+
+    def _hear_opened(self, side: ReplaySide, event: ReplayWindowEvent) -> None:
+        match event:
+            case FrameReady():
+                self._show_newest(side)
+            case Seeking(share):
+                self._is_told_to_go = True
+                self._notices.say(
+                    tr("Going there"), tr("A later wish overtakes this one."), share
+                )
+            case Told(title, detail):
+                self._notices.notify(tr(title), tr(detail))
+            case HeadModelled(model):
+                side.overview.show_head(model)
+            case SlicesReady(views):
+                side.slices.show_head(views)
+                self._is_stale = True
+            case Measuring(stage, share):
+                side.metrics.say(f"{tr(stage)}: {share:.0%}")
+                self._gauges.show_status(
+                    tr("Measuring the session: {share:.0%}", share=share)
+                )
+            case Near(until_s):
+                self.line.show_near(until_s)
+            case Measured(marks, rows):
+                self._marks = [*marks, *(m for m in self._marks if m.kind == "notes")]
+                self.line.show_marks(self._marks)
+                side.events.show_moments((mark.time_s, tr(mark.text)) for mark in marks)
+                side.metrics.show_rows(rows)
+                self._gauges.show_status(tr("F1: all keys"))
+            case Unmeasured(why):
+                side.metrics.say(tr("Not measured"), tr(why))
+                self._gauges.show_status("")
+            case NotesChanged(notes):
+                self._show_notes(side, notes)
+            case MomentPicture():
+                side.moments.show_moment(event)
+            case ReplayFailed():
+                self._show_failure(event)
+
+    def _show_opened(self, opened: OpenedReplay) -> None:
         self._opened, self._seen = opened, None
         self.transport.set_ready(True)
-        self._show_side(opened)
+        side = self._show_side(opened)
         self._notices.say("")
         times = opened.frame_times_s
         if times[-1] < opened.end_s:
             times = [*times, opened.end_s]
         speed = self.transport.speed.currentData()
         self._player = Player(times, HostClock(), speed=speed)
+        self._keys |= self._session_keys(side, self._player)
         self.line.show_session(opened.begin_s, opened.end_s)
-        self._on_notes(opened.notes)
+        self._show_notes(side, opened.notes)
         self._halves[1].setVisible(opened.order.beside is not None)
         self.transport.align.setVisible(opened.order.beside is not None)
         self.transport.align.setCurrentIndex(0)
@@ -253,17 +293,16 @@ class ReplayPage(Page):
             )
         self._go(self._player.begin_s)
 
-    def _show_side(self, opened: OpenedReplay) -> None:
+    def _show_side(self, opened: OpenedReplay) -> ReplaySide:
         """Make the column anew: overview and tasks belong to one exercise."""
         before = self._side
         self._side = side = ReplaySide(opened.scenario, self._edge_samples)
-        side.overview.changed.connect(self._on_overview_changed)
-        side.overview.drawn.connect(self._on_overview_drawn)
+        self._take_side(side)
         side.events.sought.connect(self.seek)
-        side.book.sought.connect(self.seek)
+        side.book.notes.sought.connect(self.seek)
         side.book.written.connect(self._note)
         side.book.removed.connect(self._remove_note)
-        side.events.show_marks(opened.marks)
+        side.events.show_moments((mark.time_s, tr(mark.text)) for mark in opened.marks)
         side.metrics.say(tr("Being measured"))
         self._marks = list(opened.marks)
         if before is not None:
@@ -272,18 +311,13 @@ class ReplayPage(Page):
             before.deleteLater()
         self._middle.addWidget(side, 3)
         scale_all(side, self.scale)
+        return side
 
-    @Slot(str, bool)
-    def _on_failed(self, problem: str, lacks_case: bool) -> None:
+    def _show_failure(self, failure: ReplayFailed) -> None:
         """Say why something cannot be shown; what was shown before stays."""
-        sender = self.sender()
-        if sender is self._opening and self._opening is not None:
-            self._refused = self._opening.worker.order
-            self._endings.append(self._opening.leave())
-            self._opening = None
-        elif sender is not self._thread:
-            return
-        self._refuse(problem, lacks_case)
+        error = failure.error
+        words = sentence(error) or f"{type(error).__name__}: {error}"
+        self._refuse(words, failure.lacks_case)
         if self._thread is None:
             self._show_welcome(True)
         self._notices.say("")
@@ -389,9 +423,7 @@ class ReplayPage(Page):
             if player.is_over:
                 player.pause()
             self._tell_position()
-        self._notices.refresh()
-        if self._is_stale and time.monotonic() >= self._overview_due_s:
-            self._draw_overview()
+        super()._tick()
 
     def _tell_position(self) -> None:
         player, opened = self._player, self._opened
@@ -403,36 +435,26 @@ class ReplayPage(Page):
 
     # What is shown of it
 
-    @Slot(float)
-    def _on_sought(self, share: float) -> None:
-        if not self._is_left():
-            self._is_told_to_go = True
-            self._notices.say(
-                tr("Going there"), tr("A later wish overtakes this one."), share
-            )
-
-    @Slot()
-    def _on_arrived(self) -> None:
-        if self._is_left() or self._thread is None:
-            return
-        shown = self._thread.take()
-        if shown is None or self._side is None:
+    def _show_newest(self, side: ReplaySide) -> None:
+        shown = None if self._thread is None else self._thread.take()
+        if shown is None:
             return
         is_first = self._seen is None
         self._seen = shown
-        _show(self.picture, shown.here)
-        if shown.there is not None:
-            _show(self.beside, shown.there)
+        for picture, moment in (
+            (self.picture, shown.here),
+            (self.beside, shown.there),
+        ):
+            if moment is not None:
+                self._show_view(picture, moment.view, moment.frame.pixels)
         self._say_what_is_shown(shown)
-        signs = shown.here.signs
-        self._bars.show_signs(signs)
-        self.picture.point_at(shown.pointer, signs.hazard_text(), hazard_look(signs)[0])
+        self._bars.show_signs(shown.here.signs)
+        self._point_at(shown.pointer, shown.here.signs)
         self._gauges.show_readings(_readings(shown))
-        self._side.tasks.show_states(shown.here.tasks)
-        self._side.show_tool(shown.here.sample.instrument)
+        side.tasks.show_states(shown.here.tasks)
+        side.show_tool(shown.here.sample.instrument)
         if shown.tissue_changed and not is_first:
-            self._side.slices.refresh()
-            self._side.overview.refresh()
+            side.refresh()
         self._is_stale = True
         if shown.jump == self._jump and self._player is not None:
             if self._is_told_to_go:
@@ -442,7 +464,6 @@ class ReplayPage(Page):
                 self._plays_on = False
                 self._player.play()
             self._tell_position()
-        self.shown.emit()
 
     def _say_what_is_shown(self, shown: ShownReplay) -> None:
         here, there, opened = shown.here, shown.there, self._opened
@@ -464,26 +485,6 @@ class ReplayPage(Page):
         if there is not None and order.beside is not None:
             second.setText(f"{order.beside.name} · {clock_text(there.sample.time_s)}")
 
-    @Slot(str, str)
-    def _on_told(self, title: str, detail: str) -> None:
-        if not self._is_left():
-            self._notices.notify(tr(title), tr(detail))
-
-    @Slot(object)
-    def _on_head(self, head: HeadModel) -> None:
-        if not self._is_left() and self._side is not None:
-            self._side.overview.show_head(head)
-
-    @Slot(object)
-    def _on_slices(self, views: SliceViews) -> None:
-        if not self._is_left() and self._side is not None:
-            self._side.slices.show_head(views)
-            self._is_stale = True
-
-    @Slot()
-    def _on_overview_changed(self) -> None:
-        self._is_stale = True
-
     def _draw_overview(self) -> None:
         """Draw slices, have the overview drawn; not again before the budget allows."""
         self._is_stale = False
@@ -504,51 +505,11 @@ class ReplayPage(Page):
         waits_s = max(took_s / OVERVIEW_SHARE, OVERVIEW_MS / 1e3)
         self._overview_due_s = time.monotonic() + waits_s
 
-    @Slot(str, float)
-    def _on_measuring(self, stage: str, share: float) -> None:
-        if not self._is_left() and self._side is not None:
-            self._side.metrics.say(f"{tr(stage)}: {share:.0%}")
-            self._gauges.show_status(
-                tr("Measuring the session: {share:.0%}", share=share)
-            )
-
-    @Slot(float)
-    def _on_near(self, until_s: float) -> None:
-        if not self._is_left():
-            self.line.show_near(until_s)
-
-    @Slot(object, object)
-    def _on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
-        if self._is_left() or self._side is None or self._opened is None:
-            return
-        self._marks = [*marks, *(m for m in self._marks if m.kind == "notes")]
-        self._show_marks()
-        self._side.events.show_marks(marks)
-        self._side.metrics.show_rows(rows)
-        self._gauges.show_status(tr("F1: all keys"))
-
-    @Slot(str)
-    def _on_unmeasured(self, problem: str) -> None:
-        if not self._is_left() and self._side is not None:
-            self._side.metrics.say(tr("Not measured"), tr(problem))
-            self._gauges.show_status("")
-
-    @Slot(object)
-    def _on_notes(self, notes: Sequence[Note]) -> None:
-        if self._side is None:
-            return
-        self._side.book.show_notes(notes)
+    def _show_notes(self, side: ReplaySide, notes: Sequence[Note]) -> None:
+        side.book.notes.show_moments((note.at_s, note.text) for note in notes)
         self._marks = [m for m in self._marks if m.kind != "notes"]
         self._marks += note_marks(notes)
-        self._show_marks()
-
-    def _show_marks(self) -> None:
         self.line.show_marks(self._marks)
-
-    @Slot(object)
-    def _on_pictured(self, picture: MomentPicture) -> None:
-        if not self._is_left() and self._side is not None:
-            self._side.moments.show_moment(picture)
 
     # What can be done beside
 
@@ -601,6 +562,12 @@ class ReplayPage(Page):
         if self._thread is not None:
             self._thread.worker.remove_note(number)
 
+    def _change_alignment(self) -> None:
+        align = self.transport.align
+        if align.isVisible():
+            align.setCurrentIndex(1 - align.currentIndex())
+            self._take_alignment()
+
     @Slot()
     def _take_alignment(self) -> None:
         """Tie the sessions together as chosen; say what by."""
@@ -624,59 +591,50 @@ class ReplayPage(Page):
             return
         is_long = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         match key:
-            case Qt.Key.Key_Space:
-                self.play_or_pause()
             case Qt.Key.Key_Left | Qt.Key.Key_Right:
                 self._step_key(-1 if key == Qt.Key.Key_Left else 1, is_long)
-            case Qt.Key.Key_Up | Qt.Key.Key_Down:
-                self.transport.change_speed(1 if key == Qt.Key.Key_Up else -1)
-            case Qt.Key.Key_PageUp | Qt.Key.Key_PageDown:
-                self.go_to_event(-1 if key == Qt.Key.Key_PageUp else 1)
-            case Qt.Key.Key_Home if self._player is not None:
-                self.seek(self._player.begin_s)
-            case Qt.Key.Key_End if self._player is not None:
-                self.seek(self._player.end_s)
             case Qt.Key.Key_Escape if self._is_writing:
                 self.setFocus()
             case Qt.Key.Key_Escape if self._is_free:
                 self.switch_view()
             case Qt.Key.Key_Escape if self.window().isFullScreen():
                 self.full_screen_wanted.emit()
-            case Qt.Key.Key_Q | Qt.Key.Key_Escape:
-                self.left.emit()
-            case Qt.Key.Key_F:
-                self.full_screen_wanted.emit()
-            case _ if not self._command(key):
+            case _ if key in self._keys:
+                self._keys[key]()
+            case _:
                 super().keyPressEvent(event)
 
-    def _command(self, key: Qt.Key) -> bool:
-        """Obey a key that has nothing to do with time; return whether it was one."""
-        side, bar = self._side, self.transport
-        match key:
-            case Qt.Key.Key_V:
-                self.switch_view()
-            case Qt.Key.Key_K:
-                self.keep_moment()
-            case Qt.Key.Key_N:
-                self._write_note()
-            case Qt.Key.Key_B:
-                self._ask_beside()
-            case Qt.Key.Key_L if bar.align.isVisible():
-                bar.align.setCurrentIndex(1 - bar.align.currentIndex())
-                self._take_alignment()
-            case Qt.Key.Key_O:
-                self._ask_bundle()
-            case Qt.Key.Key_M if side is not None:
-                self._notices.notify(side.slices.switch(), "")
-            case Qt.Key.Key_C if side is not None:
-                self._notices.notify(side.overview.switch(), "")
-            case Qt.Key.Key_F1 if side is not None:
-                side.show_keys()
-            case Qt.Key.Key_I if side is not None:
-                side.tasks.switch_hint()
-            case _:
-                return False
-        return True
+    def _page_keys(self) -> Keys:
+        """Return what keys do that a session does not change."""
+        key, bar = Qt.Key, self.transport
+        return {
+            key.Key_Space: self.play_or_pause,
+            key.Key_Up: partial(bar.change_speed, 1),
+            key.Key_Down: partial(bar.change_speed, -1),
+            key.Key_PageUp: partial(self.go_to_event, -1),
+            key.Key_PageDown: partial(self.go_to_event, 1),
+            key.Key_Q: self.left.emit,
+            key.Key_Escape: self.left.emit,
+            key.Key_F: self.full_screen_wanted.emit,
+            key.Key_V: self.switch_view,
+            key.Key_K: self.keep_moment,
+            key.Key_N: self._write_note,
+            key.Key_B: self._ask_beside,
+            key.Key_L: self._change_alignment,
+            key.Key_O: self._ask_bundle,
+        }
+
+    def _session_keys(self, side: ReplaySide, player: Player) -> Keys:
+        """Return what keys do in a session, and with what stands beside it."""
+        key, notify = Qt.Key, self._notices.notify
+        return {
+            key.Key_Home: partial(self.seek, player.begin_s),
+            key.Key_End: partial(self.seek, player.end_s),
+            key.Key_M: lambda: notify(side.slices.switch(), ""),
+            key.Key_C: lambda: notify(side.overview.switch(), ""),
+            key.Key_F1: side.show_keys,
+            key.Key_I: side.tasks.switch_hint,
+        }
 
     @property
     def _is_writing(self) -> bool:
@@ -688,33 +646,17 @@ class ReplayPage(Page):
         else:
             self.step(step)
 
-    def catch_up(self) -> None:
-        """Draw the overview now."""
-        self._draw_overview()
-        if self._side is not None:
-            self._side.overview.finish()
-
     def release(self) -> list[threading.Thread]:
         """End the replay; free the overview's graphics memory."""
-        self._timer.stop()
         for thread in (self._opening, self._thread):
             if thread is not None:
                 self._endings.append(thread.leave())
-        if self._side is not None:
-            self._side.overview.release()
-        return self._endings
+        return [*self._endings, *super().release()]
 
 
 def bundle_of(path: Path) -> Path:
     """Return the bundle that a path means: itself, or the one that a file is of."""
     return path.parent if path.is_file() and path.parent.suffix else path
-
-
-def _show(picture: PictureView, moment: ShownMoment) -> None:
-    """Show a moment's picture, with the sides of the patient round it."""
-    _, right, up, forward = moment.view.camera.frame
-    picture.mark_sides(side_letters(right, up), looks_towards(forward))
-    picture.show_picture(moment.frame.pixels)
 
 
 def _readings(shown: ShownReplay) -> Readings:

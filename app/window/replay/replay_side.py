@@ -1,7 +1,7 @@
 """The column beside a replay: where the scope is, what happened, figures, notes."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -19,16 +19,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.window.flight.side_panel import SessionSide
 from app.window.keyboard import key_map
 from app.window.plain_label import PlainLabel, plain_tip
 from app.window.replay.time_line import clock_text
 from app.window.scaling import lay
+from app.window.session_page import SessionSide
 from app.window.texts import later, tr
-from paravol.replays.replay_worker import Row
-from paravol.replays.time_marks import TimeMark
+from paravol.replays.replay_events import Row
 from scenarios import Scenario
-from scenarios.bundle import Note
 from scenarios.bundle.notes import LONGEST_NOTE
 
 _TIME = Qt.ItemDataRole.UserRole
@@ -53,15 +51,16 @@ KEYS = (
 )
 
 
-class EventList(QListWidget):
-    """List what happened; an entry that is chosen is gone to."""
+class MomentList(QListWidget):
+    """List moments with their seconds; one that is chosen is gone to."""
 
     sought = Signal(float)
     """Somebody wants to go to this second."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
+        """Begin empty; name: for who cannot see it."""
         super().__init__()
-        self.setAccessibleName(tr("Events"))
+        self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setWordWrap(True)
         self.itemActivated.connect(self._seek)
@@ -70,12 +69,12 @@ class EventList(QListWidget):
     def _seek(self, item: QListWidgetItem) -> None:
         self.sought.emit(item.data(_TIME))
 
-    def show_marks(self, marks: Sequence[TimeMark]) -> None:
-        """List these marks."""
+    def show_moments(self, moments: Iterable[tuple[float, str]]) -> None:
+        """List these seconds, each with its text."""
         self.clear()
-        for mark in marks:
-            item = QListWidgetItem(f"{clock_text(mark.time_s)}  {tr(mark.text)}")
-            item.setData(_TIME, mark.time_s)
+        for time_s, text in moments:
+            item = QListWidgetItem(f"{clock_text(time_s)}  {text}")
+            item.setData(_TIME, time_s)
             self.addItem(item)
 
 
@@ -120,8 +119,6 @@ class MetricTable(QTreeWidget):
 class NoteBook(QWidget):
     """Show a teacher's notes; write one about now, remove the chosen one."""
 
-    sought = Signal(float)
-    """Somebody wants to go to this second."""
     written = Signal(str)
     """A note about what is shown now."""
     removed = Signal(int)
@@ -129,12 +126,7 @@ class NoteBook(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.notes = QListWidget()
-        self.notes.setAccessibleName(tr("Notes"))
-        self.notes.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.notes.setWordWrap(True)
-        self.notes.itemActivated.connect(self._seek)
-        self.notes.itemClicked.connect(self._seek)
+        self.notes = MomentList(tr("Notes"))
         self.line = QLineEdit()
         self.line.setAccessibleName(tr("Note about this moment"))
         self.line.setPlaceholderText(tr("Note about this moment; Enter keeps it"))
@@ -148,17 +140,6 @@ class NoteBook(QWidget):
         row.addWidget(self.line, 1)
         row.addWidget(self.remove)
         column.addLayout(row)
-
-    def _seek(self, item: QListWidgetItem) -> None:
-        self.sought.emit(item.data(_TIME))
-
-    def show_notes(self, notes: Sequence[Note]) -> None:
-        """Show these notes."""
-        self.notes.clear()
-        for note in notes:
-            item = QListWidgetItem(f"{clock_text(note.at_s)}  {note.text}")
-            item.setData(_TIME, note.at_s)
-            self.notes.addItem(item)
 
     def _write(self) -> None:
         text = self.line.text().strip()
@@ -177,7 +158,7 @@ class ReplaySide(SessionSide):
     def __init__(self, scenario: Scenario, edge_samples: int) -> None:
         """Lay out the column; edge_samples: for the overview."""
         super().__init__(scenario, edge_samples)
-        self.events = EventList()
+        self.events = MomentList(tr("Events"))
         self.metrics = MetricTable()
         self.book = NoteBook()
         self.tabs = QTabWidget()

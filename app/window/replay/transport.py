@@ -63,14 +63,11 @@ class Transport(QWidget):
         for text, tip, signal, step in (
             ("«", tr("The event before (Page up)"), self.event_wanted, -1),
             ("◂", tr("A frame back (←)"), self.stepped, -1),
-        ):
-            first.addWidget(self._stepper(text, tip, signal, step))
-        first.addWidget(self.play)
-        for text, tip, signal, step in (
             ("▸", tr("A frame ahead (→)"), self.stepped, 1),
             ("»", tr("The next event (Page down)"), self.event_wanted, 1),
         ):
             first.addWidget(self._stepper(text, tip, signal, step))
+        first.insertWidget(2, self.play)
         first.addWidget(self.speed)
         first.addWidget(self.clock)
         first.addStretch(1)

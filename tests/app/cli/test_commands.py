@@ -12,15 +12,14 @@ from typing import Literal
 import pytest
 
 from app.__main__ import main
-from app.cli.commands import app, debrief
+from app.cli.debrief_command import debrief
 from app.cli.overview import overview
 from app.cli.renamed_options import RENAMED
-from app.cli.root import DEVICES, FLY, MACHINE, PATIENTS, PICTURES, SESSIONS
+from app.cli.root import GROUPS, app
 from app.errors import sentence
 from paravol.debrief import DebriefOrder
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
-GROUPS = (FLY, PATIENTS, PICTURES, SESSIONS, DEVICES, MACHINE)
 
 
 def told(capsys: pytest.CaptureFixture[str]) -> str:
@@ -53,7 +52,7 @@ def test_every_command_stands_in_its_group() -> None:
         for name in re.findall(r"^  ([\w-]+) ", text, re.MULTILINE)
     }
     for name in (name for name in app if not name.startswith("-")):
-        assert app[name].group == tuple(g for g in GROUPS if g.name == listed[name])
+        assert app[name].group == (GROUPS[listed[name]],)
 
 
 def test_options_of_a_snapshot_stand_in_groups(
@@ -280,7 +279,7 @@ def test_a_debrief_lies_beside_its_session(
         asked.append(order.out)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("paravol.debrief.write_debrief", write)
+    monkeypatch.setattr("app.cli.debrief_command.write_debrief", write)
     for name in ("b.paravol", "b"):
         with pytest.raises(KeyboardInterrupt):
             debrief(tmp_path / name)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.cli import doctor
-from app.cli.doctor import examine, run_doctor
+from app.cli.doctor import examine
 from app.opengl import OpenGL
 from devices.serial_adapters import SerialAdapter
 from paravol import machine_check
@@ -18,7 +18,7 @@ OPENGL = OpenGL("Maker", "Some GPU", "4.6")
 
 
 def test_the_report_names_this_machine(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_doctor(as_json=True) == 0
+    assert doctor.doctor(json=True) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["missing"] == []
     told = {finding["name"]: finding["value"] for finding in report["findings"]}
@@ -72,7 +72,7 @@ def test_something_required_that_is_missing_fails(
         Finding("MPI", "no mpiexec", remedy="Snapshots use one rank."),
     ]
     monkeypatch.setattr(doctor, "examine", lambda: findings)
-    assert run_doctor(as_json=as_json) == 1
+    assert doctor.doctor(json=as_json) == 1
     said = capsys.readouterr().out
     assert "scipy" in said
     if as_json:

@@ -20,7 +20,8 @@ from app.cli.emulator_command import load_motion
 from devices import ProbePath, save_probe_path
 from devices.microscribe.emulator.faults.catalogue import parse_fault
 from scenarios import Sample
-from scenarios.bundle import SampleRecord, SessionInfo, SessionRecorder
+from scenarios.bundle import SampleRecord, SessionInfo
+from tests.recorded_flight import write_records
 
 if sys.platform == "win32":
     pytest.skip("pseudo-terminals need POSIX", allow_module_level=True)
@@ -195,13 +196,13 @@ def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
     world_from_device[:3, :3], world_from_device[:3, 3] = turn, (5.0, 6.0, 7.0)
     info = session_info(world_from_device)
     forward = np.array((0.0, 1.0, 0.0))
-    with SessionRecorder(tmp_path / "f.paravol", info) as recorder:
-        for time_s, x, buttons in ((-1.0, 0.0, 1), (2.0, 1.0, 2), (2.5, 2.0, 3)):
-            pose = np.eye(4)
-            pose[0, 3] = x
-            sample = Sample(time_s, pose, 10.0 * x, forward, forward, buttons)
-            recorder.add(SampleRecord.of(sample))
-    path = load_motion(tmp_path / "f.paravol")
+    records = []
+    for time_s, x, buttons in ((-1.0, 0.0, 1), (2.0, 1.0, 2), (2.5, 2.0, 3)):
+        pose = np.eye(4)
+        pose[0, 3] = x
+        sample = Sample(time_s, pose, 10.0 * x, forward, forward, buttons)
+        records.append(SampleRecord.of(sample))
+    path = load_motion(write_records(tmp_path / "f.paravol", info, records))
     assert path.name == "f"
     assert path.t_s.tolist() == [0.0, 0.5]
     assert path.tip_mm.tolist() == [[5.0, 7.0, 7.0], [5.0, 8.0, 7.0]]
@@ -212,10 +213,9 @@ def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
 
 def test_a_session_without_a_flight_is_refused(tmp_path: Path) -> None:
     """Nothing to follow: only samples from before the flight."""
-    folder = tmp_path / "e.paravol"
-    info = session_info(np.eye(4))
     forward = np.array((0.0, 1.0, 0.0))
-    with SessionRecorder(folder, info) as recorder:
-        recorder.add(SampleRecord.of(Sample(-1.0, np.eye(4), 0.0, forward, forward, 0)))
+    sample = Sample(-1.0, np.eye(4), 0.0, forward, forward, 0)
+    info, records = session_info(np.eye(4)), [SampleRecord.of(sample)]
+    folder = write_records(tmp_path / "e.paravol", info, records)
     with pytest.raises(ValueError, match="no flight"):
         load_motion(folder)

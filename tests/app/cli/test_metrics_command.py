@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.commands import MetricsOptions as Options
-from app.cli.commands import metrics
-from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv
+from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv, metrics
+from app.cli.metrics_command import MetricsOptions as Options
 from disk import UserError
 from paravol.metric_texts import metric_text
 from scenarios.metrics import Metric

@@ -7,7 +7,7 @@ import pytest
 from anatomy import Opacity
 from anatomy.case import read_case
 from app.__main__ import main
-from app.cli.phantom_command import run_phantom
+from app.cli.phantom_command import phantom
 from devices import load_probe_path
 from paravol.case_options import PhantomOptions
 from paravol.case_scenario import PATH, scenario_of_case
@@ -35,7 +35,7 @@ def test_a_patient_is_drawn_with_what_was_asked_for(
 
 def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     options = PhantomOptions(out=tmp_path / "case", spacing=3.0)
-    run_phantom(3, replace(options, average=True), as_json=True)
+    phantom(seed=3, options=replace(options, average=True), json=True)
     held = read_case(tmp_path / "case").record.parameters
     assert held is not None
     assert held.maxillary_scale == 0.97
@@ -44,8 +44,8 @@ def test_the_average_adult_can_be_asked_for(tmp_path: Path) -> None:
     with pytest.raises(
         ValueError, match=r"the case of a phantom \(seed 3\) with its exercise.*--force"
     ):
-        run_phantom(4, options, as_json=True)
-    run_phantom(4, replace(options, force=True), as_json=True)
+        phantom(seed=4, options=options, json=True)
+    phantom(seed=4, options=replace(options, force=True), json=True)
     held = read_case(tmp_path / "case").record.parameters
     assert held is not None
     assert held.seed == 4

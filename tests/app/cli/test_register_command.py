@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from anatomy import PhantomParameters
 from anatomy.queries.landmarks import landmarks
 from app.__main__ import main
-from app.cli.arm_commands import RegisterOptions
-from app.cli.register_command import run_register
+from app.cli.register_command import RegisterOptions, register
 from devices import DeviceError
 from devices.microscribe import MicroScribeEmulator
 from devices.openigtlink import PoseStreamer
@@ -87,7 +86,7 @@ def test_an_arm_on_a_port_is_registered(
                 target=("nasopharynx",),
             )
             try:
-                assert run_register(options, as_json=False) == 0
+                assert register(options=options, json=False) == 0
                 break
             except TimeoutError:
                 # The arm does not wait for who reads it, and a machine with much to do
@@ -113,7 +112,7 @@ def test_whoever_says_no_gets_no_file(
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr("sys.stdin", terminal)
     options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
-    assert run_register(options, as_json=True) == 1
+    assert register(options=options, json=True) == 1
     assert os.listdir(tmp_path) == []
 
 
@@ -126,12 +125,12 @@ def test_without_a_terminal_the_answer_is_read_before_the_work(
     monkeypatch.setattr("paravol.registration.arm_registration.plan_registration", work)
     monkeypatch.setattr("sys.stdin", io.StringIO("n\n"))
     options = _options(tmp_path / "r.json", coarse_scenario, yes=False)
-    assert run_register(options, as_json=True) == 1
+    assert register(options=options, json=True) == 1
     with pytest.raises(ValueError, match="give --yes"):
-        run_register(options, as_json=True)
+        register(options=options, json=True)
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
     with pytest.raises(AssertionError, match="slow work began"):
-        run_register(options, as_json=True)
+        register(options=options, json=True)
 
 
 def test_ctrl_c_leaves_nothing(
@@ -178,7 +177,7 @@ def test_mistakes_are_one_sentence(
 def test_an_unknown_target_is_said(coarse_scenario: Path, tmp_path: Path) -> None:
     options = _options(tmp_path / "r.json", coarse_scenario, target=("left knee",))
     with pytest.raises(ValueError, match="no landmark 'left knee'"):
-        run_register(options, as_json=True)
+        register(options=options, json=True)
 
 
 def test_no_arm_no_file(coarse_scenario: Path, tmp_path: Path) -> None:
@@ -189,7 +188,7 @@ def test_no_arm_no_file(coarse_scenario: Path, tmp_path: Path) -> None:
         device=str(tmp_path / "ttyNOTHING"),
     )
     with pytest.raises(DeviceError, match="ttyNOTHING"):
-        run_register(options, as_json=True)
+        register(options=options, json=True)
     assert os.listdir(tmp_path) == []
 
 
@@ -229,7 +228,7 @@ def test_another_tracker_is_registered_by_touch_and_enter(
         address = f"igtl:127.0.0.1:{streamer.port}"
         options = _options(out, coarse_scenario, emulated=False, pivot=False)
         options = replace(options, input=address)
-        assert run_register(options, as_json=True) == 0
+        assert register(options=options, json=True) == 0
         person.join()
         os.close(keys)
     record = load_registration(out)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.scenario_commands import check, list_exercises, show
+from app.cli.scenario_command import check, list_exercises, show
 from disk import UserError
 from scenarios.scenario import bundled_scenarios
 

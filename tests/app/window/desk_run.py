@@ -41,7 +41,8 @@ def until(what: str, holds: Callable[[], object], limit_s: float = 200.0) -> Non
 def waits_of_the_window(begun: Callable[[], object]) -> list[str]:
     """Return a list that will name each thread that this thread waits for.
 
-    begun: called before each wait. For scripts: nothing takes it back.
+    begun: called before each wait. Nothing takes it back but a test that patched
+    `Thread.join` before.
     """
     waits: list[str] = []
     here, join = threading.current_thread(), threading.Thread.join

@@ -49,8 +49,9 @@ class OpenedWindow:
 
         prepare_environment()
         from app.window.flight.flight_page import FlightPage
-        from app.window.flight.flight_thread import FlightThread, FrameReady
+        from app.window.flight.flight_thread import FlightThread
         from app.window.main_window import MainWindow
+        from app.window.session_thread import FrameReady
         from devices import load_probe_path
         from paravol.flight import FlightOrder
         from paravol.inputs import choose_input

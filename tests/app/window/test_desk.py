@@ -239,7 +239,7 @@ until("the order", lambda: not desk._works)
 wait()
 assert window.page is home
 # what is raised in a slot is told, and closes nothing
-from app.cli.train import errors_of_slots
+from app.cli.page_window import errors_of_slots
 from PySide6.QtCore import QTimer
 import contextlib, io
 with errors_of_slots(window.tell) as errors, contextlib.redirect_stderr(io.StringIO()):

@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -14,15 +15,20 @@ from disk import UserError
 from paravol.patient import PatientScene
 from paravol.replays import replay_worker
 from paravol.replays.free_camera import CameraMove
-from paravol.replays.replay_worker import (
+from paravol.replays.replay_events import (
+    Measured,
+    NotesChanged,
     OpenedReplay,
-    ReplayObserver,
+    ReplayEvent,
+    ReplayFailed,
     ReplayOrder,
-    ReplayWorker,
-    Row,
+    Seeking,
     ShownReplay,
+    Told,
+    Unmeasured,
 )
-from paravol.replays.time_marks import MarkKind, TimeMark
+from paravol.replays.replay_worker import ReplayWorker
+from paravol.replays.time_marks import MarkKind
 from paravol.session_timeline import SessionTimeline
 from scenarios import Scenario, load_scenario
 from scenarios.bundle import FrameRecord, Note, read_notes, read_recording, write_json
@@ -37,60 +43,36 @@ from tests.paravol.replays.flown_session import (
 
 SIZE = 32
 
+_E = TypeVar("_E", bound=ReplayEvent)
 
-class Heard(ReplayObserver):
+
+class Heard:
     """Keep what is told."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
-        self.opened: OpenedReplay | None = None
-        self.shown: list[ShownReplay] = []
-        self.seeking: list[float] = []
-        self.notes: list[tuple[Note, ...]] = []
-        self.failed: list[tuple[Exception, bool]] = []
-        self.told: list[str] = []
-        self.measured: tuple[list[TimeMark], list[Row]] | None = None
-        self.unmeasured = ""
+        self.told: list[ReplayEvent] = []
 
-    def _tell(self) -> None:
+    def hear(self, event: ReplayEvent) -> None:
         with self.changed:
+            self.told.append(event)
             self.changed.notify_all()
 
-    def on_opened(self, opened: OpenedReplay) -> None:
-        self.opened = opened
-        self._tell()
+    def all(self, kind: type[_E]) -> list[_E]:
+        return [event for event in self.told if isinstance(event, kind)]
 
-    def on_shown(self, shown: ShownReplay) -> None:
-        self.shown.append(shown)
-        self._tell()
+    @property
+    def shown(self) -> list[ShownReplay]:
+        return self.all(ShownReplay)
 
-    def on_seeking(self, share: float) -> None:
-        self.seeking.append(share)
-        self._tell()
-
-    def on_notes(self, notes: tuple[Note, ...]) -> None:
-        self.notes.append(notes)
-        self._tell()
-
-    def on_failed(self, error: Exception, lacks_case: bool) -> None:
-        self.failed.append((error, lacks_case))
-        self._tell()
-
-    def on_told(self, title: str, detail: str) -> None:
-        self.told.append(detail)
-        self._tell()
-
-    def on_measured(self, marks: list[TimeMark], rows: list[Row]) -> None:
-        self.measured = marks, rows
-        self._tell()
-
-    def on_unmeasured(self, problem: str) -> None:
-        self.unmeasured = problem
-        self._tell()
+    @property
+    def opened(self) -> OpenedReplay:
+        (opened,) = self.all(OpenedReplay)
+        return opened
 
     def until(self, holds: Callable[[], object]) -> None:
         with self.changed:
-            assert self.changed.wait_for(holds, 60.0), (self.failed, self.unmeasured)
+            assert self.changed.wait_for(holds, 60.0), self.told
 
 
 def straight(
@@ -147,7 +129,7 @@ def begun(
     ) -> tuple[ReplayWorker, Heard]:
         heard = Heard()
         order = ReplayOrder(folder, beside, patient=patient, threads=1)
-        worker = ReplayWorker(order, heard)
+        worker = ReplayWorker(order, heard.hear)
         workers.append(worker)
         worker.start()
         return worker, heard
@@ -177,7 +159,6 @@ def test_any_moment_has_the_bits_of_the_flight(begun: Begun, slow: Path) -> None
         assert shown.here.frame.fingerprint() == frames[number].xxh3_128
     # a sample that no frame has shown is compared with none
     assert shown_at(worker, heard, EVERY_S).here.is_recorded is None
-    assert heard.opened is not None
     assert heard.opened.frame_times_s == pytest.approx(
         [SHOWN_EVERY * EVERY_S * n for n in range(len(frames))]
     )
@@ -200,13 +181,14 @@ def test_a_newer_wish_overtakes_a_long_way(
     worker, heard = begun()
     shown_at(worker, heard, 0.0)
     worker.jump_to(LASTS_S)
-    heard.until(lambda: heard.seeking)
+    heard.until(lambda: heard.all(Seeking))
     is_slow.clear()
     shown = shown_at(worker, heard, 0.2)
     assert shown.here.sample.time_s == pytest.approx(0.2)
     assert shown.here.is_recorded is True
-    assert heard.seeking == sorted(heard.seeking)
-    assert max(heard.seeking) < 1.0
+    shares = [seeking.share for seeking in heard.all(Seeking)]
+    assert shares == sorted(shares)
+    assert max(shares) < 1.0
     # the way that was given up has shown nothing
     assert [s.jump for s in heard.shown] == [1, 3]
 
@@ -254,11 +236,10 @@ def test_the_other_sessions_figures_stand_beside(
 ) -> None:
     worker, heard = begun(slow, fast)
     shown_at(worker, heard, 0.0)
-    heard.until(lambda: heard.measured or heard.unmeasured)
-    assert heard.measured is not None, heard.unmeasured
-    marks, rows = heard.measured
-    assert any(mark.kind is MarkKind.TOOL for mark in marks)
-    own, other = next(r[1:] for r in rows if r[0] == "scope: task time")
+    heard.until(lambda: heard.all(Measured) or heard.all(Unmeasured))
+    (measured,) = heard.all(Measured)
+    assert any(mark.kind is MarkKind.TOOL for mark in measured.marks)
+    own, other = next(r[1:] for r in measured.rows if r[0] == "scope: task time")
     assert (own, other) == ("2 s", "1 s")
 
 
@@ -267,13 +248,14 @@ def test_notes_are_written_and_removed(begun: Begun, slow: Path) -> None:
     worker, heard = begun()
     shown_at(worker, heard, 0.0)
     worker.note(1.25, "Hold still here")
-    heard.until(lambda: heard.notes)
-    assert read_notes(slow) == heard.notes[-1] == (Note(1.25, "Hold still here"),)
+    heard.until(lambda: heard.all(NotesChanged))
+    (changed,) = heard.all(NotesChanged)
+    assert read_notes(slow) == changed.notes == (Note(1.25, "Hold still here"),)
     worker.remove_note(2)
-    heard.until(lambda: heard.told)
-    assert "no number 2" in heard.told[-1]
+    heard.until(lambda: heard.all(Told))
+    assert "no number 2" in heard.all(Told)[-1].detail
     worker.remove_note(1)
-    heard.until(lambda: len(heard.notes) == 2)
+    heard.until(lambda: len(heard.all(NotesChanged)) == 2)
     assert read_notes(slow) == ()
 
 
@@ -320,11 +302,11 @@ def test_what_cannot_be_shown_is_refused_in_a_sentence(
     shutil.copytree(slow, folder)
     spoil(folder)
     _, heard = begun(folder)
-    heard.until(lambda: heard.failed)
-    ((error, asked),) = heard.failed
-    assert isinstance(error, UserError)
-    assert words in str(error)
-    assert asked == lacks_case
+    heard.until(lambda: heard.all(ReplayFailed))
+    (failed,) = heard.all(ReplayFailed)
+    assert isinstance(failed.error, UserError)
+    assert words in str(failed.error)
+    assert failed.lacks_case == lacks_case
 
 
 @pytest.mark.usefixtures("unmeasured")
@@ -338,5 +320,4 @@ def test_a_half_written_recording_is_shown_as_far_as_it_goes(
     stream.write_bytes(stream.read_bytes()[:-400])
     worker, heard = begun(folder)
     assert shown_at(worker, heard, 0.4).here.is_recorded is True
-    assert heard.opened is not None
     assert not heard.opened.is_complete

@@ -328,11 +328,11 @@ def test_the_picture_is_wanted_as_large_as_it_is_on_the_screen(
     assert page._flight.size == 512
     for size, expected in zip(SIZES, (640, 1024, 2048), strict=True):
         lay_out(page, size, 1.0)
-        page._refresh()
+        page._tick()
         assert sizes._wanted == expected >= page.picture.edge_px > expected // 2
     # beside large slices it is smaller
     page._large.next()
     QApplication.processEvents()
-    page._refresh()
+    page._tick()
     assert sizes._wanted < 2048
     page._large.show("The scope's picture")

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
-from app.window.flight.sound_keys import SoundKeys
+from app.window.flight.view_keys import SoundKeys
 from app.window.keyboard.actions import Act
 from app.window.panels.touch_bars import TouchBars
 from paravol.feedback import SoundPlayer, TouchSigns

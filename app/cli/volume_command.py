@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.page_window import run_page
+from app.cli.root import Threads, thread_count
 from app.cli.terminal import Stages
 from disk import UserError
 
@@ -13,8 +14,18 @@ if TYPE_CHECKING:
     from app.window.volume.volume_page import VolumePage
 
 
-def run_volume(case: Path | None, look: Path | None, threads: int) -> int:
-    """Show a case's scans, or those of the bundled head; UserError for a bad file."""
+def volume(
+    case: Path | None = None, *, look: Path | None = None, threads: Threads = 0
+) -> int:
+    """Show a scan whole in a window: as a volume whose look is edited, or a surface.
+
+    Parameters
+    ----------
+    case
+        A case folder, as import and phantom write; the bundled head when left out.
+    look
+        A file that the window saved: transfer function, threshold and lights.
+    """
     from paravol.patient import load_case, load_patient
     from paravol.volume.look import load_look
     from paravol.volume.scan import scans_of
@@ -36,7 +47,7 @@ def run_volume(case: Path | None, look: Path | None, threads: int) -> int:
         from app.window.volume.volume_page import VolumePage
 
         title = "The bundled head" if case is None else case.resolve().name
-        page = VolumePage(title, scans, threads)
+        page = VolumePage(title, scans, thread_count(threads))
         if chosen is not None:
             page.controls.show_look(chosen)
         return page, lambda: None
