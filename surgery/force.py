@@ -100,7 +100,7 @@ class ForceState:
 
 
 @dataclass(frozen=True, slots=True)
-class Gape:
+class JawContact:
     """Say what lies between a tool's jaws.
 
     points_mm: ``(n, 3)`` evenly in what they enclose, wide open, in the tool's frame.
@@ -206,7 +206,7 @@ def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
 def warm_up(patient: OperatedPatient) -> None:
     """Compile what is called, or fetch it compiled, before a flight begins."""
     ball = solids.capsule([0, 0, 1], [0, 0, 1], 1.0)
-    gape = Gape(np.zeros((1, 3)), 1.0)
+    gape = JawContact(np.zeros((1, 3)), 1.0)
     tool = ToolForce(patient, [RigidPart(ball)], gape=gape)
     tool.step(0.0, np.eye(4))
 
@@ -222,7 +222,7 @@ class ToolForce:
         patient: OperatedPatient,
         parts: Sequence[RigidPart],
         *,
-        gape: Gape | None = None,
+        gape: JawContact | None = None,
         bore_mm: float = 0.0,
     ) -> None:
         """Take a tool; gape: of its jaws, where it has any; bore_mm: that sucks."""
