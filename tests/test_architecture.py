@@ -271,7 +271,7 @@ BUDGET = {
     "paravol": 27735,
     "renderers": 37382,
     "scenarios": 12345,
-    "surgery": 7188,
+    "surgery": 7181,
     "tests": 94312,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
