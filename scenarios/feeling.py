@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scenarios.instrument_state import NO_TOOL, InstrumentState
 from scenarios.instruments.catalogue import Instrument, instrument_named, parts_of
 from scenarios.scoring import BreakFigure
-from surgery.force import NO_TOUCH, ForceState, Gape, RigidPart, ToolForce, Touch
+from surgery.force import NO_TOUCH, ForceState, JawContact, RigidPart, ToolForce, Touch
 from surgery.patient import OperatedPatient
 from surgery.solids import capsule
 
@@ -148,7 +148,7 @@ def tool_force(patient: OperatedPatient, tool: Instrument) -> ToolForce:
     return ToolForce(patient, parts, gape=gape_of(tool), bore_mm=bore_mm)
 
 
-def gape_of(tool: Instrument) -> Gape | None:
+def gape_of(tool: Instrument) -> JawContact | None:
     """Return what lies between a tool's jaws; None for one without."""
     rows = tool.shape.bite(0.0)
     if len(rows) == 0:
@@ -160,4 +160,4 @@ def gape_of(tool: Instrument) -> Gape | None:
         float(np.linalg.norm(ends[:, None] - ends, axis=2).max())
         for ends in (begin, end)
     )
-    return Gape(points, widest + 2.0 * float(radius.max()))
+    return JawContact(points, widest + 2.0 * float(radius.max()))

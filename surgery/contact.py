@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from devices.cross import cross
 from disk import UserError
 from renderers.scene import Volume
+from surgery.kernels.distance_field import HOLE, DistanceField
 from surgery.kernels.hold_back import hold_back
 
 Doubles = NDArray[np.float64]
@@ -59,9 +60,12 @@ class ShaftHold:
         ends and radius of another shaft that is in the way, mm.
         """
         self.guard = NO_GUARD
-        self._distance = distance
-        self._voxel = np.ascontiguousarray(distance.voxel_from_world[:3])
-        self._spacing_mm = float(distance.spacing_mm.max())
+        self._field = DistanceField(
+            distance.values,
+            np.ascontiguousarray(distance.voxel_from_world[:3]),
+            float(distance.spacing_mm.max()),
+            np.zeros((0, HOLE)),
+        )
         self.pivot_mm = np.asarray(pivot_mm, np.float64)
 
     def held(
@@ -82,9 +86,7 @@ class ShaftHold:
         lever = max(away, LEAST_LEVER_MM)
         rod, aim = _rod(start, lever), _rod(wanted, lever)
         hold_back(
-            self._distance.values,
-            self._voxel,
-            self._spacing_mm,
+            self._field,
             self.guard,
             balls,
             grown,

@@ -157,13 +157,9 @@ class _Sources:
     emitted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def copy(self) -> "_Sources":
-        return _Sources(
-            self.voxel.copy(),
-            self.kind.copy(),
-            self.started.copy(),
-            self.rates.copy(),
-            self.emitted.copy(),
-        )
+        copied = replace(self)
+        copied.keep(np.ones(len(self.voxel), bool))
+        return copied
 
     def keep(self, rows: NDArray[np.bool_]) -> None:
         for name in ("voxel", "kind", "started", "rates", "emitted"):

@@ -17,6 +17,7 @@ from anatomy.wall_layers import WallLayers
 from disk import UserError
 from surgery import solids
 from surgery.kernels import touch_force as tick
+from surgery.kernels.distance_field import HOLE
 from surgery.kernels.squeeze_jaws import squeeze_jaws
 from surgery.kernels.touch_force import Patch
 from surgery.patient import OperatedPatient
@@ -99,7 +100,7 @@ class ForceState:
 
 
 @dataclass(frozen=True, slots=True)
-class Gape:
+class JawContact:
     """Say what lies between a tool's jaws.
 
     points_mm: ``(n, 3)`` evenly in what they enclose, wide open, in the tool's frame.
@@ -205,7 +206,7 @@ def balls_of(parts: Sequence[solids.Rows]) -> tuple[Doubles, NDArray[np.int64]]:
 def warm_up(patient: OperatedPatient) -> None:
     """Compile what is called, or fetch it compiled, before a flight begins."""
     ball = solids.capsule([0, 0, 1], [0, 0, 1], 1.0)
-    gape = Gape(np.zeros((1, 3)), 1.0)
+    gape = JawContact(np.zeros((1, 3)), 1.0)
     tool = ToolForce(patient, [RigidPart(ball)], gape=gape)
     tool.step(0.0, np.eye(4))
 
@@ -221,13 +222,12 @@ class ToolForce:
         patient: OperatedPatient,
         parts: Sequence[RigidPart],
         *,
-        gape: Gape | None = None,
+        gape: JawContact | None = None,
         bore_mm: float = 0.0,
     ) -> None:
         """Take a tool; gape: of its jaws, where it has any; bore_mm: that sucks."""
         self._patient = patient
-        self._patch = whole_patch(patient)
-        self._walls, self._grounds = feel_tables(patient.layers)
+        self._felt = whole_patch(patient), *feel_tables(patient.layers)
         self._gape = gape
         self._jaw = 1.0
         self._balls, owner = balls_of([part.capsules for part in parts])
@@ -245,9 +245,10 @@ class ToolForce:
         away = np.linalg.norm(self._balls[:, :3], axis=1) - self._balls[:, 3]
         self._settings[tick.PULL_BALL] = int(np.argmin(away))
         self._state = np.zeros(tick.STATE)
-        self._holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        self._holes = np.zeros(tick.HOLES)
         self._work = np.zeros((len(self._balls) + tick.BEHIND, tick.WORK))
         self._out = np.zeros(tick.OUT)
+        self._kept = self._state, self._holes, self._work, self._out
         self._way = np.zeros((3, 4, 4))
         self._last: tuple[float, Doubles] | None = None
         self.touch = NO_TOUCH
@@ -296,15 +297,7 @@ class ToolForce:
         broken = int(self._state[tick.BROKEN])
         if held and is_pose and not bites:
             flags = tick.press_walls(
-                self._patch,
-                self._walls,
-                self._grounds,
-                self._balls,
-                self._way[1],
-                self._state,
-                self._holes,
-                self._work,
-                self._out,
+                *self._felt, self._balls, self._way[1], *self._kept
             )
         else:
             flags = self._follow(elapsed_s, is_sucking)
@@ -320,17 +313,7 @@ class ToolForce:
         self._settings[tick.DT] = self._settings[tick.PERIOD] = elapsed_s / steps
         self._settings[tick.PULL_N] = self._pull_n if is_sucking else 0.0
         return tick.follow_way(
-            self._patch,
-            self._walls,
-            self._grounds,
-            self._balls,
-            self._way,
-            steps,
-            self._settings,
-            self._state,
-            self._holes,
-            self._work,
-            self._out,
+            *self._felt, self._balls, self._way, steps, self._settings, *self._kept
         )
 
     @property
@@ -366,7 +349,7 @@ class ToolForce:
         now = int(self._state[tick.BROKEN])
         if now > before:
             rows = [
-                int(self._holes[n % tick.MOST_HOLES, tick.HOLE - 1])
+                int(self._holes[n % tick.MOST_HOLES, HOLE - 1])
                 for n in range(max(before, now - tick.MOST_HOLES), now)
             ]
             touch = replace(touch, broken=tuple(kinds[row].name for row in rows))
@@ -378,15 +361,9 @@ class ToolForce:
                 place_mm=out[tick.PLACE : tick.PLACE + 3].copy(),
             )
         if self._gape is not None and jaw is not None and jaw > 0.0:
+            gape = self._gape
             force, held = squeeze_jaws(
-                self._patch,
-                self._walls,
-                self._grounds,
-                self._gape.points_mm,
-                self._way[1],
-                self._gape.gape_mm,
-                jaw,
-                self._holes,
+                *self._felt, gape.points_mm, self._way[1], gape.gape_mm, jaw
             )
             touch = replace(touch, jaw_n=force, held_mm=held)
         return touch

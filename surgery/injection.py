@@ -36,7 +36,7 @@ Box = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 @dataclass(frozen=True, slots=True)
-class Depot:
+class InjectionSite:
     """Hold what was injected at one place: ``(3,)`` LPS mm, ml."""
 
     place_mm: tuple[float, float, float]
@@ -49,7 +49,7 @@ class InjectionState:
 
     voxels: NDArray[np.int64]
     pale: NDArray[np.uint8]
-    depots: tuple[Depot, ...]
+    depots: tuple[InjectionSite, ...]
     drawn: int
 
 
@@ -70,7 +70,7 @@ class Injection:
                 f"pallor must be uint8 of shape {distance.shape}, got {pale.dtype} "
                 f"{pale.shape}"
             )
-        self.depots: tuple[Depot, ...] = ()
+        self.depots: tuple[InjectionSite, ...] = ()
         self._distance = distance
         self._pale = pale
         self._drawn = 0
@@ -91,11 +91,11 @@ class Injection:
         more = ML_PER_S * seconds
         last = self.depots[-1] if self.depots else None
         if last is not None and math.dist(last.place_mm, place_mm) <= MERGED_MM:
-            grown = Depot(last.place_mm, last.ml + more)
+            grown = InjectionSite(last.place_mm, last.ml + more)
             self.depots = (*self.depots[:-1], grown)
         else:
             x, y, z = place_mm.tolist()
-            self.depots = (*self.depots, Depot((x, y, z), more))
+            self.depots = (*self.depots, InjectionSite((x, y, z), more))
             self._drawn = 0
         depot = self.depots[-1]
         # what rounding took from a sum of many must not cost a step
@@ -128,7 +128,7 @@ class Injection:
         low, high = np.array(ends, np.int64).T
         return low, high
 
-    def _draw(self, depot: Depot, ml: float) -> Box:
+    def _draw(self, depot: InjectionSite, ml: float) -> Box:
         """Pale the tissue round a depot that hangs together with it."""
         volume = self._distance
         radius = radius_mm(ml)

@@ -270,9 +270,9 @@ BUDGET = {
     "machine": 261,
     "paravol": 27799,
     "renderers": 37382,
-    "scenarios": 12344,
-    "surgery": 7188,
-    "tests": 94214,
+    "scenarios": 12345,
+    "surgery": 7181,
+    "tests": 94312,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

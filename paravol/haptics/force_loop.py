@@ -101,7 +101,7 @@ def new_feeling(
         np.ascontiguousarray(balls, np.float64),
         settings,
         np.zeros(touch_force.STATE),
-        np.zeros((touch_force.MOST_HOLES, touch_force.HOLE)),
+        np.zeros(touch_force.HOLES),
         np.zeros((len(balls) + touch_force.BEHIND, touch_force.WORK)),
         np.zeros(touch_force.OUT),
     )

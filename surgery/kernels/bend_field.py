@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from surgery.kernels.distance_field import to_voxel_inside
+
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Longs = NDArray[np.int64]
@@ -70,12 +72,7 @@ def _cell(
 ) -> tuple[int, int, int, float, float, float]:
     """Return a place's voxel (i, j, k) and how far it is to the next, along each."""
     nz, ny, nx = shape
-    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
-    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
-    u = min(max(u, 0.0), nx - 1.0)
-    v = min(max(v, 0.0), ny - 1.0)
-    w = min(max(w, 0.0), nz - 1.0)
+    u, v, w = to_voxel_inside(shape, m, x, y, z)
     i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
     return i, j, k, u - i, v - j, w - k
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from surgery.kernels.hold_back import FREE_MM, air_mm
+from surgery.kernels.distance_field import FREE_MM, air_mm
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]

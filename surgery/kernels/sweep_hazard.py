@@ -13,6 +13,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from anatomy.kernels.wall_depth import wall_depth
+from renderers.scene.kernels.least_along import value_at
+from surgery.kernels.distance_field import affine, lerp, to_voxel_inside
 from surgery.kernels.solid_distance import solids_distance
 
 Shorts = NDArray[np.int16]
@@ -79,46 +81,18 @@ def hazard_mm(
     voxel: ``(3, 4)`` voxels from patient mm. Off the grid it is that of the grid's
     nearest place, so that a tool that comes in meets no jump.
     """
-    nz, ny, nx = values.shape
-    u = voxel[0, 0] * x + voxel[0, 1] * y + voxel[0, 2] * z + voxel[0, 3]
-    v = voxel[1, 0] * x + voxel[1, 1] * y + voxel[1, 2] * z + voxel[1, 3]
-    w = voxel[2, 0] * x + voxel[2, 1] * y + voxel[2, 2] * z + voxel[2, 3]
-    u = min(max(u, 0.0), nx - 1.0)
-    v = min(max(v, 0.0), ny - 1.0)
-    w = min(max(w, 0.0), nz - 1.0)
-    i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
-    u, v, w = u - i, v - j, w - k
-    near = values[k]
-    far = values[k + 1]
-    a = near[j, i] + u * (near[j, i + 1] - near[j, i])
-    b = near[j + 1, i] + u * (near[j + 1, i + 1] - near[j + 1, i])
-    c = far[j, i] + u * (far[j, i + 1] - far[j, i])
-    d = far[j + 1, i] + u * (far[j + 1, i + 1] - far[j + 1, i])
-    p = a + v * (b - a)
-    q = c + v * (d - c)
-    distance: float = unit * (p + w * (q - p))
-    return distance
+    u, v, w = to_voxel_inside(values.shape, voxel, x, y, z)
+    return unit * lerp(values, u, v, w)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def depth_mm(
-    values: Floats, voxel: Doubles, x: float, y: float, z: float
-) -> float:  # fmt: skip
+def depth_mm(values: Floats, voxel: Doubles, x: float, y: float, z: float) -> float:
     """Interpolate the depth below the air's surface, mm; off the grid is air."""
     nz, ny, nx = values.shape
-    u = voxel[0, 0] * x + voxel[0, 1] * y + voxel[0, 2] * z + voxel[0, 3]
-    v = voxel[1, 0] * x + voxel[1, 1] * y + voxel[1, 2] * z + voxel[1, 3]
-    w = voxel[2, 0] * x + voxel[2, 1] * y + voxel[2, 2] * z + voxel[2, 3]
+    u, v, w = affine(voxel, x, y, z)
     if not (0 <= u <= nx - 1 and 0 <= v <= ny - 1 and 0 <= w <= nz - 1):
         return -1.0
-    i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
-    u, v, w = u - i, v - j, w - k
-    total = 0.0
-    for corner in range(8):
-        f, g, h = corner & 1, corner >> 1 & 1, corner >> 2
-        weight = (u if f else 1 - u) * (v if g else 1 - v) * (w if h else 1 - w)
-        total += weight * values[k + h, j + g, i + f]
-    return total
+    return value_at(values, u, v, w)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -130,12 +104,12 @@ def _depth_in_wall(
     Interpolation alone would never find such a wall's bone to be passed.
     """
     depth = depth_mm(values, voxel, x, y, z)
-    spacing, place = np.empty(3), np.empty(3)
+    spacing = np.empty(3)
     for axis in range(3):
-        a, b, c, shift = voxel[axis]
+        a, b, c, _ = voxel[axis]
         spacing[axis] = 1.0 / math.sqrt(a * a + b * b + c * c)
-        place[axis] = a * x + b * y + c * z + shift
-    return wall_depth(values, spacing, place[0], place[1], place[2], depth)
+    u, v, w = affine(voxel, x, y, z)
+    return wall_depth(values, spacing, u, v, w, depth)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

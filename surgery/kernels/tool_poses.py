@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from surgery.kernels.hold_back import FREE_MM, air_mm, off_guard
+from surgery.kernels.distance_field import FREE_MM, air_mm, spacing_of
+from surgery.kernels.hold_back import off_guard
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -222,8 +223,7 @@ def held_tissue(
     rest is not looked at.
     """
     way, place = np.empty(3), np.empty(3)
-    m, off_mm = head.hazard_voxel, prices.spares_mm
-    h = 1.0 / math.sqrt(m[0, 0] ** 2 + m[1, 0] ** 2 + m[2, 0] ** 2)
+    off_mm, h = prices.spares_mm, spacing_of(head.hazard_voxel)
     for n in range(origins.shape[0]):
         held = cost = 0.0
         for b in range(jaws.shape[0]):

@@ -18,6 +18,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from surgery.kernels.distance_field import (
+    HOLE,
+    OFF_GRID_MM,
+    DistanceField,
+    affine,
+    free_at,
+    free_mm,
+    lerp,
+    slope,
+    spacing_of,
+    to_voxel_inside,
+)
+from surgery.kernels.touches import AT, BALL, GAP, OUTWARD, PUSH, TOUCH, WALL, row_for
+
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 Doubles = NDArray[np.float64]
@@ -53,9 +67,9 @@ HAS, PROXY, HAND, LENGTH, RATE, SCALE, BROKEN, STATE = 0, 1, 4, 7, 8, 9, 10, 11
 the spring's length and its filtered rate; share of the stiffness after a late tick;
 walls broken so far."""
 
-HOLE, MOST_HOLES = 8, 8
-"""Columns of the holes and their number: two ends (6), radius, row of the wall. The
-oldest one is forgotten first. Of `state[BROKEN]` holes the last ones are held."""
+MOST_HOLES = 8
+HOLES = MOST_HOLES, HOLE
+"""Shape of the holes. The oldest is forgotten first, of `state[BROKEN]`."""
 
 FORCE, TORQUE, DEPTH, TISSUE_N, ROW, PLACE, SLOPE, BROKE, PASSES, OUT = (
     *(0, 3, 6, 7, 8, 9, 12, 13, 14, 15),
@@ -73,12 +87,9 @@ MOST_TOUCHES, MOST_PASSES, SWEEPS = 12, 10, 30
 """Walls that push at the same time; passes over the walls; times that their pushes are
 reconciled in each."""
 
-WORK, BEHIND = 10, MOST_TOUCHES + 5
+WORK, BEHIND = TOUCH, MOST_TOUCHES + 5
 """Columns of the work space, ``(balls + BEHIND, WORK)`` float64, and its rows after
 those of the balls: walls that push, and five vectors."""
-
-FAR_MM = 1e3
-"""What is told as air off the patch: nothing holds there."""
 
 JUMP_MM = 20.0
 """No hand moves so far in a tick: the proxy is set anew."""
@@ -125,119 +136,49 @@ PULL_MM = 1.0
 """Suction pulls towards tissue that is nearer than this."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _tri(values: Floats, u: float, v: float, w: float) -> float:
-    """Interpolate at a voxel place that must be inside, mm of tissue."""
-    nz, ny, nx = values.shape
-    i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
-    u, v, w = u - i, v - j, w - k
-    near, far = values[k], values[k + 1]
-    a = near[j, i] + u * (near[j, i + 1] - near[j, i])
-    b = near[j + 1, i] + u * (near[j + 1, i + 1] - near[j + 1, i])
-    c = far[j, i] + u * (far[j, i + 1] - far[j, i])
-    d = far[j + 1, i] + u * (far[j + 1, i + 1] - far[j + 1, i])
-    p = a + v * (b - a)
-    q = c + v * (d - c)
-    return float(p + w * (q - p))
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def air_mm(
-    distance: Floats, m: Doubles, holes: Doubles, count: int,
-    x: float, y: float, z: float,
-) -> float:  # fmt: skip
-    """Return how far a place is from tissue, mm; off the patch all is air.
-
-    m: ``(3, 4)`` voxels from mm. count: of holes that are held.
-    """
-    nz, ny, nx = distance.shape
-    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
-    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
-    if not (0 <= u <= nx - 1 and 0 <= v <= ny - 1 and 0 <= w <= nz - 1):
-        return FAR_MM
-    air = -_tri(distance, u, v, w)
-    for n in range(count):
-        radius = holes[n, 6]
-        if air >= radius:
-            continue
-        dx = holes[n, 3] - holes[n, 0]
-        dy = holes[n, 4] - holes[n, 1]
-        dz = holes[n, 5] - holes[n, 2]
-        px, py, pz = x - holes[n, 0], y - holes[n, 1], z - holes[n, 2]
-        along = (px * dx + py * dy + pz * dz) / (dx * dx + dy * dy + dz * dz)
-        along = min(max(along, 0.0), 1.0)
-        px -= along * dx
-        py -= along * dy
-        pz -= along * dz
-        air = max(air, radius - math.sqrt(px * px + py * py + pz * pz))
-    return air
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _outward(
-    distance: Floats, m: Doubles, holes: Doubles, count: int, h: float, row: Doubles
-) -> bool:
-    """Write the unit direction into the air to `row[5:8]`, of the place in `row[2:5]`.
-
-    Central differences over a voxel of what is interpolated: continuous. False where
-    there is none.
-    """
-    x, y, z = row[2], row[3], row[4]
-    total = 0.0
-    for c in range(3):
-        dx = h if c == 0 else 0.0
-        dy = h if c == 1 else 0.0
-        dz = h if c == 2 else 0.0
-        a = air_mm(distance, m, holes, count, x + dx, y + dy, z + dz)
-        b = air_mm(distance, m, holes, count, x - dx, y - dy, z - dz)
-        row[5 + c] = a - b if max(a, b) < FAR_MM else 0.0
-        total += row[5 + c] * row[5 + c]
-    if total < 1e-12:
+def _outward(field: DistanceField, row: Doubles) -> bool:
+    """Write the unit direction into the air at a wall's place; False for none."""
+    out = row[OUTWARD : OUTWARD + 3]
+    total = slope(field, row[AT], row[AT + 1], row[AT + 2], out)
+    if total == 0.0:
         return False
     total = 1.0 / math.sqrt(total)
     for c in range(3):
-        row[5 + c] *= total
+        out[c] *= total
     return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gather(
-    distance: Floats, m: Doubles, holes: Doubles, count: int, h: float,
-    work: Doubles, near: int, shift: Doubles, reach: float,
-) -> int:  # fmt: skip
+    field: DistanceField, work: Doubles, near: int, shift: Doubles, reach: float
+) -> int:
     """Write the walls that the tool may meet within reach; returns their number.
 
     The first rows of `work` are the balls that are near: place without the shift,
-    radius, gap. Walls follow after all balls: ball, gap, place, direction outwards,
-    push.
+    radius, gap. Walls follow after all balls, of `surgery.kernels.touches`.
     """
     begin = work.shape[0] - BEHIND
+    touches = work[begin : begin + MOST_TOUCHES]
     found = 0
     for n in range(near):
         gap = work[n, 4]
         if gap > reach:
             continue
-        at = found
-        if found == MOST_TOUCHES:
-            at = 0
-            for k in range(1, found):
-                if work[begin + k, 1] > work[begin + at, 1]:
-                    at = k
-            if work[begin + at, 1] <= gap:
-                continue
-        row = work[begin + at]
-        row[0], row[1] = n, gap
+        at = row_for(touches, found, gap)
+        if at < 0:
+            continue
+        row = touches[at]
+        row[BALL], row[GAP] = n, gap
         for c in range(3):
-            row[2 + c] = work[n, c] + shift[c]
-        row[8] = 0.0
+            row[AT + c] = work[n, c] + shift[c]
+        row[PUSH] = 0.0
         found = max(found, at + 1)
     kept = 0
     for k in range(found):
-        row = work[begin + k]
-        if _outward(distance, m, holes, count, h, row):
+        if _outward(field, touches[k]):
             if kept != k:
-                work[begin + kept, :9] = row[:9]
+                touches[kept] = touches[k]
             kept += 1
     return kept
 
@@ -255,37 +196,36 @@ def _push_apart(work: Doubles, found: int, way: Doubles) -> None:
             row = work[begin + k]
             speed = row[5] * way[0] + row[6] * way[1] + row[7] * way[2]
             # out of a wall no faster than its direction is known
-            lacking = min(-row[1], STEP_MM) - speed - GIVE * row[8]
-            push = max(row[8] + lacking / (1.0 + GIVE), 0.0)
-            change = push - row[8]
+            lacking = min(-row[GAP], STEP_MM) - speed - GIVE * row[PUSH]
+            push = max(row[PUSH] + lacking / (1.0 + GIVE), 0.0)
+            change = push - row[PUSH]
             if change == 0.0:
                 continue
-            row[8] = push
+            row[PUSH] = push
             most = max(most, abs(change))
             for c in range(3):
-                way[c] += change * row[5 + c]
+                way[c] += change * row[OUTWARD + c]
         if most < SETTLED_MM:
             break
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _update_gaps(
-    distance: Floats, m: Doubles, holes: Doubles, count: int,
-    work: Doubles, near: int, shift: Doubles, moved: float,
-) -> float:  # fmt: skip
+    field: DistanceField, work: Doubles, near: int, shift: Doubles, moved: float
+) -> float:
     """Write the gaps of balls that are near; returns the least one.
 
     moved: how far they went since they were written. A ball that cannot have come
     near is not looked at: its gap is then a bound from below.
     """
-    least = FAR_MM
+    distance, m, _, holes = field
+    least = OFF_GRID_MM
     for n in range(near):
         gap = work[n, 4] - STEEPEST * moved
         if gap < 2.0 * STEP_MM:
-            gap = air_mm(
-                distance, m, holes, count,
-                work[n, 0] + shift[0], work[n, 1] + shift[1], work[n, 2] + shift[2],
-            ) - work[n, 3]  # fmt: skip
+            x, y, z = work[n, 0], work[n, 1], work[n, 2]
+            gap = free_at(distance, m, holes, x + shift[0], y + shift[1], z + shift[2])
+            gap -= work[n, 3]
         work[n, 4] = gap
         least = min(least, gap)
     return least
@@ -293,20 +233,17 @@ def _update_gaps(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def place_balls(
-    distance: Floats, m: Doubles, holes: Doubles, count: int,
-    balls: Doubles, pose: Doubles, shift: Doubles, reach: float, work: Doubles,
+    field: DistanceField, balls: Doubles, pose: Doubles, shift: Doubles, reach: float,
+    work: Doubles,
 ) -> tuple[int, float]:  # fmt: skip
     """Write the balls that can touch anything within reach; also the least gap."""
-    near, least = 0, FAR_MM
+    distance, m, _, holes = field
+    near, least = 0, OFF_GRID_MM
     for n in range(balls.shape[0]):
-        a, b, c = balls[n, 0], balls[n, 1], balls[n, 2]
         row = work[near]
-        x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
-        y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
-        z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
-        gap = air_mm(
-            distance, m, holes, count, x + shift[0], y + shift[1], z + shift[2]
-        ) - balls[n, 3]  # fmt: skip
+        x, y, z = affine(pose, balls[n, 0], balls[n, 1], balls[n, 2])
+        gap = free_at(distance, m, holes, x + shift[0], y + shift[1], z + shift[2])
+        gap -= balls[n, 3]
         least = min(least, gap)
         if gap < reach:
             row[0], row[1], row[2], row[3], row[4] = x, y, z, balls[n, 3], gap
@@ -316,9 +253,8 @@ def place_balls(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow_hand(
-    distance: Floats, m: Doubles, holes: Doubles, count: int, h: float,
-    work: Doubles, near: int, shift: Doubles, way: Doubles,
-) -> tuple[int, int]:  # fmt: skip
+    field: DistanceField, work: Doubles, near: int, shift: Doubles, way: Doubles
+) -> tuple[int, int]:
     """Bring the proxy as near to the hand as walls let it; walls and passes.
 
     shift: ``(3,)`` from the hand to the proxy, changed in place.
@@ -331,19 +267,19 @@ def _follow_hand(
             length += way[c] * way[c]
         length = math.sqrt(length)
         reach = min(length, STEP_MM) + STEP_MM
-        found = _gather(distance, m, holes, count, h, work, near, shift, reach)
+        found = _gather(field, work, near, shift, reach)
         _push_apart(work, found, way)
         length = math.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
         if length < SETTLED_MM:
             return found, done + 1
         # along walls a short way; in the open as far as nothing can be met
-        free = FAR_MM
+        free = OFF_GRID_MM
         for n in range(near):
             free = min(free, work[n, 4])
         share = min(1.0, max(free, STEP_MM) / length)
         for c in range(3):
             shift[c] += share * way[c]
-        _update_gaps(distance, m, holes, count, work, near, shift, share * length)
+        _update_gaps(field, work, near, shift, share * length)
     return found, MOST_PASSES
 
 
@@ -376,15 +312,9 @@ def _feel_at(
     damping, share of the bone that is left. Averaged over the eight voxels around: no
     step between two walls.
     """
-    m = patch.voxel
     nz, ny, nx = patch.pristine.shape
-    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
-    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
-    u = min(max(u, 0.0), nx - 1.0)
-    v = min(max(v, 0.0), ny - 1.0)
-    w = min(max(w, 0.0), nz - 1.0)
-    depth = max(_tri(patch.pristine, u, v, w) - below, 0.0)
+    u, v, w = to_voxel_inside(patch.pristine.shape, patch.voxel, x, y, z)
+    depth = max(lerp(patch.pristine, u, v, w) - below, 0.0)
     i, j, k = min(int(u), nx - 2), min(int(v), ny - 2), min(int(w), nz - 2)
     u, v, w = u - i, v - j, w - k
     for c in range(6):
@@ -414,14 +344,13 @@ def _feel_at(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _break(
-    patch: Patch, walls: Doubles, row: int, touch: Doubles, radius: float,
-    widest: float, state: Doubles, holes: Doubles, count: int,
+    field: DistanceField, walls: Doubles, row: int, touch: Doubles, radius: float,
+    widest: float, state: Doubles, holes: Doubles,
 ) -> None:  # fmt: skip
     """Give the tool a hole through a wall.
 
     It reaches to the next air behind the wall, or a little beyond its bone.
     """
-    distance, m = patch.distance, patch.voxel
     x = touch[2] - radius * touch[5]
     y = touch[3] - radius * touch[6]
     z = touch[4] - radius * touch[7]
@@ -429,10 +358,7 @@ def _break(
     is_through = False
     for step in range(int(THROUGH_MM / MARCH_MM)):
         way = (step + 1) * MARCH_MM
-        air = air_mm(
-            distance, m, holes, count,
-            x - way * touch[5], y - way * touch[6], z - way * touch[7],
-        )  # fmt: skip
+        air = free_mm(field, x - way * touch[5], y - way * touch[6], z - way * touch[7])
         # a thin wall's ridge is cut off: nothing of it may be positive in between
         if air >= 0.0:
             length, is_through = way, True
@@ -452,9 +378,8 @@ def _break(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _keep_in_cone(
-    distance: Floats, m: Doubles, holes: Doubles, count: int, h: float,
-    work: Doubles, near: int, shift: Doubles, start: Doubles, friction: float,
-    way: Doubles,
+    field: DistanceField, work: Doubles, near: int, shift: Doubles, start: Doubles,
+    friction: float, way: Doubles,
 ) -> None:  # fmt: skip
     """Let the proxy stay where it was, as far as friction holds it there.
 
@@ -481,10 +406,10 @@ def _keep_in_cone(
         shift[c] += share * way[c]
     moved = share * back
     for _ in range(2):
-        least = _update_gaps(distance, m, holes, count, work, near, shift, moved)
+        least = _update_gaps(field, work, near, shift, moved)
         if least >= 0.0:
             return
-        found = _gather(distance, m, holes, count, h, work, near, shift, 0.0)
+        found = _gather(field, work, near, shift, 0.0)
         way[:] = 0.0
         _push_apart(work, found, way)
         for c in range(3):
@@ -519,7 +444,7 @@ def _sum_up(
         x = touch[2] - radius * touch[5]
         y = touch[3] - radius * touch[6]
         z = touch[4] - radius * touch[7]
-        touch[9] = _feel_at(patch, walls, grounds, x, y, z, 0.0, each)
+        touch[WALL] = _feel_at(patch, walls, grounds, x, y, z, 0.0, each)
         for c in range(5):
             feel[c] += share * each[c]
         out[PLACE] += share * x
@@ -577,8 +502,8 @@ def _add_force(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _pull(
-    distance: Floats, m: Doubles, holes: Doubles, count: int, h: float,
-    balls: Doubles, pose: Doubles, settings: Doubles, row: Doubles, out: Doubles,
+    field: DistanceField, balls: Doubles, pose: Doubles, settings: Doubles,
+    row: Doubles, out: Doubles,
 ) -> None:  # fmt: skip
     """Add what suction pulls towards tissue near the tool's opening."""
     ball = balls[int(settings[PULL_BALL])]
@@ -586,8 +511,8 @@ def _pull(
         row[2 + c] = pose[c, 3]
         for e in range(3):
             row[2 + c] += pose[c, e] * ball[e]
-    gap = air_mm(distance, m, holes, count, row[2], row[3], row[4]) - ball[3]
-    if gap >= PULL_MM or not _outward(distance, m, holes, count, h, row):
+    gap = free_mm(field, row[2], row[3], row[4]) - ball[3]
+    if gap >= PULL_MM or not _outward(field, row):
         return
     # a sealed opening bears all of the pressure, one that is off a part of it
     force = -settings[PULL_N] * (1.0 - max(gap, 0.0) / PULL_MM) ** 2
@@ -641,6 +566,15 @@ def _begin(pose: Doubles, settings: Doubles, state: Doubles, shift: Doubles) -> 
     return flags
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _field(patch: Patch, state: Doubles, holes: Doubles) -> DistanceField:
+    """Return the tissue that a tool meets: its holes are open to it."""
+    count = min(int(state[BROKEN]), MOST_HOLES)
+    return DistanceField(
+        patch.distance, patch.voxel, spacing_of(patch.voxel), holes[:count]
+    )
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def touch_tick(
     patch: Patch, walls: Doubles, grounds: Doubles, balls: Doubles, pose: Doubles,
@@ -664,16 +598,12 @@ def touch_tick(
     flags = _begin(pose, settings, state, shift)
     if flags & FAULT:
         return flags
-    distance, m = patch.distance, patch.voxel
-    count = min(int(state[BROKEN]), MOST_HOLES)
-    h = 1.0 / math.sqrt(m[0, 0] ** 2 + m[1, 0] ** 2 + m[2, 0] ** 2)
+    field = _field(patch, state, holes)
     if settings[PULL_N] > 0.0:
         row = vectors[3]
-        _pull(distance, m, holes, count, h, balls, pose, settings, row, out)
+        _pull(field, balls, pose, settings, row, out)
     length = math.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
-    near, least = place_balls(
-        distance, m, holes, count, balls, pose, shift, length + 2.0 * STEP_MM, work
-    )
+    near, least = place_balls(field, balls, pose, shift, length + 2.0 * STEP_MM, work)
     if state[HAS] == 0.0 and least < -SEAT_MM:
         return flags | BURIED
     state[HAS] = 1.0
@@ -682,9 +612,7 @@ def touch_tick(
         _set_anew(pose, state, 1.0)
         return flags | _clip(out, settings[MOST_N])
     start[:] = shift
-    found, passes = _follow_hand(
-        distance, m, holes, count, h, work, near, shift, way
-    )  # fmt: skip
+    found, passes = _follow_hand(field, work, near, shift, way)
     out[PASSES] = passes
     feel, each = vectors[3], vectors[4]
     most = _sum_up(patch, walls, grounds, work, found, feel, each, out)
@@ -695,13 +623,11 @@ def touch_tick(
         state[LENGTH] = state[RATE] = 0.0
         return flags | _clip(out, settings[MOST_N])
     touch = work[begin + most]
-    wall, radius = int(touch[9]), work[int(touch[0]), 3]
+    wall, radius = int(touch[WALL]), work[int(touch[0]), 3]
     # friction writes over the walls
     broken = vectors[4]
     broken[2:8] = touch[2:8]
-    _keep_in_cone(
-        distance, m, holes, count, h, work, near, shift, start, feel[3], way
-    )  # fmt: skip
+    _keep_in_cone(field, work, near, shift, start, feel[3], way)
     length = math.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
     tissue_n = _spring_n(feel, length, math.inf)
     force = _device_n(feel, length, state, settings, out)
@@ -718,7 +644,7 @@ def touch_tick(
     bears = walls[wall, BREAK_N] * feel[5] ** 2 * scatter
     if bears > 0.0 and tissue_n * feel[6] > bears:
         widest = balls[:, 3].max()
-        _break(patch, walls, wall, broken, radius, widest, state, holes, count)
+        _break(field, walls, wall, broken, radius, widest, state, holes)
         out[BROKE] = wall
     return flags | TOUCHING | _clip(out, settings[MOST_N])
 
@@ -736,22 +662,20 @@ def press_walls(
     out[:] = 0.0
     out[ROW] = out[BROKE] = -1.0
     state[HAS] = state[LENGTH] = state[RATE] = 0.0
-    distance, m = patch.distance, patch.voxel
-    count = min(int(state[BROKEN]), MOST_HOLES)
-    h = 1.0 / math.sqrt(m[0, 0] ** 2 + m[1, 0] ** 2 + m[2, 0] ** 2)
+    field = _field(patch, state, holes)
     vectors = work[work.shape[0] - BEHIND :]
     shift, touch, each, most = vectors[0, :3], vectors[1], vectors[2], vectors[3]
     shift[:] = 0.0
-    near, _ = place_balls(distance, m, holes, count, balls, pose, shift, 0.0, work)
+    near, _ = place_balls(field, balls, pose, shift, 0.0, work)
     for n in range(near):
         touch[2:5] = work[n, 0:3]
-        if not _outward(distance, m, holes, count, h, touch):
+        if not _outward(field, touch):
             continue
         radius, deep = work[n, 3], -work[n, 4]
         x = work[n, 0] - (radius - deep) * touch[5]
         y = work[n, 1] - (radius - deep) * touch[6]
         z = work[n, 2] - (radius - deep) * touch[7]
-        below = max(-air_mm(distance, m, holes, count, x, y, z), 0.0)
+        below = max(-free_mm(field, x, y, z), 0.0)
         row = _feel_at(patch, walls, grounds, x, y, z, below, each)
         newton = _spring_n(each, deep, math.inf)
         if newton > out[TISSUE_N]:
@@ -774,7 +698,7 @@ def press_walls(
     )
     if 0.0 < bears < newton:
         widest = balls[:, 3].max()
-        _break(patch, walls, row, most, most[8], widest, state, holes, count)
+        _break(field, walls, row, most, most[8], widest, state, holes)
         out[BROKE] = row
     return TOUCHING
 

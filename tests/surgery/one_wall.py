@@ -84,7 +84,7 @@ class Tick:
         )
         self.grounds = np.full(256, self.soft)
         self.state = np.zeros(tick.STATE)
-        self.holes = np.zeros((tick.MOST_HOLES, tick.HOLE))
+        self.holes = np.zeros(tick.HOLES)
         self.out = np.zeros(tick.OUT)
         self.work = np.zeros((len(self.balls) + tick.BEHIND, tick.WORK))
         self.flags = 0

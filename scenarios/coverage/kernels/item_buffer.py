@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.coverage.kernels.gather_patches import facing_of, key_of
-from surgery.kernels.hold_back import FREE_MM, air_mm
+from surgery.kernels.distance_field import FREE_MM, air_mm
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
