@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from benchmarks.simulated_ranks.ledger import AT_HOME, Ledger
 from benchmarks.simulated_ranks.torus import Torus
-from renderers.art.ranks.ledger import AT_HOME, Ledger
 from renderers.art.ranks.messages import (
     HEADER_BYTES,
     Message,
