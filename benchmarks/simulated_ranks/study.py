@@ -8,9 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.simulated_ranks.audit import audit
-from benchmarks.simulated_ranks.ledger import Ledger
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
-from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
+from benchmarks.simulated_ranks.simulated_machine import (
+    Costs,
+    Ledger,
+    Machine,
+    SimulatedRank,
+)
 from benchmarks.simulated_ranks.torus import Torus
 from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
 from benchmarks.simulated_ranks.trips import (
