@@ -41,6 +41,19 @@ def test_discs_no_longer_stand_over_free_edges(
     assert_array_equal(sharp.coverage, ragged.coverage)
     length = np.linalg.norm(sharp.normal[moved], axis=-1)
     np.testing.assert_allclose(length, 1, atol=1e-5)
+    # each is where its own ray meets the wall, whose normal it has there
+    origin, ray = camera.rays()
+    along = sharp.depth_mm[moved].astype(np.float64)[:, None] * ray[moved]
+    place = np.broadcast_to(origin, ray.shape)[moved] + along
+    apart_mm = np.abs(bars.sample(place))
+    assert apart_mm.max() < 0.01
+    assert np.percentile(apart_mm, 90) < 1e-4
+    away = 0.15 * np.eye(3)
+    slope = [bars.sample(place + a) - bars.sample(place - a) for a in away]
+    rise = np.stack(slope, axis=-1)
+    rise /= np.linalg.norm(rise, axis=-1, keepdims=True)
+    towards_air = -(rise * sharp.normal[moved]).sum(axis=-1)
+    assert towards_air.min() > 0.99
 
 
 def test_a_round_room_without_edges_is_left_alone(
