@@ -15,7 +15,7 @@ from renderers.scene.change import merged
 from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_team import Future, ThreadTeam
 from renderers.shading import (
     AutoGain,
     CameraPass,
@@ -85,7 +85,7 @@ class EndoscopeView:
             self.renderer.use_visible_sets(progress=partial(report, VISIBLE_SETS_STAGE))
         self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
         self._camera_pass = CameraPass(threads=team)
-        self._begun: Errand[Frame] | None = None
+        self._begun: Future[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
         self.has_instrument = has_instrument
         self._auto_gain = AutoGain()
@@ -221,7 +221,7 @@ class EndoscopeView:
         elapsed_s: float,
         gain: float | None = None,
         then: Callable[[Frame], None] | None = None,
-    ) -> Errand[Frame]:
+    ) -> Future[Frame]:
         """Draw a frame but for the end of it, which is left to one of the threads.
 
         number: seeds the sensor noise.

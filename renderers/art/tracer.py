@@ -212,12 +212,12 @@ class ActiveRayTracer:
         """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
         # whoever helps is awake then, when there is something to draw
-        errand = self._team.start(partial(FrameRays.of, camera, limit_mm))
+        future = self._team.start(partial(FrameRays.of, camera, limit_mm))
         march, node, work = self._node(mode)
         is_ours = gather is None
         if gather is None:
             gather = Gather(camera.width, camera.height, filled=False)
-        rays = errand.result()
+        rays = future.result()
         before = node.tally()
         work.use(self._team.map)
         work.deliver(gather)

@@ -4,7 +4,7 @@ The calling thread works too, and each thread takes part after part from one sha
 counter. A picture is a dozen maps of a millisecond and less, and a thread that sleeps
 takes fifty microseconds and more to wake: those who wait look around for a while first.
 
-What is not wanted at once is an errand: one of the others does it while the rest go on
+What is not wanted at once is a future: one of the others does it while the rest go on
 sharing out parts.
 """
 
@@ -30,7 +30,7 @@ NAP_S = 1.0
 """After which who sleeps looks up: a team that ends may not be able to wake them."""
 
 
-class Errand(Generic[Result]):
+class Future(Generic[Result]):
     """Hold one piece of work that is done beside the rest; ask for its result once."""
 
     def __init__(self, work: Callable[[], Result], board: "_Board") -> None:
@@ -121,23 +121,23 @@ class ThreadTeam:
             raise errors[0]
         return [results[turn] for turn in range(len(parts))]
 
-    def start(self, work: Callable[[], Result]) -> Errand[Result]:
+    def start(self, work: Callable[[], Result]) -> Future[Result]:
         """Have one of the others do `work` while the caller goes on.
 
         They join in maps again when it is done. In a team of one the caller does it
         here; in a closed team, when the result is asked for.
         """
-        errand = self.errand(work)
+        future = self.future(work)
         if self.threads == 1:
-            errand.help()
+            future.help()
         else:
             self._start()
-            self._board.hang_up(errand)
-        return errand
+            self._board.hang_up(future)
+        return future
 
-    def errand(self, work: Callable[[], Result]) -> Errand[Result]:
-        """Return an errand that nobody is called for: who comes by first does it."""
-        return Errand(work, self._board)
+    def future(self, work: Callable[[], Result]) -> Future[Result]:
+        """Return a future that nobody is called for: who comes by first does it."""
+        return Future(work, self._board)
 
     def rouse(self) -> None:
         """Tell those who sleep that a map is a tenth of a millisecond away.
@@ -187,7 +187,7 @@ class _Board:
         self._changed = threading.Condition(threading.Lock())
         self._sleeping = 0
         self._work: Callable[[], None] | None = None
-        self._errands: deque[Errand[Any]] = deque()
+        self._futures: deque[Future[Any]] = deque()
         self.is_ended = False
 
     def put_up(self, work: Callable[[], None]) -> None:
@@ -211,18 +211,18 @@ class _Board:
             self.wait(self.busy, busy)
             busy = int(self.busy[0])
 
-    def hang_up(self, errand: Errand[Any]) -> None:
-        """Leave an errand to the next helper who is free."""
+    def hang_up(self, future: Future[Any]) -> None:
+        """Leave a future to the next helper who is free."""
         with self._changed:
-            self._errands.append(errand)
+            self._futures.append(future)
             self._call()
 
-    def claim(self, errand: Errand[Result]) -> Callable[[], Result] | None:
+    def claim(self, future: Future[Result]) -> Callable[[], Result] | None:
         """Take what is to be done from one who has not begun it; None is too late."""
         with self._changed:
-            work, errand.work = errand.work, None
-            if errand in self._errands:
-                self._errands.remove(errand)
+            work, future.work = future.work, None
+            if future in self._futures:
+                self._futures.remove(future)
         return work
 
     def end(self) -> None:
@@ -247,14 +247,14 @@ class _Board:
                 # after the calls were read: an end that comes later is one more
                 if self.is_ended:
                     return
-                errand = self._errands.popleft() if self._errands else None
-                if errand is None and answered != calls:
+                future = self._futures.popleft() if self._futures else None
+                if future is None and answered != calls:
                     answered = calls
                     work = self._work
                     if work is not None:
                         count_up(self.busy)
-            if errand is not None:
-                errand.help()
+            if future is not None:
+                future.help()
             elif work is not None:
                 work()
                 # told in compiled code: who waits for it finds the interpreter's lock
@@ -266,7 +266,7 @@ class _Board:
             else:
                 self.wait(self.calls, calls)
             # nothing of the picture is kept until the next
-            errand = work = None
+            future = work = None
 
     def tell(self, done: NDArray[np.int64]) -> None:
         """Set the number to one for those who wait for it."""

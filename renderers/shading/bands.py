@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_team import Future, ThreadTeam
 
 Result = TypeVar("Result")
 
@@ -53,10 +53,10 @@ class RowBands:
         rows: int,
         kernel: Callable[[int, int], None],
         then: Callable[[], Result],
-    ) -> Errand[Result]:
+    ) -> Future[Result]:
         """Leave most of the rows to one of the threads, which calls `then` at last."""
         own = round(OWN_SHARE * rows) if self.threads > 1 else 0
-        upper = self._team.errand(partial(kernel, 0, own))
+        upper = self._team.future(partial(kernel, 0, own))
 
         def finish() -> Result:
             kernel(own, rows)

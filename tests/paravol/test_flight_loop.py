@@ -19,7 +19,7 @@ from paravol.flight_loop import FrameEvent, Listeners, Pace, _arrived, fly, thin
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_team import Future, ThreadTeam
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
@@ -86,7 +86,7 @@ class Slow:
 
     def __init__(self) -> None:
         self._team = ThreadTeam(2)
-        self._begun: Errand[Frame] | None = None
+        self._begun: Future[Frame] | None = None
         self.lens = CLEAN
 
     def apply(self, changes: Any) -> None:

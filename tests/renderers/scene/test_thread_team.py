@@ -174,7 +174,7 @@ def test_a_team_may_be_passed_on() -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
-def test_errands_are_done_once_each_beside_maps(threads: int) -> None:
+def test_futures_are_done_once_each_beside_maps(threads: int) -> None:
     team = ThreadTeam(threads)
     done: list[int] = []
 
@@ -183,25 +183,25 @@ def test_errands_are_done_once_each_beside_maps(threads: int) -> None:
         return -number
 
     for number in range(200):
-        errand = team.start(partial(work, number))
+        future = team.start(partial(work, number))
         assert team.map(abs, range(-5, 0)) == [5, 4, 3, 2, 1]
-        assert errand.result() == errand.result() == -number
+        assert future.result() == future.result() == -number
     several = [team.start(partial(work, number)) for number in range(200, 230)]
-    assert [errand.result() for errand in several] == [-n for n in range(200, 230)]
+    assert [future.result() for future in several] == [-n for n in range(200, 230)]
     assert sorted(done) == list(range(230))
     team.close()
 
 
-def test_an_errand_runs_while_the_caller_maps_alone() -> None:
+def test_a_future_runs_while_the_caller_maps_alone() -> None:
     """It waits for the map that it would hold up if it were done first."""
     team = ThreadTeam(2)
     go = threading.Event()
     done: list[bool] = []
-    errand = team.start(lambda: done.append(go.wait(30)))
+    future = team.start(lambda: done.append(go.wait(30)))
     assert team.map(abs, range(-3, 0)) == [3, 2, 1]
     assert not done
     go.set()
-    errand.result()
+    future.result()
     assert done == [True]
     # whoever did it is there for maps again
     together = threading.Barrier(2, timeout=30)
@@ -209,17 +209,17 @@ def test_an_errand_runs_while_the_caller_maps_alone() -> None:
     team.close()
 
 
-def test_an_errands_error_is_raised_where_its_result_is_asked_for() -> None:
+def test_a_futures_error_is_raised_where_its_result_is_asked_for() -> None:
     for threads in (1, 2):
         team = ThreadTeam(threads)
-        errand = team.start(partial(divmod, 1, 0))
+        future = team.start(partial(divmod, 1, 0))
         assert team.map(abs, range(3)) == [0, 1, 2]
         with pytest.raises(ZeroDivisionError):
-            errand.result()
+            future.result()
         team.close()
 
 
-def test_who_asks_for_an_errand_that_nobody_began_does_it() -> None:
+def test_who_asks_for_a_future_that_nobody_began_does_it() -> None:
     team = ThreadTeam(2)
     busy = threading.Event()
     first = team.start(partial(busy.wait, 30))
@@ -241,9 +241,9 @@ def test_rousing_does_nothing_but_wake(threads: int) -> None:
         assert team.map(str, range(5)) == list("01234")
         time.sleep(0.002)
         team.rouse()
-        errand = team.start(lambda: 7)
+        future = team.start(lambda: 7)
         team.rouse()
-        assert errand.result() == 7
+        assert future.result() == 7
     team.close()
     team.rouse()
     assert team.map(str, range(3)) == list("012")
