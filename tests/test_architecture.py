@@ -19,7 +19,7 @@ EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]
 KERNELS = [p for p in SOURCES if p.parent.name == "kernels" and p.name != "__init__.py"]
 LANES = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "lanes")]
-TEAM = ROOT / "renderers" / "scene" / "thread_team.py"
+POOL = ROOT / "renderers" / "scene" / "thread_pool.py"
 
 
 @cache
@@ -135,8 +135,8 @@ def test_only_kernels_take_vectors() -> None:
     assert not [
         at(path, node)
         for path in SOURCES
-        # A team's threads wait for one another by atomic counters.
-        if path not in (*KERNELS, *LANES, TEAM)
+        # A pool's threads wait for one another by atomic counters.
+        if path not in (*KERNELS, *LANES, POOL)
         for node, name in imported(path)
         if name == "renderers.lanes" or name.startswith("renderers.lanes.")
         if name != "renderers.lanes.self_check"

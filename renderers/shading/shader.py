@@ -17,7 +17,7 @@ from renderers.scene import (
     GBuffer,
     Projection,
 )
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce_light import STRIDE, VirtualLights
 from renderers.shading.capsules import Caster, capsule_table
@@ -72,7 +72,7 @@ class ScopeShader:
         tier: Tier = Tier.LIVE,
         seed: int = 7,
         blood_bias: float = 1.0,
-        threads: int | ThreadTeam = 2,
+        threads: int | ThreadPool = 2,
         effects: Effects | None = None,
     ) -> None:
         demand_vectors("The light of the endoscope")
@@ -293,7 +293,7 @@ class ScopeShader:
                 turns,
             )
 
-        self._bands.team.map(paint, range(self._bands.threads))
+        self._bands.pool.map(paint, range(self._bands.threads))
         return radiance
 
     def close(self) -> None:

@@ -19,7 +19,7 @@ from paravol.flight_loop import FrameEvent, Listeners, Pace, _arrived, fly, thin
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
-from renderers.scene.thread_team import Future, ThreadTeam
+from renderers.scene.thread_pool import Future, ThreadPool
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
@@ -85,7 +85,7 @@ class Slow:
     views_skipped = 0
 
     def __init__(self) -> None:
-        self._team = ThreadTeam(2)
+        self._pool = ThreadPool(2)
         self._begun: Future[Frame] | None = None
         self.lens = CLEAN
 
@@ -101,7 +101,7 @@ class Slow:
             then(Frame(np.zeros((2, 2, 3), np.uint8), empty, 0.5, lens))
 
         self.settle()
-        self._begun = self._team.start(finish)
+        self._begun = self._pool.start(finish)
 
     def settle(self) -> None:
         begun, self._begun = self._begun, None

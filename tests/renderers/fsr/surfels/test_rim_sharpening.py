@@ -4,7 +4,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, GBuffer, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 
 def walked(volume: Volume, camera: Camera) -> NDArray[np.float64]:
@@ -25,12 +25,12 @@ def wrong(buffer: GBuffer, truth: NDArray[np.float64]) -> int:
 
 
 def test_discs_no_longer_stand_over_free_edges(
-    bars: Volume, camera: Camera, team: ThreadTeam
+    bars: Volume, camera: Camera, pool: ThreadPool
 ) -> None:
     truth = walked(bars, camera)
-    ragged = SurfelRasterizer(bars, sharp=False).draw(camera, team)
+    ragged = SurfelRasterizer(bars, sharp=False).draw(camera, pool)
     rasterizer = SurfelRasterizer(bars)
-    sharp = rasterizer.draw(camera, team)
+    sharp = rasterizer.draw(camera, pool)
     assert wrong(ragged, truth) > 100
     assert wrong(sharp, truth) < wrong(ragged, truth) / 3
     moved = sharp.depth_mm != ragged.depth_mm
@@ -57,10 +57,10 @@ def test_discs_no_longer_stand_over_free_edges(
 
 
 def test_a_round_room_without_edges_is_left_alone(
-    hollow: Volume, team: ThreadTeam
+    hollow: Volume, pool: ThreadPool
 ) -> None:
     camera = Camera.looking_at([0.2, 0.1, 0], [0.3, 5, 0], size=(96, 96))
-    sharp = SurfelRasterizer(hollow).draw(camera, team)
-    ragged = SurfelRasterizer(hollow, sharp=False).draw(camera, team)
+    sharp = SurfelRasterizer(hollow).draw(camera, pool)
+    ragged = SurfelRasterizer(hollow, sharp=False).draw(camera, pool)
     assert_array_equal(sharp.depth_mm, ragged.depth_mm)
     assert_array_equal(sharp.normal, ragged.normal)

@@ -1,4 +1,4 @@
-"""A team of threads that share out the parts of one picture.
+"""A pool of threads that share out the parts of one picture.
 
 The calling thread works too, and each thread takes part after part from one shared
 counter. A picture is a dozen maps of a millisecond and less, and a thread that sleeps
@@ -27,7 +27,7 @@ LOOKS = 12000
 """Times that a thread looks around before it sleeps: some tenths of a millisecond."""
 
 NAP_S = 1.0
-"""After which who sleeps looks up: a team that ends may not be able to wake them."""
+"""After which who sleeps looks up: a pool that ends may not be able to wake them."""
 
 
 class Future(Generic[Result]):
@@ -62,7 +62,7 @@ class Future(Generic[Result]):
         self._board.tell(self._done)
 
 
-class ThreadTeam:
+class ThreadPool:
     """Run work on `threads` threads, the caller's among them.
 
     Raises ValueError for a count below one.
@@ -79,9 +79,9 @@ class ThreadTeam:
         weakref.finalize(self, self._board.end)
 
     @classmethod
-    def of(cls, threads: "int | ThreadTeam") -> "ThreadTeam":
-        """Return a team of so many threads, or the team itself."""
-        return threads if isinstance(threads, ThreadTeam) else cls(threads)
+    def of(cls, threads: "int | ThreadPool") -> "ThreadPool":
+        """Return a pool of so many threads, or the pool itself."""
+        return threads if isinstance(threads, ThreadPool) else cls(threads)
 
     @property
     def busy(self) -> NDArray[np.int64]:
@@ -93,7 +93,7 @@ class ThreadTeam:
     ) -> list[Result]:
         """Return `work(part)` of all parts in their order; the first error is raised.
 
-        Where the team is at work already, or closed, the caller works alone.
+        Where the pool is at work already, or closed, the caller works alone.
         """
         results: dict[int, Result] = {}
         errors: list[BaseException] = []
@@ -124,8 +124,8 @@ class ThreadTeam:
     def start(self, work: Callable[[], Result]) -> Future[Result]:
         """Have one of the others do `work` while the caller goes on.
 
-        They join in maps again when it is done. In a team of one the caller does it
-        here; in a closed team, when the result is asked for.
+        They join in maps again when it is done. In a pool of one the caller does it
+        here; in a closed pool, when the result is asked for.
         """
         future = self.future(work)
         if self.threads == 1:
@@ -157,9 +157,9 @@ class ThreadTeam:
     def _start(self) -> None:
         with self._starting:
             while len(self._helpers) < self.threads - 1:
-                # the board and not the team: a thread would keep that alive
+                # the board and not the pool: a thread would keep that alive
                 helper = threading.Thread(
-                    target=self._board.serve, name="team", daemon=True
+                    target=self._board.serve, name="pool", daemon=True
                 )
                 helper.start()
                 self._helpers.append(helper)
@@ -176,7 +176,7 @@ class ThreadTeam:
 
 
 class _Board:
-    """Hold what the threads of a team tell each other.
+    """Hold what the threads of a pool tell each other.
 
     calls: how often something was put up. busy: helpers that have begun and not ended.
     """
@@ -228,7 +228,7 @@ class _Board:
     def end(self) -> None:
         """Send the helpers home.
 
-        A team that nobody holds any more is ended by whatever thread its memory is
+        A pool that nobody holds any more is ended by whatever thread its memory is
         freed in, and that may be one that has the lock: it must not be waited for.
         """
         self.is_ended = True
