@@ -13,7 +13,7 @@ from renderers.fsr.kernels.creases import (
     trace_creases,
     write_creases,
 )
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.scene import AirSurface, Camera, Change, GBuffer
 from renderers.scene.thread_pool import ThreadPool
 from renderers.shading.lit_walls import seen_field
@@ -76,7 +76,7 @@ class CreaseTracer:
             camera.frame[1:].astype(np.float32),
             camera.lens_table(),
         )
-        surface = Surface(result.depth_mm, result.normal, result.coverage)
+        surface = GeometryPlanes(result.depth_mm, result.normal, result.coverage)
         height, width = result.size
         state = np.zeros(height * width, np.uint8)
         parts = PARTS_PER_THREAD * pool.threads if pool.threads > 1 else 1

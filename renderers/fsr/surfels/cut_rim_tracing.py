@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.deformation import SEAM_MM
 from renderers.fsr.kernels.cut_rims import DeflectedField, trace_cut_rims
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.deflection import Cut, Deflection, maps_of
 from renderers.scene.thread_pool import ThreadPool
@@ -57,7 +57,7 @@ class CutRims:
             camera.frame[1:] @ volume.direction,
             volume.direction,
             camera.lens_table(),
-            Surface(result.depth_mm, result.normal, result.coverage),
+            GeometryPlanes(result.depth_mm, result.normal, result.coverage),
             done,
         )
         height = result.size[0]

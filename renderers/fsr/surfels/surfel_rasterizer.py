@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import displace_surfels
-from renderers.fsr.kernels.draw_surfels import Discs, Surface, SurfelScratch, draw_tiles
+from renderers.fsr.kernels.draw_surfels import (
+    Discs,
+    GeometryPlanes,
+    SurfelScratch,
+    draw_tiles,
+)
 from renderers.fsr.kernels.project_surfels import (
     RECORD,
     DiscLimits,
@@ -232,7 +237,7 @@ class SurfelRasterizer:
             np.float32(BEHIND_MM),
             REFRESH,
         )
-        surface = Surface(result.depth_mm, result.normal, result.coverage)
+        surface = GeometryPlanes(result.depth_mm, result.normal, result.coverage)
 
         def draw(_: int) -> None:
             draw_tiles(

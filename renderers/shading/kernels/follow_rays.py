@@ -65,7 +65,7 @@ FILM, MIRROR, THIN = 1, 2, 4
 """Bits of `wanted`."""
 
 
-class View(NamedTuple):
+class BufferView(NamedTuple):
     """A G-buffer, its camera-frame rays ``(h, w, 3)``, and the camera's axes.
 
     axes: ``(3, 3)`` rows right, up, forward.
@@ -238,7 +238,7 @@ def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Place:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_rows(
-    view: View, effects: int, stride: int, walls: LitWalls, points: Flags,
+    view: BufferView, effects: int, stride: int, walls: LitWalls, points: Flags,
     grid: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.

@@ -31,7 +31,7 @@ from renderers.lanes.atomics import fetch_add
 from renderers.shading.kernels.direct_light import light
 from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
-from renderers.shading.kernels.follow_rays import View
+from renderers.shading.kernels.follow_rays import BufferView
 from renderers.shading.kernels.path_tracing import FibreLight
 from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
 from renderers.shading.kernels.pushed_block import bring_to_rest, show_again
@@ -157,7 +157,7 @@ def fetch(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade_rows(
-    view: View,
+    view: BufferView,
     field: DistanceField,
     eye_mm: Floats,
     pixel: np.float32,

@@ -34,8 +34,8 @@ from renderers.shading.kernels.follow_rays import (
     MIRROR,
     THIN,
     TISSUE,
+    BufferView,
     LitWalls,
-    View,
     follow,
 )
 from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
@@ -66,7 +66,7 @@ def triples(array: Floats, at: int, count: int) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(
-    view: View, stride: int, grid: Floats, y: int, x: int, kinds: Lanes, t: Lanes,
+    view: BufferView, stride: int, grid: Floats, y: int, x: int, kinds: Lanes, t: Lanes,
     n: tuple[Lanes, Lanes, Lanes], channels: int, found: Floats,
 ) -> Lanes:  # fmt: skip
     """Sum the cell's corners of a pixel's own surface; give their weight.
@@ -103,7 +103,7 @@ def interpolate(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_rows(
-    view: View, effects: int, stride: int, walls: LitWalls, grid: Floats,
+    view: BufferView, effects: int, stride: int, walls: LitWalls, grid: Floats,
     reflect: Floats, only: Flags, radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the light that was found to rows ``first..last`` of the picture.
