@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol import flight_loop
-from paravol.flight_loop import FrameEvent, Listeners, Pace, _arrived, fly, thinned
+from paravol.flight_loop import (
+    FrameEvent,
+    Listeners,
+    Pace,
+    drain_available,
+    fly,
+    thinned,
+)
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -61,12 +68,12 @@ class Endless:
 def test_a_frame_takes_all_poses_that_are_there() -> None:
     now = time.monotonic()
     sent = [pose(now - 0.01 * (9 - i)) for i in range(10)]
-    assert list(_arrived(Waiting(sent.copy()))) == sent
+    assert list(drain_available(Waiting(sent.copy()))) == sent
 
 
 def test_a_frame_is_drawn_however_fast_poses_come() -> None:
     """Those who are slower than the device fall behind, but they come to an end."""
-    taken = list(itertools.islice(_arrived(Endless()), 1000))
+    taken = list(itertools.islice(drain_available(Endless()), 1000))
     assert len(taken) < 5
 
 
@@ -75,8 +82,8 @@ def test_no_pose_is_lost_between_two_frames() -> None:
     # measured before and after the look
     sent = [pose(now - 1.0), pose(now + 50.0), pose(now + 100.0)]
     source = Waiting(sent.copy())
-    assert list(_arrived(source)) == sent[:2]
-    assert list(_arrived(source)) == sent[2:]
+    assert list(drain_available(source)) == sent[:2]
+    assert list(drain_available(source)) == sent[2:]
 
 
 class Slow:
