@@ -18,7 +18,7 @@ TESTS = sorted((ROOT / "tests").rglob("*.py"))
 EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 FACES = [p for p in SOURCES if p.name == "__init__.py"]
 KERNELS = [p for p in SOURCES if p.parent.name == "kernels" and p.name != "__init__.py"]
-LANES = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "lanes")]
+SIMD = [p for p in SOURCES if p.is_relative_to(ROOT / "renderers" / "simd")]
 POOL = ROOT / "renderers" / "scene" / "thread_pool.py"
 
 
@@ -117,14 +117,14 @@ def test_only_kernels_are_compiled_and_only_lanes_extend_the_compiler() -> None:
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in KERNELS + LANES
+        if path not in KERNELS + SIMD
         for node, name in imported(path)
         if name.partition(".")[0] in ("numba", "llvmlite")
     ]
     assert not [
         at(path, node)
         for path in SOURCES
-        if path not in LANES
+        if path not in SIMD
         for node, name in imported(path)
         if name.partition(".")[0] == "llvmlite" or name.startswith("numba.")
     ]
@@ -136,10 +136,10 @@ def test_only_kernels_take_vectors() -> None:
         at(path, node)
         for path in SOURCES
         # A pool's threads wait for one another by atomic counters.
-        if path not in (*KERNELS, *LANES, POOL)
+        if path not in (*KERNELS, *SIMD, POOL)
         for node, name in imported(path)
-        if name == "renderers.lanes" or name.startswith("renderers.lanes.")
-        if name != "renderers.lanes.self_check"
+        if name == "renderers.simd" or name.startswith("renderers.simd.")
+        if name != "renderers.simd.self_check"
     ]
 
 
@@ -156,7 +156,7 @@ def test_kernels_import_no_policy() -> None:
         for node, name in imported(path):
             if name.partition(".")[0] in plain or ".kernels." in f"{name}.":
                 continue
-            if name == "renderers.lanes" or name.startswith("renderers.lanes."):
+            if name == "renderers.simd" or name.startswith("renderers.simd."):
                 continue
             layout = ROOT / f"{name.replace('.', '/')}.py"
             if not layout.is_file() or not plain >= {

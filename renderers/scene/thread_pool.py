@@ -18,7 +18,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import count_up, leave_and_wait, wait_for_change
+from renderers.simd.atomics import count_up, leave_and_wait, wait_for_change
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import (
     AirSurface,
     Camera,
@@ -31,6 +30,7 @@ from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
 from renderers.shading.path_tracer import PathLight, demand_size
 from renderers.shading.surface_look import surface_tables, tint_of
 from renderers.shading.wounds import WoundLook, blood_codes
+from renderers.simd.self_check import demand_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual

@@ -30,9 +30,9 @@ from renderers.art.kernels.march_types import (
     ShadeSettings,
 )
 from renderers.art.kernels.set_up_rays import set_up_rays
-from renderers.lanes import count as count_lanes
-from renderers.lanes import lanes, load, store
-from renderers.lanes.atomics import fetch_add
+from renderers.simd import count as count_lanes
+from renderers.simd import lanes, load, store
+from renderers.simd.atomics import fetch_add
 
 WIDTH = 32
 """Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.kernels.march_types import Lanes
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     any_,
     f32,

@@ -13,7 +13,7 @@ from numba import njit
 from renderers.fsr.kernels.array_types import F32, I32, I64, U16, Lanes, Real
 from renderers.fsr.kernels.depth_sort import KEYS
 from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, GridView, depth_of
-from renderers.lanes import (
+from renderers.simd import (
     all_,
     any_,
     bits,
@@ -32,7 +32,7 @@ from renderers.lanes import (
     store_packed,
     store_triples,
 )
-from renderers.lanes import lowest as lowest_bit
+from renderers.simd import lowest as lowest_bit
 
 BINS = 64
 """Steps of depth in which elements are counted."""

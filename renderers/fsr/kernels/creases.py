@@ -14,7 +14,14 @@ from numba import njit
 from renderers.fsr.kernels.array_types import F32, I32, U8, Lanes
 from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.fsr.kernels.rims import W, directions
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import along_axes, rotated
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    taps,
+)
+from renderers.shading.kernels.wound_cubes import CUT
+from renderers.simd import (
     absolute,
     any_,
     count,
@@ -33,15 +40,8 @@ from renderers.lanes import (
     store_packed,
     unzip3,
 )
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.shading.kernels.elementary import along_axes, rotated
-from renderers.shading.kernels.field_reads import (
-    DistanceField,
-    is_outside,
-    taps,
-)
-from renderers.shading.kernels.wound_cubes import CUT
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
 
 f32 = np.float32
 

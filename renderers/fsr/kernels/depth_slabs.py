@@ -20,7 +20,7 @@ from renderers.fsr.kernels.view_planes import (
     PERSPECTIVE,
     GridView,
 )
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     bits,
     count,
@@ -36,7 +36,7 @@ from renderers.lanes import (
     sqrt,
     store_packed,
 )
-from renderers.lanes import lowest as lowest_bit
+from renderers.simd import lowest as lowest_bit
 
 SPAN = 4
 """Blocks that a footprint may meet along an axis and still be found hidden."""

@@ -30,7 +30,7 @@ from renderers.fsr.kernels.surfel_tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
-from renderers.lanes import (
+from renderers.simd import (
     count,
     full,
     least,
@@ -43,7 +43,7 @@ from renderers.lanes import (
     store_groups,
     store_triples,
 )
-from renderers.lanes.atomics import fetch_add
+from renderers.simd.atomics import fetch_add
 
 _ONE = np.float32(1)
 _ZERO = np.float32(0)

@@ -27,7 +27,7 @@ from renderers.fsr.kernels.view_planes import (
     PERSPECTIVE,
     GridView,
 )
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     as_i32,
     copy_rows4,

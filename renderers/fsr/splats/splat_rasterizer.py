@@ -20,9 +20,9 @@ from renderers.fsr.splats.screen_bands import ScreenBands
 from renderers.fsr.splats.set_view import SplatMode, Traversal, view_set
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import SplatList, list_splats
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, Image, Scene
 from renderers.scene.thread_pool import ThreadPool
+from renderers.simd.self_check import demand_vectors
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""

@@ -50,10 +50,10 @@ from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.fsr.surfels.surfel_update import BlockExtraction, far_blocks
 from renderers.fsr.view_bounds import lens_of, tile_grid
 from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, Change, ChangeKind, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_pool import ThreadPool
+from renderers.simd.self_check import demand_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""

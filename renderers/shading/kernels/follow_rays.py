@@ -10,17 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
-    full,
-    greatest,
-    lanes,
-    load_where,
-    maximum,
-    minimum,
-    select,
-    swapped,
-)
-from renderers.lanes.arrays import Bytes, Flags, Floats, f32
 from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import (
     DistanceField,
@@ -40,6 +29,17 @@ from renderers.shading.kernels.path_tracing import (
 )
 from renderers.shading.kernels.sphere_trace import sphere_trace_rays
 from renderers.shading.kernels.thin_walls import likeness_to_wall, wall, with_cell
+from renderers.simd import (
+    full,
+    greatest,
+    lanes,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    swapped,
+)
+from renderers.simd.arrays import Bytes, Flags, Floats, f32
 
 LONGEST_MM = f32(60.0)
 THICKEST_MM = f32(2.5)

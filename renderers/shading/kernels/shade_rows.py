@@ -13,21 +13,6 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
-    any_,
-    lanes,
-    load,
-    load_where,
-    maximum,
-    minimum,
-    select,
-    store,
-    store_where,
-    unzip3,
-    zip3,
-)
-from renderers.lanes.arrays import Floats, Longs, f32, i32
-from renderers.lanes.atomics import fetch_add
 from renderers.shading.kernels.direct_light import light
 from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
@@ -49,6 +34,21 @@ from renderers.shading.kernels.wound_marks import (
     hides_surface,
     mark_wounds,
 )
+from renderers.simd import (
+    any_,
+    lanes,
+    load,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    store,
+    store_where,
+    unzip3,
+    zip3,
+)
+from renderers.simd.arrays import Floats, Longs, f32, i32
+from renderers.simd.atomics import fetch_add
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""

@@ -7,7 +7,21 @@ multiple of four.
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import along_axes
+from renderers.shading.kernels.field_reads import to_voxels
+from renderers.shading.kernels.follow_rays import (
+    FILM,
+    FOUND,
+    METAL,
+    MIRROR,
+    THIN,
+    TISSUE,
+    BufferView,
+    LitWalls,
+    follow,
+)
+from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
+from renderers.simd import (
     any_,
     bits,
     full,
@@ -23,22 +37,8 @@ from renderers.lanes import (
     unzip3,
     zip3,
 )
-from renderers.lanes import f32 as to_real
-from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
-from renderers.shading.kernels.elementary import along_axes
-from renderers.shading.kernels.field_reads import to_voxels
-from renderers.shading.kernels.follow_rays import (
-    FILM,
-    FOUND,
-    METAL,
-    MIRROR,
-    THIN,
-    TISSUE,
-    BufferView,
-    LitWalls,
-    follow,
-)
-from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
+from renderers.simd import f32 as to_real
+from renderers.simd.arrays import Flags, Floats, Lanes, f32, i32
 
 W = 4
 """Pixels worked on together; divides the lattice's spacing."""

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import count_up
 from renderers.scene import thread_pool
 from renderers.scene.thread_pool import ThreadPool, _Board
+from renderers.simd.atomics import count_up
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
