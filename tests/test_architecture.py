@@ -263,16 +263,16 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 15734,
     "app": 19305,
-    "benchmarks": 11246,
+    "benchmarks": 11238,
     "devices": 13381,
     "disk": 867,
     "examples": 1792,
     "machine": 261,
     "paravol": 27735,
-    "renderers": 37382,
+    "renderers": 37151,
     "scenarios": 12345,
     "surgery": 7188,
-    "tests": 94312,
+    "tests": 94286,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
