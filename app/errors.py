@@ -8,7 +8,7 @@ from devices import DeviceError
 from disk import UserError
 from disk.validation_message import validation_message
 
-FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.lanes.")
+FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.simd.")
 """Modules whose errors are sentences."""
 
 LONGEST = 2000

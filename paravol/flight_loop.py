@@ -170,7 +170,7 @@ def fly(
     operated = _Operated(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
     )
-    arrived = _Punctual() if pace.may_skip else _arrived
+    arrived = DeadlineBatch() if pace.may_skip else drain_available
     with (
         _frozen_garbage(),
         _settled(view),
@@ -438,7 +438,7 @@ def _frozen_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _arrived(source: OrderedPoses) -> Iterator[Pose]:
+def drain_available(source: OrderedPoses) -> Iterator[Pose]:
     """Wait for one pose, then give all that have come in meanwhile.
 
     What is measured later is left to the next frame.
@@ -471,7 +471,7 @@ def thinned(poses: Sequence[Pose], most: int, buttons: int = 0) -> list[Pose]:
     return kept
 
 
-class _Punctual:
+class DeadlineBatch:
     """Wait for one pose, then give those that came meanwhile, as many as there is time.
 
     What one takes is known from the frame before. Nothing is left out of a steered

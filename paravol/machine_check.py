@@ -131,7 +131,7 @@ def _kernel_cache() -> Finding:
 
 
 def _kernels() -> Finding:
-    from renderers.lanes.self_check import vector_problem
+    from renderers.simd.self_check import vector_problem
 
     problem = vector_problem()
     if problem:

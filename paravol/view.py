@@ -15,7 +15,7 @@ from renderers.scene.change import merged
 from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.scene.mesh import PlacedMesh
 from renderers.scene.mesh_drawing import ListedFacets
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_pool import Future, ThreadPool
 from renderers.shading import (
     AutoGain,
     CameraPass,
@@ -76,22 +76,22 @@ class EndoscopeView:
         look up what can be seen from where in place of tracing cones every frame: the
         same pictures but for pinholes, see `FuzzySetRenderer.use_visible_sets`.
         """
-        # one team for all stages: its threads are still awake when the next begins
-        team = ThreadTeam(threads)
-        self.renderer = FuzzySetRenderer(patient.scene, threads=team)
+        # one pool for all stages: its threads are still awake when the next begins
+        pool = ThreadPool(threads)
+        self.renderer = FuzzySetRenderer(patient.scene, threads=pool)
         report = progress or no_progress
         if visible_sets:
             report(VISIBLE_SETS_STAGE, 0.0)
             self.renderer.use_visible_sets(progress=partial(report, VISIBLE_SETS_STAGE))
-        self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=team)
-        self._camera_pass = CameraPass(threads=team)
-        self._begun: Errand[Frame] | None = None
+        self._shader = ScopeShader(patient.surface, tier, seed=seed, threads=pool)
+        self._camera_pass = CameraPass(threads=pool)
+        self._begun: Future[Frame] | None = None
         self._light = ScopeLight(ring_radius_mm)
         self.has_instrument = has_instrument
         self._auto_gain = AutoGain()
         # few parts, since each looks through all groups of triangles, but not so few
         # that one of them has the whole tool
-        self._bands = RowBands(team, bands_per_thread=4)
+        self._bands = RowBands(pool, bands_per_thread=4)
         self._lit: tuple[object, GBuffer, NDArray[np.float32]] | None = None
         self.lens = CLEAN
         """What lies on the front lens in the next picture."""
@@ -221,7 +221,7 @@ class EndoscopeView:
         elapsed_s: float,
         gain: float | None = None,
         then: Callable[[Frame], None] | None = None,
-    ) -> Errand[Frame]:
+    ) -> Future[Frame]:
         """Draw a frame but for the end of it, which is left to one of the threads.
 
         number: seeds the sensor noise.

@@ -18,7 +18,7 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from disk import UserError
 from renderers.scene import Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from surgery import solids as solid
 from surgery.edit import Edit
 from surgery.kernels.sweep_hazard import (
@@ -160,7 +160,7 @@ class InjuryWatch:
             )
         self._head = pristine.values, wall, thickness, _rows(pristine)
         # looked through at the same time: millions of voxels each
-        found = ThreadTeam(THREADS).map(_hazard, list(hazards.volumes.values()))
+        found = ThreadPool(THREADS).map(_hazard, list(hazards.volumes.values()))
         self._hazards = dict(zip(hazards.volumes, found, strict=True))
         self._tools: dict[str, _Tool] = {}
         self._injuries: list[Injury] = []

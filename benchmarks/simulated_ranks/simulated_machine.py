@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from benchmarks.simulated_ranks.torus import Torus
-from renderers.art.ranks.ledger import AT_HOME, Ledger
 from renderers.art.ranks.messages import (
     HEADER_BYTES,
     Message,
@@ -16,6 +15,9 @@ from renderers.art.ranks.messages import (
 )
 from renderers.art.ranks.node import Node
 from renderers.art.ranks.ray_node import RayNode
+
+AT_HOME = (MessageKind.REQUEST, MessageKind.INVALIDATE_REQUEST, MessageKind.ADOPTED)
+"""What a cell's home is told: the directory's work."""
 
 SimulatedNode = Node[Any] | RayNode[Any, Any]
 
@@ -102,6 +104,24 @@ TODAY = Costs(
 4.1, MPICH 5.0): writing a message of a cell 3.1 us, reading it 6.6, what a node does
 about one 3.3 (2.3 to 5.3), an empty poll .4, one way up to 2 KiB 4 to 26. The network
 between machines is an assumption."""
+
+
+@dataclass(slots=True)
+class Ledger:
+    """Say where a rank's time went, seconds; the parts sum to the whole."""
+
+    render: float = 0.0
+    lru: float = 0.0
+    scan: float = 0.0
+    directory: float = 0.0
+    receive: float = 0.0
+    send: float = 0.0
+    poll: float = 0.0
+    idle: float = 0.0
+
+    def parts(self) -> dict[str, float]:
+        """Return the parts by name."""
+        return {name: getattr(self, name) for name in self.__slots__}
 
 
 @dataclass(slots=True)

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
-from benchmarks.simulated_ranks.simulated_machine import Costs, Machine, SimulatedRank
+from benchmarks.simulated_ranks.simulated_machine import (
+    Costs,
+    Ledger,
+    Machine,
+    SimulatedRank,
+)
 from benchmarks.simulated_ranks.torus import Torus
 from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
 from benchmarks.simulated_ranks.trips import (
@@ -21,7 +26,6 @@ from benchmarks.simulated_ranks.trips import (
 )
 from renderers.art.cells.cache import CellCache
 from renderers.art.ranks.directory import Directory, deal_owners, homes
-from renderers.art.ranks.ledger import Ledger
 from renderers.art.ranks.messages import Message, MessageKind
 from renderers.art.ranks.node import MOST_PENDING, Node
 from renderers.art.ranks.policy import Dataflow

@@ -27,7 +27,7 @@ from paravol.session_setup import (
 from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Change, GBuffer, ImageError, image_error
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from scenarios import View, tip_frame
 from scenarios.coverage.watch import RATE_HZ
 from surgery import solids
@@ -70,8 +70,8 @@ class SurgeryPlan(Plan, suite="surgery"):
         self._budget_s = 0.3 if quick else 5.0
         self._watched_s = 2.0 if quick else bundled_flight()[1].duration_s
         self._pixels, self._pictures = (128, 12) if quick else (512, 48)
-        self._team = ThreadTeam(1)
-        self.stack.callback(self._team.close)
+        self._pool = ThreadPool(1)
+        self.stack.callback(self._pool.close)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
@@ -207,7 +207,7 @@ class SurgeryPlan(Plan, suite="surgery"):
         other = 0.0
         for place, out in self._places:
             camera = self._before(place, out)
-            a, b = drawer.draw(camera, self._team), fresh.draw(camera, self._team)
+            a, b = drawer.draw(camera, self._pool), fresh.draw(camera, self._pool)
             same = (a.depth_mm == b.depth_mm) & np.all(a.normal == b.normal, axis=-1)
             other += float(np.mean(~same)) / len(self._places)
         for change in self._heal():

@@ -13,7 +13,7 @@ from benchmarks.timing import measure
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import VisibleSets, build_visible_sets
 from renderers.scene import Camera, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from scenarios import tip_frame
 
 NOTHING = "all blocks in view"
@@ -36,8 +36,8 @@ class VisibilityPlan(Plan, suite="visibility"):
         self._source: SubjectSource = subjects(quick)[0]
         self._views = QUICK_VIEWS if quick else VIEWS
         self._budget_s = 0.3 if quick else 3.0
-        self._team = ThreadTeam(1)
-        self.stack.callback(self._team.close)
+        self._pool = ThreadPool(1)
+        self.stack.callback(self._pool.close)
 
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
@@ -87,7 +87,7 @@ class VisibilityPlan(Plan, suite="visibility"):
 
     @cached_property
     def _sets(self) -> VisibleSets:
-        return build_visible_sets(self._distance, self._bare.bounds(), self._team)
+        return build_visible_sets(self._distance, self._bare.bounds(), self._pool)
 
     @cached_property
     def _bare(self) -> SurfelRasterizer:
@@ -104,14 +104,14 @@ class VisibilityPlan(Plan, suite="visibility"):
         compared = other = 0
         listed = 0
         for camera in self._cameras:
-            found = rasterizer.draw(camera, self._team)
+            found = rasterizer.draw(camera, self._pool)
             listed += rasterizer.counters["listed"]
             looked_up += rasterizer.counters["looked up"]
-            wanted = self._bare.draw(camera, self._team)
+            wanted = self._bare.draw(camera, self._pool)
             compared += wanted.depth_mm.size
             other += differing(found.depth_mm, wanted.depth_mm)
         timing, _ = measure(
-            lambda: [rasterizer.draw(c, self._team) for c in self._cameras],
+            lambda: [rasterizer.draw(c, self._pool) for c in self._cameras],
             budget_s=self._budget_s,
         )
         return Measured(
@@ -129,7 +129,7 @@ class VisibilityPlan(Plan, suite="visibility"):
 
     def _build(self) -> Measured:
         timing, sets = measure(
-            lambda: build_visible_sets(self._distance, self._bare.bounds(), self._team),
+            lambda: build_visible_sets(self._distance, self._bare.bounds(), self._pool),
             least=1,
             most=1,
         )

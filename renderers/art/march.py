@@ -247,7 +247,6 @@ class _Marching(ABC):
         set_up_rays(
             _read_only(rays.table[region.rows, region.columns]).reshape(n, 3),
             _read_only(rays.limit[region.rows, region.columns]).reshape(n),
-            0,
             rays.frame,
             rays.orthographic,
             self._voxel_from_world,

@@ -30,7 +30,7 @@ from renderers.scene import (
 )
 from renderers.scene.composition import before_solids
 from renderers.scene.deflection import Deflection
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 RAYS_A_SLICE = 65536
 """Rays in packets run between two looks at the progress, at most: 6 MB."""
@@ -125,7 +125,7 @@ class ActiveRayTracer:
             quality if isinstance(quality, Quality) else Quality.named(quality)
         )
         self.report: RenderReport | None = None
-        self._team = ThreadTeam(min(threads, 4 * (os.cpu_count() or 1)))
+        self._pool = ThreadPool(min(threads, 4 * (os.cpu_count() or 1)))
         self._cell_side = cell_side
         self._cache_cells = cache_cells
         self._validate = validate
@@ -133,7 +133,7 @@ class ActiveRayTracer:
         self._deflection = deflection
         self._memory_bytes = memory_bytes
         self._made: dict[str, tuple[March, MarchNode, MarchWork]] = {}
-        self._pace = FIRST_BLOCKS * self._team.threads
+        self._pace = FIRST_BLOCKS * self._pool.threads
 
     def render(
         self,
@@ -169,7 +169,7 @@ class ActiveRayTracer:
         """Find the air surface behind each pixel (mode `scope`); as `render`."""
         gather, stopped = self._trace("scope", camera, limit_mm, progress, gather)
         volume = self._made["scope"][0].volume
-        found = scope_gbuffer(gather, volume, self._team)
+        found = scope_gbuffer(gather, volume, self._pool)
         if stopped:
             raise RenderStoppedError(found, gather.done)
         return found
@@ -212,14 +212,14 @@ class ActiveRayTracer:
         """Gather the rays; tell whether the caller wished to stop."""
         began = time.perf_counter()
         # whoever helps is awake then, when there is something to draw
-        errand = self._team.start(partial(FrameRays.of, camera, limit_mm))
+        future = self._pool.start(partial(FrameRays.of, camera, limit_mm))
         march, node, work = self._node(mode)
         is_ours = gather is None
         if gather is None:
             gather = Gather(camera.width, camera.height, filled=False)
-        rays = errand.result()
+        rays = future.result()
         before = node.tally()
-        work.use(self._team.map)
+        work.use(self._pool.map)
         work.deliver(gather)
         node.begin(node.frame + 1, ())
         reached(Step.FRAME_BEGUN)
@@ -262,7 +262,7 @@ class ActiveRayTracer:
         # where no ray is wanted nothing need be set up
         wanted = rays.limit > 0 if rays.is_limited else None
         blocks = Blocks.of(gather.done.shape, left, wanted)
-        packets = threads = self._team.threads
+        packets = threads = self._pool.threads
         while blocks.left or not node.is_finished:
             looked, many = time.perf_counter(), blocks.left
             if node.is_active:
@@ -288,7 +288,7 @@ class ActiveRayTracer:
         """Move packets of so many rays; rest for a look."""
         regions = strips(gather.done, together)
         regions = [r for r in regions if np.any(rays.limit[r.rows, r.columns] > 0)]
-        packets = self._team.threads
+        packets = self._pool.threads
         while regions or not node.is_finished:
             looked = time.perf_counter()
             # Rays are made when they are about to move: all of them would fill
@@ -298,7 +298,7 @@ class ActiveRayTracer:
             node.add(work.start(fresh, rays))
             node.advance(packets)
             spent_s = time.perf_counter() - looked
-            packets = next_slice(packets, spent_s, self._team.threads, together)
+            packets = next_slice(packets, spent_s, self._pool.threads, together)
             yield
 
     def _side(self, mode: str) -> int | None:
@@ -328,27 +328,27 @@ def classic_image(gather: Gather) -> Image:
 
 
 def scope_gbuffer(
-    gather: Gather, volume: Volume, team: ThreadTeam | None = None
+    gather: Gather, volume: Volume, pool: ThreadPool | None = None
 ) -> GBuffer:
     """Turn gathered rays of mode `scope` into a G-buffer, normals to the world.
 
-    volume: whose axes the normals were found along. team: whose threads share the work.
+    volume: whose axes the normals were found along. pool: whose threads share the work.
     """
     shape = height, _ = gather.depth.shape
     axes = np.ascontiguousarray(volume.direction, np.float64)
     is_turned = not np.array_equal(axes, np.eye(3))
     normal = np.empty((*shape, 3), np.float32)
     coverage = np.empty(shape, np.float32)
-    team = team or ThreadTeam(1)
+    pool = pool or ThreadPool(1)
 
     def part(number: int) -> None:
-        first, end = (height * k // team.threads for k in (number, number + 1))
+        first, end = (height * k // pool.threads for k in (number, number + 1))
         rows = slice(first, end)
         unpack_surface(
             gather.value[rows], axes, is_turned, normal[rows], coverage[rows]
         )
 
-    team.map(part, range(team.threads))
+    pool.map(part, range(pool.threads))
     return GBuffer(gather.depth, normal, coverage, np.zeros(shape, np.uint8))
 
 

@@ -24,14 +24,14 @@ from renderers.fsr.visibility.visible_sets import Progress
 from renderers.scene import Camera, Change, ChangeKind, GBuffer, Image, Scene
 from renderers.scene.composition import before_solids
 from renderers.scene.deflection import Deflection, deflected_scene
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 
 class FuzzySetRenderer:
     """Splat a scene in mode `classic` or find its air surface for mode `scope`.
 
     The sets are extracted once, when first needed. Pictures are made one at a time;
-    rows of each are shared out over `threads` threads, or over a team's that others
+    rows of each are shared out over `threads` threads, or over a pool's that others
     use as well, with the same bits for any number of them.
 
     scene: what is to be seen. inclusion, threshold: which voxels mode `classic`
@@ -47,7 +47,7 @@ class FuzzySetRenderer:
         *,
         inclusion: Inclusion | None = None,
         threshold: float = BOUNDARY_THRESHOLD,
-        threads: int | ThreadTeam = 2,
+        threads: int | ThreadPool = 2,
         mode: SplatMode = SplatMode.GAUSSIAN,
         traversal: Traversal = Traversal.DISTANCE,
         deflection: Deflection | None = None,
@@ -59,7 +59,7 @@ class FuzzySetRenderer:
         self.traversal = traversal
         self._inclusion = inclusion or default_inclusion(scene)
         self._threshold = threshold
-        self._team = ThreadTeam.of(threads)
+        self._pool = ThreadPool.of(threads)
         self._count: Callable[[], dict[str, int]] = dict
 
     @cached_property
@@ -108,7 +108,7 @@ class FuzzySetRenderer:
         _refuse_distortion(camera)
         image = self._classic.draw(
             camera,
-            self._team,
+            self._pool,
             self.mode,
             self.traversal,
             with_depth=with_depth,
@@ -123,7 +123,7 @@ class FuzzySetRenderer:
         The pictures of `render`, to the bit; cameras are taken one ahead.
         """
         views = ((_refuse_distortion(camera), self.mode) for camera in cameras)
-        for image in self._classic.film(views, self._team, self.traversal):
+        for image in self._classic.film(views, self._pool, self.traversal):
             self._count = self._count_classic
             yield image
 
@@ -134,7 +134,7 @@ class FuzzySetRenderer:
         orthographic or distorted.
         """
         _refuse_distortion(camera)
-        result = self._scope.draw(camera, self._team)
+        result = self._scope.draw(camera, self._pool)
         self._count = self._count_scope
         return result
 
@@ -152,7 +152,7 @@ class FuzzySetRenderer:
         sets = stored_visible_sets(
             self.scene.surface.distance,
             scope.bounds(),
-            self._team,
+            self._pool,
             folder=folder,
             progress=progress,
         )
@@ -191,7 +191,7 @@ class FuzzySetRenderer:
 
     def close(self) -> None:
         """End the rendering threads; the renderer draws nothing afterwards."""
-        self._team.close()
+        self._pool.close()
 
     def _count_classic(self) -> dict[str, int]:
         return {"splats": len(self.fuzzy_set), **self._classic.counters}

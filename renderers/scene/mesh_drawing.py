@@ -1,7 +1,6 @@
 """A mesh's triangles drawn into a G-buffer."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,16 +43,8 @@ class ListedFacets:
     rows: tuple[int, int]
     lists: list[tuple[NDArray[np.float64], NDArray[np.int32], int]]
 
-    def draw(
-        self,
-        buffer: GBuffer,
-        run: RowRunner,
-        fill: Callable[..., tuple[int, int]] = fill_facets,
-    ) -> None:
-        """Draw triangles where they are nearer; see `Mesh.draw`.
-
-        fill: the kernel `fill_facets`, or an oracle of it.
-        """
+    def draw(self, buffer: GBuffer, run: RowRunner) -> None:
+        """Draw triangles where they are nearer; see `Mesh.draw`."""
         if not self.lists:
             return
         facets, camera = self.facets, self.camera
@@ -68,7 +59,7 @@ class ListedFacets:
             owner[first:last] = -1
             left, right = camera.width, 0
             for places, boxes, count in self.lists:
-                least, most = fill(
+                least, most = fill_facets(
                     places,
                     boxes,
                     count,

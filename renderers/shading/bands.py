@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_pool import Future, ThreadPool
 
 Result = TypeVar("Result")
 
@@ -20,12 +20,12 @@ class RowBands:
     depend on the band it is in; then any number of threads gives the same bits.
     """
 
-    def __init__(self, threads: int | ThreadTeam, bands_per_thread: int = 4) -> None:
-        """Take so many threads, or a team's that others use as well."""
+    def __init__(self, threads: int | ThreadPool, bands_per_thread: int = 4) -> None:
+        """Take so many threads, or a pool's that others use as well."""
         if bands_per_thread < 1:
             raise ValueError(f"bands must be positive, got {bands_per_thread}")
-        self._team = ThreadTeam.of(threads)
-        threads = self.threads = self._team.threads
+        self._pool = ThreadPool.of(threads)
+        threads = self.threads = self._pool.threads
         # several bands a thread: rows at the top and bottom of a round picture are
         # short, so equal shares of rows are not equal shares of work
         self._bands = 1 if threads == 1 else threads * bands_per_thread
@@ -46,32 +46,32 @@ class RowBands:
         def work(band: int) -> None:
             kernel(edges[band], edges[band + 1])
 
-        self._team.map(work, range(bands))
+        self._pool.map(work, range(bands))
 
     def begin(
         self,
         rows: int,
         kernel: Callable[[int, int], None],
         then: Callable[[], Result],
-    ) -> Errand[Result]:
+    ) -> Future[Result]:
         """Leave most of the rows to one of the threads, which calls `then` at last."""
         own = round(OWN_SHARE * rows) if self.threads > 1 else 0
-        upper = self._team.errand(partial(kernel, 0, own))
+        upper = self._pool.future(partial(kernel, 0, own))
 
         def finish() -> Result:
             kernel(own, rows)
             upper.result()
             return then()
 
-        finished = self._team.start(finish)
+        finished = self._pool.start(finish)
         upper.help()
         return finished
 
     @property
-    def team(self) -> ThreadTeam:
-        """Return the team that shares the rows out."""
-        return self._team
+    def pool(self) -> ThreadPool:
+        """Return the pool that shares the rows out."""
+        return self._pool
 
     def close(self) -> None:
         """Let the threads end; the object cannot run afterwards if it had several."""
-        self._team.close()
+        self._pool.close()

@@ -24,7 +24,7 @@ FILM_ALPHA = 0.045
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class SurfaceOptics:
     """Describe one material.
 
     tissue: share of the colour and scattering that comes from the blood volume.
@@ -45,21 +45,21 @@ class Surface:
     green_mm: float
 
 
-def _of_optics(optics: TissueOptics, relief: float, alpha: float) -> Surface:
+def _of_optics(optics: TissueOptics, relief: float, alpha: float) -> SurfaceOptics:
     red, green, blue = (float(c) for c in optics.color())
-    return Surface(
+    return SurfaceOptics(
         0.0, red, green, blue, WATER_F0, alpha, relief, *optics.diffusion_lengths_mm()
     )
 
 
-SURFACES: dict[Material, Surface] = {
-    Material.TISSUE: Surface(1, 0, 0, 0, WATER_F0, FILM_ALPHA, 1, 0, 0),
-    Material.METAL: Surface(0, 0.04, 0.04, 0.04, 0.55, 0.25, 0, 0, 0),
-    Material.DARK_PLASTIC: Surface(0, 0.02, 0.02, 0.022, 0.04, 0.25, 0, 0, 0),
+SURFACES: dict[Material, SurfaceOptics] = {
+    Material.TISSUE: SurfaceOptics(1, 0, 0, 0, WATER_F0, FILM_ALPHA, 1, 0, 0),
+    Material.METAL: SurfaceOptics(0, 0.04, 0.04, 0.04, 0.55, 0.25, 0, 0, 0),
+    Material.DARK_PLASTIC: SurfaceOptics(0, 0.02, 0.02, 0.022, 0.04, 0.25, 0, 0, 0),
     # a pool is flat, and as wet as it gets
     Material.BLOOD: _of_optics(FRESH_BLOOD, 0.3, FILM_ALPHA),
     # clear mucus: a thick smooth film over the tissue with a little white scatter
-    Material.MUCUS: Surface(
+    Material.MUCUS: SurfaceOptics(
         0.92, 0.05, 0.05, 0.05, WATER_F0, FILM_ALPHA / 2, 0.5, 0, 0
     ),
     Material.POLYP: _of_optics(POLYP, 0.6, FILM_ALPHA),
@@ -72,7 +72,7 @@ SURFACES: dict[Material, Surface] = {
 }
 
 F0 = 4
-"""Column of the kernel's table, whose columns are Surface's fields."""
+"""Column of the kernel's table, whose columns are SurfaceOptics's fields."""
 
 
 def material_table() -> NDArray[np.float32]:

@@ -14,8 +14,8 @@ from renderers.shading.kernels.follow_rays import (
     FOUND,
     MIRROR,
     THIN,
+    BufferView,
     LitWalls,
-    View,
     blur_mirrored,
     follow_rows,
 )
@@ -198,9 +198,9 @@ class MirroredLight:
         )
 
 
-def view_of(gbuffer: GBuffer, camera: Camera) -> View:
+def view_of(gbuffer: GBuffer, camera: Camera) -> BufferView:
     """Return a G-buffer and its rays as kernels take them."""
-    return View(
+    return BufferView(
         gbuffer.depth_mm,
         gbuffer.normal,
         gbuffer.coverage,

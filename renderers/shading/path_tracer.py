@@ -8,8 +8,6 @@ light (`renderers.shading.bounce_light`) is judged by.
 """
 
 import math
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,33 +134,17 @@ class PathTracer:
         light: ScopeLight,
         *,
         batches: int = 8,
-        most_noise: float = 0.0,
-        seconds: float = math.inf,
-        progress: Callable[[int, int], None] | None = None,
     ) -> PathLight:
-        """Walk batches of 16 paths a pixel; give what has come together.
-
-        Two batches are walked in any case. Stops early once `PathLight.noise` is at
-        most `most_noise`, or after `seconds`: a picture cut short is the same picture
-        with more noise. progress: called with the batches done and to do.
-        """
+        """Walk batches of 16 paths a pixel; give what has come together."""
         if batches < 2:
             raise ValueError(f"noise is known from two batches on, got {batches}")
         walls = SeenWalls.of(gbuffer, camera, light)
         height, width = gbuffer.size
-        shown = walls.shown.astype(np.int32)
         total = np.zeros((height, width, 3))
         squares = np.zeros_like(total)
-        done, end = 0, time.monotonic() + seconds
-        while True:
-            self.walk(walls, done, (0, height, 0, width), total, squares)
-            done += 1
-            if progress is not None:
-                progress(done, batches)
-            found = estimate(walls, total, squares, np.full_like(shown, done))
-            is_enough = done == batches or time.monotonic() >= end
-            if done >= 2 and (is_enough or found.noise() <= most_noise):
-                return found
+        for batch in range(batches):
+            self.walk(walls, batch, (0, height, 0, width), total, squares)
+        return estimate(walls, total, squares, np.full(gbuffer.size, batches, np.int32))
 
     def walk(
         self,

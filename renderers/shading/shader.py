@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import (
     AirSurface,
     Camera,
@@ -17,7 +16,7 @@ from renderers.scene import (
     GBuffer,
     Projection,
 )
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from renderers.shading.bands import RowBands
 from renderers.shading.bounce_light import STRIDE, VirtualLights
 from renderers.shading.capsules import Caster, capsule_table
@@ -31,6 +30,7 @@ from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
 from renderers.shading.path_tracer import PathLight, demand_size
 from renderers.shading.surface_look import surface_tables, tint_of
 from renderers.shading.wounds import WoundLook, blood_codes
+from renderers.simd.self_check import demand_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -72,7 +72,7 @@ class ScopeShader:
         tier: Tier = Tier.LIVE,
         seed: int = 7,
         blood_bias: float = 1.0,
-        threads: int | ThreadTeam = 2,
+        threads: int | ThreadPool = 2,
         effects: Effects | None = None,
     ) -> None:
         demand_vectors("The light of the endoscope")
@@ -293,7 +293,7 @@ class ScopeShader:
                 turns,
             )
 
-        self._bands.team.map(paint, range(self._bands.threads))
+        self._bands.pool.map(paint, range(self._bands.threads))
         return radiance
 
     def close(self) -> None:

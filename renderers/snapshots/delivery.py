@@ -15,15 +15,11 @@ from renderers.art.tracer import RenderStoppedError
 from renderers.scene import (
     AirSurface,
     Camera,
-    Change,
-    ChangeKind,
     GBuffer,
     Image,
     Scene,
-    Wounds,
     save_png,
 )
-from renderers.scene.change import changed_box
 from renderers.scene.mesh import PlacedMesh
 from renderers.shading import (
     CameraPass,
@@ -149,7 +145,7 @@ class Finisher:
     def __init__(self, data: DataStore, threads: int = 2) -> None:
         self._data = data
         self._threads = threads
-        self._kept: _KeptShader | None = None
+        self._kept: tuple[bytes, ScopeShader] | None = None
         self._camera = CameraPass(threads=threads)
 
     def finish(
@@ -174,9 +170,7 @@ class Finisher:
     def close(self) -> None:
         """End the threads."""
         self._camera.close()
-        if self._kept is not None:
-            self._kept.shader.close()
-            self._kept = None
+        self._forget_shader()
 
     def _classic(
         self, request: SnapshotRequest, work: ClassicWork, image: Image
@@ -311,92 +305,24 @@ class Finisher:
         self, request: SnapshotRequest, work: ScopeWork, scene: Scene
     ) -> ScopeShader:
         tier = Tier.SNAPSHOT if request.image.samples == 4 else Tier.FULL
-        wounds, film, bent, pale = work.wounds, None, None, None
-        if wounds is not None:
-            film, bent, pale = wounds.film, wounds.bent, wounds.pale
-            # tissue that is pushed otherwise gets a shader of its own
-            wounds = msgspec.structs.replace(wounds, film=None, bent=None, pale=None)
-        head = work.distance, work.blood, work.skin, work.grid, wounds
-        how = work.seed, work.blood_bias, request.deflectors
-        key, edits = msgspec.json.encode((head, how)), (work.changes, film, bent, pale)
-        kept, self._kept = self._kept, None
-        if kept is not None and kept.key == key and kept.edits != edits and kept.own:
-            assert scene.surface is not None
-            kept.follow(scene.surface, edits)
-        if kept is None or kept.key != key or kept.edits != edits:
-            if kept is not None:
-                kept.shader.close()
+        head = work.distance, work.changes, work.blood, work.skin, work.grid
+        how = work.wounds, work.seed, work.blood_bias, request.deflectors
+        key = msgspec.json.encode((head, how))
+        if self._kept is None or self._kept[0] != key:
+            self._forget_shader()
             surface = seen_surface(request, scene)
-            own: _Arrays | None = None
-            if surface.wounds is not None and not request.deflectors:
-                surface, own = _living(surface, surface.wounds)
             shader = ScopeShader(
                 surface, tier, work.seed, work.blood_bias, self._threads
             )
-            kept = _KeptShader(key, edits, shader, own)
-        self._kept = kept
-        kept.shader.tier = tier
-        return kept.shader
+            self._kept = key, shader
+        _, shader = self._kept
+        shader.tier = tier
+        return shader
 
-
-_Array = NDArray[np.generic]
-_Arrays = tuple[_Array, _Array, _Array, _Array]
-"""A distance, a film, the distance before any cut and the pallor of injections."""
-
-_Edits = tuple[str | None, str | None, str | None, str | None]
-"""Digests of what differs in each of them."""
-
-
-@dataclass(slots=True)
-class _KeptShader:
-    """Keep a shader for the next picture of the same head, as it was edited meanwhile.
-
-    key: what never changes of the head. edits: digests of what does. own: the arrays
-    that the shader reads and that are edited; None where it cannot follow.
-    """
-
-    key: bytes
-    edits: _Edits
-    shader: ScopeShader
-    own: _Arrays | None
-
-    def follow(self, surface: AirSurface, edits: _Edits) -> None:
-        """Take over what differs of a surface."""
-        assert self.own is not None
-        assert surface.wounds is not None
-        assert surface.wounds.pale is not None
-        distance, film, pristine, pale = self.own
-        changes = []
-        for own, other, kind in (
-            (distance, surface.distance.values, ChangeKind.CUT),
-            (film, surface.wounds.film.values, ChangeKind.FILM),
-            (pristine, surface.wounds.pristine.values, ChangeKind.DENT),
-            (pale, surface.wounds.pale.values, ChangeKind.TINT),
-        ):
-            box = changed_box(own, other)
-            if box is not None:
-                here = tuple(slice(box[0][a], box[1][a] + 1) for a in (2, 1, 0))
-                own[here] = other[here]
-                changes.append(Change(1, *box, kind))
-        for change in changes:
-            self.shader.update(change)
-        self.edits = edits
-
-
-def _living(surface: AirSurface, wounds: Wounds) -> tuple[AirSurface, _Arrays]:
-    """Return a surface with distances, a film and pallor of its own."""
-    assert wounds.pale is not None
-    pale = np.array(wounds.pale.values)
-    distance, film = np.array(surface.distance.values), np.array(wounds.film.values)
-    before = np.array(wounds.pristine.values)
-    pristine = wounds.pristine.with_values(before, wounds.pristine.background)
-    wet = wounds.film.with_values(film, wounds.film.background)
-    carved = surface.distance.with_values(distance, surface.distance.background)
-    wounds = replace(
-        wounds, film=wet, pristine=pristine, pale=wounds.pale.with_values(pale, 0.0)
-    )
-    own = replace(surface, distance=carved, wounds=wounds)
-    return own, (distance, film, before, pale)
+    def _forget_shader(self) -> None:
+        if self._kept is not None:
+            self._kept[1].close()
+            self._kept = None
 
 
 def eye_codes(radiance: NDArray[np.float32], gain: float) -> NDArray[np.float32]:

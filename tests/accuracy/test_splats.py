@@ -24,9 +24,9 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
-TEAM = ThreadTeam(2)
+POOL = ThreadPool(2)
 PLAIN = PhongMaterial(ambient=1.0, diffuse=0.0)
 CODE = 1 / 255
 
@@ -73,7 +73,7 @@ def flat_view(
 def mean_and_ripple(
     drawer: SplatRasterizer, camera: Camera, mode: SplatMode
 ) -> tuple[float, float]:
-    alpha = drawer.draw(camera, TEAM, mode).rgba[..., 3].astype(np.float64)
+    alpha = drawer.draw(camera, POOL, mode).rgba[..., 3].astype(np.float64)
     return float(alpha.mean()), float(np.ptp(alpha))
 
 
@@ -116,7 +116,7 @@ def test_one_sheet_has_the_opacity_it_should(q: float) -> None:
 
 def test_an_opaque_wall_lets_nothing_through() -> None:
     drawer = drawer_of(block((8, 40, 40)), 12.0)
-    alpha = drawer.draw(flat_view(np.array([0.0, 0.0, 1.0]), 8.0, 128), TEAM).rgba
+    alpha = drawer.draw(flat_view(np.array([0.0, 0.0, 1.0]), 8.0, 128), POOL).rgba
     assert alpha[..., 3].min() >= 0.99
     assert np.ptp(alpha[..., 3]) < CODE
 
@@ -173,7 +173,7 @@ def test_a_shell_looks_the_same_in_all_directions_from_its_middle(
         camera = Camera.looking_at(
             (0, 0, 0), target, extent=0.6, size=(64, 64), projection=projection
         )
-        alpha = drawer.draw(camera, TEAM).rgba[16:48, 16:48, 3]
+        alpha = drawer.draw(camera, POOL).rgba[16:48, 16:48, 3]
         assert alpha.mean() == pytest.approx(0.181269246922018, rel=0.02)
 
 
@@ -189,7 +189,7 @@ def test_a_turntable_of_360_views_does_not_pop() -> None:
         camera = Camera.looking_at(
             eye, (0, 0, 0), extent=0.2, size=(64, 64), projection=Projection.PERSPECTIVE
         )
-        rgba = drawer.draw(camera, TEAM).rgba
+        rgba = drawer.draw(camera, POOL).rgba
         if last is not None:
             steps.append(float(np.sqrt(np.mean((rgba - last) ** 2))))
         last = rgba
@@ -226,7 +226,7 @@ def test_a_footprint_made_straight_differs_little(
         projection=Projection.PERSPECTIVE,
     )
     drawer = drawer_of(Volume(values, np.ones(3), np.full(3, -1.0)), 1e-4)
-    alpha = drawer.draw(camera, TEAM).rgba[..., 3].astype(np.float64)
+    alpha = drawer.draw(camera, POOL).rgba[..., 3].astype(np.float64)
     assert drawer.counters["subdivided"] == 0
     _, rays = camera.rays()
     aside = np.cross(rays, -eye)
@@ -246,7 +246,7 @@ def test_a_blob_keeps_its_optical_depth_at_an_eighth_of_the_size() -> None:
     sums = []
     for size in (160, 20):
         camera = flat_view(np.array([0.2, 0.1, 1.0]), 16.0, size)
-        alpha = drawer.draw(camera, TEAM).rgba[..., 3]
+        alpha = drawer.draw(camera, POOL).rgba[..., 3]
         depth = -np.log1p(-alpha.astype(np.float64))
         sums.append(depth.sum() * (32 / size) ** 2)
     assert sums[1] == pytest.approx(sums[0], rel=0.01)

@@ -50,14 +50,12 @@ def test_what_kernels_import_counts_as_well(tree: Path) -> None:
 
 
 def test_packages_that_kernels_import_count_with_all_they_import(tree: Path) -> None:
-    package = tree / "renderers" / "lanes"
+    package = tree / "renderers" / "simd"
     package.mkdir()
     kernels = tree / "anatomy" / "kernels" / "sweep.py"
-    kernels.write_text("from renderers.lanes import (\n    load,\n)\n")
-    (package / "__init__.py").write_text(
-        "from renderers.lanes.load_store import load\n"
-    )
-    (package / "load_store.py").write_text("import renderers.lanes.vector\n")
+    kernels.write_text("from renderers.simd import (\n    load,\n)\n")
+    (package / "__init__.py").write_text("from renderers.simd.load_store import load\n")
+    (package / "load_store.py").write_text("import renderers.simd.vector\n")
     seen = {kernel_hash(tree, "1.0")}
     for text in ("", "import llvmlite\n"):
         (package / "vector.py").write_text(text)

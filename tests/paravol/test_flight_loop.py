@@ -15,11 +15,18 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from paravol import flight_loop
-from paravol.flight_loop import FrameEvent, Listeners, Pace, _arrived, fly, thinned
+from paravol.flight_loop import (
+    FrameEvent,
+    Listeners,
+    Pace,
+    drain_available,
+    fly,
+    thinned,
+)
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_pool import Future, ThreadPool
 from scenarios import Sample
 from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
@@ -61,12 +68,12 @@ class Endless:
 def test_a_frame_takes_all_poses_that_are_there() -> None:
     now = time.monotonic()
     sent = [pose(now - 0.01 * (9 - i)) for i in range(10)]
-    assert list(_arrived(Waiting(sent.copy()))) == sent
+    assert list(drain_available(Waiting(sent.copy()))) == sent
 
 
 def test_a_frame_is_drawn_however_fast_poses_come() -> None:
     """Those who are slower than the device fall behind, but they come to an end."""
-    taken = list(itertools.islice(_arrived(Endless()), 1000))
+    taken = list(itertools.islice(drain_available(Endless()), 1000))
     assert len(taken) < 5
 
 
@@ -75,8 +82,8 @@ def test_no_pose_is_lost_between_two_frames() -> None:
     # measured before and after the look
     sent = [pose(now - 1.0), pose(now + 50.0), pose(now + 100.0)]
     source = Waiting(sent.copy())
-    assert list(_arrived(source)) == sent[:2]
-    assert list(_arrived(source)) == sent[2:]
+    assert list(drain_available(source)) == sent[:2]
+    assert list(drain_available(source)) == sent[2:]
 
 
 class Slow:
@@ -85,8 +92,8 @@ class Slow:
     views_skipped = 0
 
     def __init__(self) -> None:
-        self._team = ThreadTeam(2)
-        self._begun: Errand[Frame] | None = None
+        self._pool = ThreadPool(2)
+        self._begun: Future[Frame] | None = None
         self.lens = CLEAN
 
     def apply(self, changes: Any) -> None:
@@ -101,7 +108,7 @@ class Slow:
             then(Frame(np.zeros((2, 2, 3), np.uint8), empty, 0.5, lens))
 
         self.settle()
-        self._begun = self._team.start(finish)
+        self._begun = self._pool.start(finish)
 
     def settle(self) -> None:
         begun, self._begun = self._begun, None

@@ -164,7 +164,7 @@ def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(
         for n, place in enumerate(order)
     ]
     shared.settle()
-    frames = [errand.result() for errand in begun]
+    frames = [future.result() for future in begun]
     assert [id(frame) for frame in told] == [id(frame) for frame in frames]
     alone._auto_gain.gain = None
     for n, (place, frame) in enumerate(zip(order, frames, strict=True)):

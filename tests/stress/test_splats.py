@@ -18,11 +18,11 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.fsr.plain_footprint import gaussian_footprint
 
-TEAM = ThreadTeam(2)
-ALONE = ThreadTeam(1)
+POOL = ThreadPool(2)
+ALONE = ThreadPool(1)
 
 
 def scene_of(volume: Volume, kappa: float) -> Scene:
@@ -69,7 +69,7 @@ def test_an_empty_set_is_background(mode: SplatMode, projection: Projection) -> 
     camera = Camera.looking_at(
         (0, -9, 0), (0, 0, 0), extent=1.0, size=(40, 70), projection=projection
     )
-    image = drawer.draw(camera, TEAM, mode, with_depth=True)
+    image = drawer.draw(camera, POOL, mode, with_depth=True)
     assert not image.rgba.any()
     assert image.depth_mm is not None
     assert np.all(np.isposinf(image.depth_mm))
@@ -89,7 +89,7 @@ def test_65536_faint_splats_on_one_pixel(opacity: float, bound: float) -> None:
     depth = -math.log(np.exp(np.log1p(-lattice).sum(axis=0)).mean())
     kappa = depth * variance / (0.6 * scale) ** 2
     drawer = drawer_of(full((256, 16, 16)), kappa)
-    alpha = float(drawer.draw(from_above(40.0, 1), TEAM).rgba[0, 0, 3])
+    alpha = float(drawer.draw(from_above(40.0, 1), POOL).rgba[0, 0, 3])
     assert drawer.counters["visible"] == 65536
     aside = (np.arange(16) - 7.5) * scale
     weight = gaussian_footprint((aside[:, None] ** 2 + aside**2) / variance)
@@ -104,7 +104,7 @@ def test_a_million_splats_off_the_picture_cost_rows_only(mode: SplatMode) -> Non
         camera = Camera.looking_at(
             eye, target, extent=0.5, size=(64, 64), projection=Projection.PERSPECTIVE
         )
-        assert not drawer.draw(camera, TEAM, mode).rgba.any()
+        assert not drawer.draw(camera, POOL, mode).rgba.any()
         assert drawer.counters["listed"] == 0
         assert drawer.counters["culled rows"] == drawer.counters["rows"]
         assert not drawer.draw(camera, ALONE, mode).rgba.any()
@@ -119,13 +119,13 @@ def test_a_million_splats_off_the_picture_take_no_memory() -> None:
         camera = Camera.looking_at(
             (0, -90, 0), (0, -200, 0), extent=0.5, size=(size, size)
         )
-        drawer.draw(camera, TEAM)
+        drawer.draw(camera, POOL)
         tracemalloc.start()
-        drawer.draw(camera, TEAM)
+        drawer.draw(camera, POOL)
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         # each thread's strip has a list of rows
-        assert most - 16 * size**2 < 5e5 * TEAM.threads
+        assert most - 16 * size**2 < 5e5 * POOL.threads
 
 
 @pytest.mark.parametrize("mode", [SplatMode.POINTS, SplatMode.GAUSSIAN])
@@ -140,7 +140,7 @@ def test_a_splat_that_covers_the_picture_is_drawn_once_everywhere(
         (0, 0, 50.0), (0, 0, 0), up=(0, 1, 0), extent=0.2, size=size,
         projection=Projection.ORTHOGRAPHIC,
     )  # fmt: skip
-    shared = drawer.draw(camera, TEAM, mode)
+    shared = drawer.draw(camera, POOL, mode)
     image = drawer.draw(camera, ALONE, mode)
     assert image.rgba.tobytes() == shared.rgba.tobytes()
     assert drawer.counters["visible"] == 1
@@ -164,7 +164,7 @@ def test_a_splat_at_the_eye_leaves_a_finite_picture(
     camera = Camera.looking_at(
         (0, -offset, 0), (0, 9, 0), extent=0.9, size=(70, 50), projection=projection
     )
-    image = drawer.draw(camera, TEAM, mode, with_depth=True)
+    image = drawer.draw(camera, POOL, mode, with_depth=True)
     assert np.all(np.isfinite(image.rgba))
     assert 0 <= image.rgba[..., 3].min() <= image.rgba[..., 3].max() <= 1
     # parts of parts: eight for each of the nearest, and of their nearest
@@ -189,7 +189,7 @@ def test_flat_voxels_keep_their_footprint_and_mass(thin_mm: float) -> None:
             size=(160, 160),
             projection=Projection.ORTHOGRAPHIC,
         )
-        alpha = drawer.draw(camera, TEAM).rgba[..., 3]
+        alpha = drawer.draw(camera, POOL).rgba[..., 3]
         assert np.all(np.isfinite(alpha))
         depth = -np.log1p(-alpha.astype(np.float64)).sum() * (20 / 160) ** 2
         assert depth == pytest.approx(0.05 * 12 * 12 * 0.04, rel=0.02)
@@ -215,7 +215,7 @@ def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
     inclusion = Inclusion.density(0, 100)
     seen = set()
     for threads in (1, 2, 3):
-        team = ThreadTeam(threads)
+        pool = ThreadPool(threads)
         # splats arrive in an order of their own
         grown = np.zeros_like(values)
         fuzzy = extract_fuzzy_set(volume.with_values(grown, 0.0), inclusion, 50.0)
@@ -229,8 +229,8 @@ def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
             fuzzy = update_fuzzy_set(fuzzy, so_far, inclusion, 50.0, low, high)
         for set_ in (fuzzy, extract_fuzzy_set(volume, inclusion, 50.0)):
             drawer = SplatRasterizer(set_, scene, least_light=0.0)
-            seen.add(bits(drawer.draw(from_above(31.0, 130), team, mode)))
-        team.close()
+            seen.add(bits(drawer.draw(from_above(31.0, 130), pool, mode)))
+        pool.close()
     assert len(seen) == 1
 
 
@@ -238,7 +238,7 @@ def test_a_slice_of_equal_depths_has_one_picture(mode: SplatMode) -> None:
 def test_opacity_one_is_opaque_and_finite(opacity: float) -> None:
     kappa = -math.log1p(-min(opacity, 1 - 2**-24))
     drawer = drawer_of(full((6, 30, 30)), kappa)
-    rgba = drawer.draw(from_above(8.0, 100), TEAM).rgba
+    rgba = drawer.draw(from_above(8.0, 100), POOL).rgba
     assert np.all(np.isfinite(rgba))
     assert rgba[..., 3].min() >= 1 - 1e-5
     assert rgba[..., 3].max() <= 1
@@ -258,6 +258,6 @@ def test_splats_below_half_a_pixel_keep_their_mass(pixels_per_mm: float) -> None
     # each a thousand times what float32 can take from the light
     kappa = 1e-4 / pixels_per_mm**2
     drawer = drawer_of(volume, kappa)
-    alpha = drawer.draw(from_above(half_mm, size), TEAM).rgba[..., 3]
+    alpha = drawer.draw(from_above(half_mm, size), POOL).rgba[..., 3]
     depth = -np.log1p(-alpha.astype(np.float64)).sum() / pixels_per_mm**2
     assert depth == pytest.approx(kappa * count, rel=0.02)

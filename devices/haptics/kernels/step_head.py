@@ -29,7 +29,7 @@ from devices.haptics.force_records import (
     STUCK,
     UNPLUGGED,
 )
-from renderers.lanes.atomics import give_back, look
+from renderers.simd.atomics import give_back, look
 
 Doubles = NDArray[np.float64]
 Longs = NDArray[np.int64]

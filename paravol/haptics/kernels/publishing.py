@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import give_back, look
+from renderers.simd.atomics import give_back, look
 
 Longs = NDArray[np.int64]
 

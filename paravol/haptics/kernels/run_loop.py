@@ -21,7 +21,7 @@ from paravol.haptics.kernels.machine_clock import (
 )
 from paravol.haptics.kernels.publishing import counted
 from paravol.haptics.loop_record import BIN_NS, BINS
-from renderers.lanes.atomics import give_back, look
+from renderers.simd.atomics import give_back, look
 from surgery.kernels.touch_force import DT, FORCE, HAS, Patch, touch_tick
 
 Doubles = NDArray[np.float64]

@@ -123,13 +123,13 @@ class CellCache:
         self.pending += 1
         return True
 
-    def own(self, cell: int, version: int = 0) -> None:
+    def own(self, cell: int) -> None:
         """Begin with a cell as its owner."""
         self._expect(cell, CellState.INVALID, "dealt")
         if not self._free or self.owned >= self.quota:
             raise ValueError(f"no room to own cell {cell}: the quota is {self.quota}")
         copy = self._take(cell, CellState.VALID)
-        copy.owned, copy.version = True, version
+        copy.owned = True
         self.owned += 1
         self._fixed[copy.slot] = False
         self.stamp[copy.slot] = 0

@@ -1,6 +1,4 @@
-"""Prepare a march: cells as bricks, distances over empty space, first samples."""
-
-import math
+"""Prepare a march: cells as bricks, distances over empty space."""
 
 import numpy as np
 from numba import njit
@@ -12,9 +10,6 @@ ZERO = np.float32(0)
 
 SHORT = np.float32(32767)
 """What values and gradients in int16 are multiplied by while they are interpolated."""
-
-LEAST_RATE = 1e-12
-"""Voxels per mm below which a ray runs along an axis."""
 
 FARTHEST = np.uint8(255)
 
@@ -202,81 +197,3 @@ def sum_blocks(
                     weight += NEXT_WEIGHT
                 total = (total ^ part) * MIXER
         sums[n] = total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def set_up_rays(
-    table: NDArray[np.float32],
-    limit: NDArray[np.float32],
-    first: int,
-    frame: NDArray[np.float64],
-    orthographic: bool,
-    voxel_from_world: NDArray[np.float64],
-    top: NDArray[np.float64],
-    step_mm: float,
-    at_ends: bool,
-    geometry: NDArray[np.float32],
-    count: NDArray[np.int32],
-) -> None:
-    """Cut each ray's way through the volume into equal steps, in float64.
-
-    table: float32 (n, 3), rays as `Camera.lens_table` has them; zero directions give
-    empty rays. limit: float32 (n,) mm, where rays end; +inf for those that leave the
-    volume. Rays before `first` are left alone. frame: as `Camera.frame`. at_ends:
-    samples at the ends of steps (one more than steps), else at the middles.
-    """
-    start, rate, way, eye = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    inverse, along = np.empty(3), np.empty(3, np.bool_)
-    per_mm = 1.0 / step_mm
-    for ray in range(first, len(count)):
-        x, y = np.float64(table[ray, 0]), np.float64(table[ray, 1])
-        z = np.float64(table[ray, 2])
-        for k in range(3):
-            eye[k] = frame[0, k]
-            if orthographic:
-                eye[k] = frame[0, k] + (x * frame[1, k] + y * frame[2, k])
-                way[k] = frame[3, k]
-            else:
-                way[k] = x * frame[1, k] + y * frame[2, k] + z * frame[3, k]
-        length = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-        near, far = 0.0, float(limit[ray])
-        for axis in range(3):
-            row = voxel_from_world[axis]
-            start[axis] = (row[0] * eye[0] + row[1] * eye[1] + row[2] * eye[2]) + row[3]
-            rate[axis] = row[0] * way[0] + row[1] * way[1] + row[2] * way[2]
-            along[axis] = abs(rate[axis]) <= LEAST_RATE * length
-        # one division in place of four: each inverse is the others times that of all
-        u = 1.0 if along[0] else rate[0]
-        v = 1.0 if along[1] else rate[1]
-        w = 1.0 if along[2] else rate[2]
-        long = length if length > 0.0 else 1.0
-        of_two, of_others = u * v, w * long
-        of_all = 1.0 / (of_two * of_others)
-        scale = of_two * w * of_all if length > 0.0 else 0.0
-        of_all *= long
-        inverse[0], inverse[1] = v * of_others * of_all, u * of_others * of_all
-        inverse[2] = of_two * long * of_all
-        for axis in range(3):
-            rate[axis] *= scale
-            if along[axis]:
-                if start[axis] < 0.0 or start[axis] > top[axis]:
-                    far = -1.0
-                continue
-            a = -start[axis] * inverse[axis]
-            b = (top[axis] - start[axis]) * inverse[axis]
-            near = max(near, min(a, b))
-            far = min(far, max(a, b))
-        if not (near < far < np.inf):
-            count[ray] = 0
-            for k in range(8):
-                geometry[ray, k] = ZERO
-            continue
-        steps = max(1, math.ceil((far - near) * per_mm))
-        h = (far - near) / steps
-        begin = near if at_ends else near + 0.5 * h
-        count[ray] = steps + 1 if at_ends else steps
-        for axis in range(3):
-            geometry[ray, axis] = start[axis] + begin * rate[axis]
-            geometry[ray, 3 + axis] = rate[axis] * h
-        geometry[ray, 6] = h
-        geometry[ray, 7] = begin

@@ -5,7 +5,7 @@ from numba import njit
 
 from renderers.art.kernels.march_types import F32, I32, Lanes, Three
 from renderers.art.kernels.opacity import ONE, ZERO
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     f32,
     gather,

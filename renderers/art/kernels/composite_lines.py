@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from renderers.art.kernels.march_types import F32, F64, Classification
 from renderers.art.kernels.opacity import ZERO
 from renderers.art.kernels.segments import end_of, integrate
-from renderers.lanes import full, load, store
+from renderers.simd import full, load, store
 
 WIDTH = 16
 

@@ -24,7 +24,6 @@ from renderers.art.kernels.march_types import (
 )
 from renderers.art.kernels.shade_samples import TINY
 from renderers.art.kernels.skip import WITHIN, place_samples
-from renderers.lanes import i32, load, select, store
 from renderers.scene.kernels.deflect import (
     away,
     bend,
@@ -32,6 +31,7 @@ from renderers.scene.kernels.deflect import (
     clear_way,
     slope_of_opening,
 )
+from renderers.simd import i32, load, select, store
 
 SURFACE, POST, INTEGRATED = 0, 1, 2
 """What samples are placed for."""

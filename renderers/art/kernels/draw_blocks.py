@@ -30,9 +30,9 @@ from renderers.art.kernels.march_types import (
     ShadeSettings,
 )
 from renderers.art.kernels.set_up_rays import set_up_rays
-from renderers.lanes import count as count_lanes
-from renderers.lanes import lanes, load, store
-from renderers.lanes.atomics import fetch_add
+from renderers.simd import count as count_lanes
+from renderers.simd import lanes, load, store
+from renderers.simd.atomics import fetch_add
 
 WIDTH = 32
 """Rays of a packet: with and without AVX-512 the fastest of 4 to 64."""
@@ -49,7 +49,7 @@ ABREAST = 16
 FAR = np.float32(np.inf)
 ZERO, ONE = np.float32(0), np.float32(1)
 
-NO_CLOCK = FIRST = cast(int, np.int64(0))
+NO_CLOCK = cast(int, np.int64(0))
 """A literal would compile what takes it once more."""
 
 _lit = march_packets(WIDTH, True, False, False)
@@ -173,7 +173,7 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
             for k in range(rows):
                 row, here = k * columns, (y + k) * wide + x
                 set_up_rays(
-                    table[here : here + columns], reach[here : here + columns], FIRST,
+                    table[here : here + columns], reach[here : here + columns],
                     lens.frame, lens.orthographic, setup.voxel_from_world, setup.last,
                     setup.step_mm, setup.at_ends, block.geometry[row : row + columns],
                     block.samples[row : row + columns],

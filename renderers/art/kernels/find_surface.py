@@ -37,7 +37,7 @@ from renderers.art.kernels.march_types import (
 )
 from renderers.art.kernels.opacity import BIAS, DIGITS, ONE, ZERO
 from renderers.art.kernels.skip import find_corners, leap, per_voxel, rows_of
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     as_f32,
     as_i32,

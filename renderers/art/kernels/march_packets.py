@@ -61,7 +61,7 @@ from renderers.art.kernels.opacity import HALF, ONE, ZERO, opacity
 from renderers.art.kernels.segments import end_of, integrate
 from renderers.art.kernels.shade_samples import any_local, are_grey, light_up
 from renderers.art.kernels.skip import find_corners, leap, per_voxel, rows_of
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     cell1,
     cell4,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Lanes = Any
-"""A vector of `renderers.lanes`."""
+"""A vector of `renderers.simd`."""
 
 Three = tuple[Lanes, Lanes, Lanes]
 """Vectors along x, y and z, or of red, green and blue."""

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from renderers.art.kernels.march_types import Lanes
-from renderers.lanes import as_f32, as_i32, f32, floor, i32, maximum, minimum, select
+from renderers.simd import as_f32, as_i32, f32, floor, i32, maximum, minimum, select
 
 ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 

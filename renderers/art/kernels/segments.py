@@ -22,7 +22,7 @@ from numba import njit
 from renderers.art.kernels.classify import classify
 from renderers.art.kernels.march_types import F32, I32, End, Lanes, Three
 from renderers.art.kernels.opacity import HALF, ONE, ZERO, opacity
-from renderers.lanes import absolute, any_, gather, maximum, rows4, rows8, select
+from renderers.simd import absolute, any_, gather, maximum, rows4, rows8, select
 
 SIXTH, FIFTH = np.float32(1 / 6), np.float32(1 / 5)
 G1, G3 = np.float32(-1 / 12), np.float32(1 / 720)

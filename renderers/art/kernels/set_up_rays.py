@@ -7,10 +7,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.art.kernels.build_bricks import LEAST_RATE
-from renderers.art.kernels.build_bricks import set_up_rays as set_up_rest
 from renderers.art.kernels.march_types import Lanes
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     any_,
     f32,
@@ -30,6 +28,9 @@ from renderers.lanes import (
 )
 
 WIDTH = 32
+LEAST_RATE = 1e-12
+"""Voxels per mm below which a ray runs along an axis."""
+
 ZERO, ONE, HALF = np.float64(0), np.float64(1), np.float64(0.5)
 ENDLESS = np.float64(np.inf)
 
@@ -53,10 +54,9 @@ def _combine(x: Lanes, y: Lanes, z: Lanes, a: float, b: float, c: float) -> Lane
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def set_up_rays(
+def _set_up_packets(
     table: NDArray[np.float32],
     limit: NDArray[np.float32],
-    first: int,
     frame: NDArray[np.float64],
     orthographic: bool,
     voxel_from_world: NDArray[np.float64],
@@ -66,21 +66,17 @@ def set_up_rays(
     geometry: NDArray[np.float32],
     count: NDArray[np.int32],
 ) -> None:
-    """Cut each ray's way through the volume into equal steps.
-
-    Arguments as the scalar function has them. Rays that miss get a geometry of zeros.
-    """
+    """Set up whole packets of rays; what is left at the end is left alone."""
     zero = full(ZERO, WIDTH)
     f, m = frame, voxel_from_world
-    packets = (len(count) - first) // WIDTH
     per_mm = ONE / step_mm
     # all rays of a lens with an eye begin there
     ex, ey, ez = zero + f[0, 0], zero + f[0, 1], zero + f[0, 2]
     sx = _combine(ex, ey, ez, m[0, 0], m[0, 1], m[0, 2]) + m[0, 3]
     sy = _combine(ex, ey, ez, m[1, 0], m[1, 1], m[1, 2]) + m[1, 3]
     sz = _combine(ex, ey, ez, m[2, 0], m[2, 1], m[2, 2]) + m[2, 3]
-    for packet in range(packets):
-        ray = first + packet * WIDTH
+    for packet in range(len(count) // WIDTH):
+        ray = packet * WIDTH
         x_, y_, z_ = load_triples(table, 3 * ray, WIDTH)
         x, y, z = f64(x_), f64(y_), f64(z_)
         if orthographic:
@@ -147,7 +143,42 @@ def set_up_rays(
             f32(select(hit, h, ZERO)),
             f32(select(hit, begin, ZERO)),
         )
-    set_up_rest(
-        table, limit, first + packets * WIDTH, frame, orthographic, voxel_from_world,
-        top, step_mm, at_ends, geometry, count,
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def set_up_rays(
+    table: NDArray[np.float32],
+    limit: NDArray[np.float32],
+    frame: NDArray[np.float64],
+    orthographic: bool,
+    voxel_from_world: NDArray[np.float64],
+    top: NDArray[np.float64],
+    step_mm: float,
+    at_ends: bool,
+    geometry: NDArray[np.float32],
+    count: NDArray[np.int32],
+) -> None:
+    """Cut each ray's way through the volume into equal steps.
+
+    table: float32 (n, 3), rays as `Camera.lens_table` has them; zero directions give
+    empty rays. limit: float32 (n,) mm, where rays end; +inf for those that leave the
+    volume. frame: as `Camera.frame`. at_ends: samples at the ends of steps (one more
+    than steps), else at the middles. Rays that miss get a geometry of zeros.
+    """
+    _set_up_packets(
+        table, limit, frame, orthographic, voxel_from_world, top, step_mm, at_ends,
+        geometry, count,
     )  # fmt: skip
+    rest = len(count) % WIDTH
+    if rest == 0:
+        return
+    # the last rays are filled up to a packet by some that end where they begin
+    first = len(count) - rest
+    rays, ends = np.zeros((WIDTH, 3), np.float32), np.zeros(WIDTH, np.float32)
+    rays[:rest], ends[:rest] = table[first:], limit[first:]
+    found, steps = np.empty((WIDTH, 8), np.float32), np.empty(WIDTH, np.int32)
+    _set_up_packets(
+        rays, ends, frame, orthographic, voxel_from_world, top, step_mm, at_ends,
+        found, steps,
+    )  # fmt: skip
+    geometry[first : len(count)], count[first:] = found[:rest], steps[:rest]

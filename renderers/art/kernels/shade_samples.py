@@ -10,7 +10,7 @@ from numba import njit
 
 from renderers.art.kernels.march_types import F32, Lanes, Three
 from renderers.art.kernels.opacity import ONE, ZERO, power
-from renderers.lanes import maximum, select, sqrt
+from renderers.simd import maximum, select, sqrt
 
 TINY = np.float32(1e-6)
 

@@ -10,7 +10,7 @@ from numba import njit
 
 from renderers.art.kernels.march_types import ABSENT, I32, Lanes, Line, Three
 from renderers.art.kernels.opacity import HALF, ONE, ZERO
-from renderers.lanes import absolute, f32, gather, i32, maximum, minimum, select
+from renderers.simd import absolute, f32, gather, i32, maximum, minimum, select
 
 SLOWEST = np.float32(1e-6)
 """Voxels a sample; keeps reciprocals finite."""

@@ -75,21 +75,15 @@ def _told() -> Iterator[None]:
 
 
 class MpiTransport:
-    """Carry messages over a duplicate of a communicator; one thread only."""
+    """Carry messages over a duplicate of the world's communicator; one thread only."""
 
-    def __init__(
-        self,
-        communicator: MPI.Intracomm | None = None,
-        *,
-        folder: Path | None = None,
-        stall_s: float = STALL_S,
-    ) -> None:
+    def __init__(self, *, folder: Path | None = None, stall_s: float = STALL_S) -> None:
         """Join; all ranks together.
 
         folder: where a flight recorder is written when something is wrong; None for the
         folder of temporary files. stall_s: as `STALL_S`.
         """
-        self._comm = (communicator or MPI.COMM_WORLD).Dup()
+        self._comm = MPI.COMM_WORLD.Dup()
         self.rank = self._comm.Get_rank()
         self.ranks = self._comm.Get_size()
         self.sends = 0

@@ -26,11 +26,11 @@ from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.scene_look import LookSettings, SceneLook
 from renderers.art.ranks.work import MarchWork
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Scene
 from renderers.scene.change import changed_box
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
+from renderers.simd.self_check import demand_vectors
 
 Box = tuple[NDArray[np.int64], NDArray[np.int64]]
 """First and last voxel, (i, j, k), as a `Change` has them."""

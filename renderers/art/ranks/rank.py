@@ -10,13 +10,12 @@ nodes know of cells is then worth nothing, and `is_broken` tells that.
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, Protocol
 
 import msgspec
 
 from renderers.art.job_steps import Step, reached
-from renderers.art.ranks.ledger import AT_HOME, Stopwatch
 from renderers.art.ranks.messages import NODE_KINDS, Message, MessageKind, ProtocolError
 from renderers.art.ranks.transport import RankRefusedError, Transport
 from renderers.art.regions import Gather
@@ -72,12 +71,8 @@ class Rank:
     to begin has come. Those of a frame that ended are dropped.
     """
 
-    def __init__(
-        self, transport: Transport, clock: Callable[[], float] | None = None
-    ) -> None:
-        """Take a transport, and a clock when the time is to be charged to a ledger."""
+    def __init__(self, transport: Transport) -> None:
         self.transport = transport
-        self.watch = Stopwatch(clock)
         self.frame = 0
         self.orders: deque[Message] = deque()
         self._node: FrameNode | None = None
@@ -124,22 +119,15 @@ class Rank:
         Raise RankRefusedError when another rank cannot take part.
         """
         worked = False
-        watch = self.watch
         while (message := self.transport.poll()) is not None:
             worked = True
-            watch.lap("receive")
             self._take(message)
-            watch.lap("directory" if message.kind in AT_HOME else "receive")
-        watch.lap("poll")
         node = self._node
         if node is None:
             return worked
         if node.is_active:
             worked = True
-            messages = node.advance(PACKETS_A_STEP)
-            watch.lap("render")
-            self._send_all(messages)
-            watch.lap("send")
+            self._send_all(node.advance(PACKETS_A_STEP))
             reached(Step.RAYS_MOVED)
         if node.is_finished and not self._said_done:
             self._said_done = True
@@ -152,7 +140,6 @@ class Rank:
     def rest(self) -> None:
         """Return the processor away after a step without work."""
         self.transport.rest(self._node is not None and self._node.is_waiting)
-        self.watch.lap("idle")
 
     def order(
         self, kind: MessageKind, frame: int, payload: bytes = b"", *, aux: int = 0

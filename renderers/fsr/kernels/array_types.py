@@ -16,4 +16,4 @@ U64 = NDArray[np.uint64]
 Flags = NDArray[np.bool_]
 Real = float | np.float32
 Lanes = Any
-"""A vector of `renderers.lanes`, or a number that must not become a literal type."""
+"""A vector of `renderers.simd`, or a number that must not become a literal type."""

@@ -13,7 +13,7 @@ from renderers.fsr.kernels.array_types import F32, I32, I64, Lanes
 from renderers.fsr.kernels.footprint import CUT_SHARE, SCALE
 from renderers.fsr.kernels.project_splats import RECORD
 from renderers.fsr.kernels.tile_buffer import ACROSS, SIDE, SQUARES, TILE_SIDE
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     any_,
     bits,

@@ -12,8 +12,8 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, I64, U16, Lanes, Real
 from renderers.fsr.kernels.depth_sort import KEYS
-from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, View, depth_of
-from renderers.lanes import (
+from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, GridView, depth_of
+from renderers.simd import (
     all_,
     any_,
     bits,
@@ -32,7 +32,7 @@ from renderers.lanes import (
     store_packed,
     store_triples,
 )
-from renderers.lanes import lowest as lowest_bit
+from renderers.simd import lowest as lowest_bit
 
 BINS = 64
 """Steps of depth in which elements are counted."""
@@ -276,7 +276,7 @@ def _key_of(depth: Lanes, low: Real, scale: Real) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bound_spans(
-    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, view: View,
+    spans: I32, first_span: int, end_span: int, ends: F32, columns: U16, view: GridView,
     near_mm: Real, lowest: U16, highest: U16, bins: I64, near: I32, nears: int,
 ) -> int:  # fmt: skip
     """Bound the depths of spans, count their elements by depth, list the near ones.

@@ -28,7 +28,7 @@ from renderers.fsr.kernels.tile_buffer import (
     open_tile,
     write_tile,
 )
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     f32,
     fma,

@@ -7,7 +7,8 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, Lanes
 from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
-from renderers.lanes import (
+from renderers.shading.kernels.field_reads import taps
+from renderers.simd import (
     absolute,
     any_,
     full,
@@ -18,7 +19,6 @@ from renderers.lanes import (
     select,
     store_where,
 )
-from renderers.shading.kernels.field_reads import taps
 
 f32 = np.float32
 

@@ -12,9 +12,16 @@ import numpy as np
 from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, U8, Lanes
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.fsr.kernels.rims import W, directions
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import along_axes, rotated
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    taps,
+)
+from renderers.shading.kernels.wound_cubes import CUT
+from renderers.simd import (
     absolute,
     any_,
     count,
@@ -33,15 +40,8 @@ from renderers.lanes import (
     store_packed,
     unzip3,
 )
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.shading.kernels.elementary import along_axes, rotated
-from renderers.shading.kernels.field_reads import (
-    DistanceField,
-    is_outside,
-    taps,
-)
-from renderers.shading.kernels.wound_cubes import CUT
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
 
 f32 = np.float32
 
@@ -85,7 +85,7 @@ class Eye(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_creases(
-    eye: Eye, cubes: U8, surface: Surface, first: int, last: int, queue: I32,
+    eye: Eye, cubes: U8, surface: GeometryPlanes, first: int, last: int, queue: I32,
     starts: F32, state: U8,
 ) -> int:  # fmt: skip
     """List the pixels of rows ``first..last`` whose rays are to be followed.
@@ -335,7 +335,7 @@ def trace_creases(eye: Eye, queue: I32, starts: F32, found: F32, listed: int) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_creases(
-    surface: Surface, queue: I32, listed: int, found: F32, moved: I32, many: int
+    surface: GeometryPlanes, queue: I32, listed: int, found: F32, moved: I32, many: int
 ) -> int:
     """Write what was found into the picture.
 

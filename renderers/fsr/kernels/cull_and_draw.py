@@ -13,13 +13,13 @@ from renderers.fsr.kernels.cull_view import Culling, cull_view
 from renderers.fsr.kernels.draw_pass import draw_list
 from renderers.fsr.kernels.project_splats import SplatBuffers, Splats, Style
 from renderers.fsr.kernels.tile_buffer import Canvas, TileBuffer
-from renderers.fsr.kernels.view_planes import View
+from renderers.fsr.kernels.view_planes import GridView
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cull_and_draw(
-    rows: Rows, splats: Splats, view: View, planes: F32, culling: Culling, style: Style,
-    buffers: SplatBuffers, most: int, tiles: TileBuffer, canvas: Canvas,
+    rows: Rows, splats: Splats, view: GridView, planes: F32, culling: Culling,
+    style: Style, buffers: SplatBuffers, most: int, tiles: TileBuffer, canvas: Canvas,
 ) -> tuple[int, int, int, int, int, int]:  # fmt: skip
     """List what a band shows and draw it, unless the buffers are too small.
 

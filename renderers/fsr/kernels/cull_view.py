@@ -25,7 +25,7 @@ from renderers.fsr.kernels.clip_rows import (
 from renderers.fsr.kernels.depth_sort import KEYS
 from renderers.fsr.kernels.project_splats import Splats
 from renderers.fsr.kernels.subdivide import subdivide_near
-from renderers.fsr.kernels.view_planes import View
+from renderers.fsr.kernels.view_planes import GridView
 
 FIRST_NEAR = 1 << 12
 """Near splats that are allowed for at first."""
@@ -110,7 +110,7 @@ def cut_slabs(bins: I64, shares: F64, least_slab: int) -> I64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def choose_slabs(bins: I64, view: View, culling: Culling) -> I64:
+def choose_slabs(bins: I64, view: GridView, culling: Culling) -> I64:
     """Cut more slabs where there are many elements in rows across the view.
 
     A slab looks at all elements of a row that it meets. Rows across the view of an eye
@@ -127,7 +127,7 @@ def choose_slabs(bins: I64, view: View, culling: Culling) -> I64:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cull_view(
-    rows: Rows, splats: Splats, view: View, planes: F32, culling: Culling
+    rows: Rows, splats: Splats, view: GridView, planes: F32, culling: Culling
 ) -> CulledSplats:
     """List what is within planes of a view; planes: see `clip_rows`."""
     count = rows.numbers.shape[0]

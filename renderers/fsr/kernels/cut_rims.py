@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, F64, U8
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.scene.kernels.deflect import (
     bend,
     bend_gradient,
@@ -139,7 +139,7 @@ def gradient_at(distance: F32, per_mm: F64, seen: F64, gradient: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_cut_rims(
     field: DeflectedField, seam_mm: float, eye: F64, lens_axes: F64, world_axes: F64,
-    lens: F32, surface: Surface, done: U8, first: int, last: int,
+    lens: F32, surface: GeometryPlanes, done: U8, first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Correct the pixels of rows ``first..last`` that show what is near a face.
 

@@ -18,9 +18,9 @@ from renderers.fsr.kernels.view_planes import (
     EQUIDISTANT,
     ORTHOGRAPHIC,
     PERSPECTIVE,
-    View,
+    GridView,
 )
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     bits,
     count,
@@ -36,7 +36,7 @@ from renderers.lanes import (
     sqrt,
     store_packed,
 )
-from renderers.lanes import lowest as lowest_bit
+from renderers.simd import lowest as lowest_bit
 
 SPAN = 4
 """Blocks that a footprint may meet along an axis and still be found hidden."""
@@ -102,7 +102,7 @@ def find_waiting(alive: I64, down: int, across: int, waiting: I32) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def select_slab(
-    spans: I32, lowest: U16, highest: U16, rows: Rows, view: View, reach_mm: Real,
+    spans: I32, lowest: U16, highest: U16, rows: Rows, view: GridView, reach_mm: Real,
     first_key: int, end_key: int, waiting: I32, index: I32, keys: I32,
 ) -> int:  # fmt: skip
     """List elements of spans whose key is one of first_key..end_key - 1, and the keys.

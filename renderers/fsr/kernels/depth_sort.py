@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 
 from renderers.fsr.kernels.array_types import I32, I64, U16
-from renderers.lanes import any_, i32, lanes, load, store_packed
-from renderers.lanes import count as set_bits
+from renderers.simd import any_, i32, lanes, load, store_packed
+from renderers.simd import count as set_bits
 
 KEYS = 4096
 """Distances told apart by the order: of 130 mm, steps of 32 microns."""

@@ -26,7 +26,7 @@ from renderers.fsr.kernels.project_splats import (
 )
 from renderers.fsr.kernels.subdivide import NEAR_KEYS
 from renderers.fsr.kernels.tile_buffer import TILE_SIDE, Canvas, TileBuffer
-from renderers.fsr.kernels.view_planes import View
+from renderers.fsr.kernels.view_planes import GridView
 
 ALIKE: Lanes = np.bool_(False)
 SIZED: Lanes = np.bool_(True)
@@ -68,7 +68,7 @@ def sort_by_key(n: int, first_key: int, end_key: int, buffers: SplatBuffers) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _project(
-    first: int, n: int, splats: Splats, sized: bool, view: View, style: Style,
+    first: int, n: int, splats: Splats, sized: bool, view: GridView, style: Style,
     buffers: SplatBuffers,
 ) -> None:  # fmt: skip
     """Project n splats of the buffers from the first on and count their keys."""
@@ -83,7 +83,7 @@ def _project(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _project_slab(
     first_key: int, end_key: int, culled: CulledSplats, splats: Splats, rows: Rows,
-    view: View, style: Style, waiting: I32, buffers: SplatBuffers,
+    view: GridView, style: Style, waiting: I32, buffers: SplatBuffers,
 ) -> int:  # fmt: skip
     """Select a slab's splats part by part and project them; return their number."""
     spans, lowest, highest = culled.spans, culled.lowest, culled.highest
@@ -102,7 +102,7 @@ def _project_slab(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_list(
-    culled: CulledSplats, order: I32, splats: Splats, rows: Rows, view: View,
+    culled: CulledSplats, order: I32, splats: Splats, rows: Rows, view: GridView,
     style: Style, buffers: SplatBuffers, tiles: TileBuffer, canvas: Canvas,
 ) -> tuple[int, int]:  # fmt: skip
     """Draw a list; return the splats projected that show, and the fragments.

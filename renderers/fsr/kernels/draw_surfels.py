@@ -30,7 +30,7 @@ from renderers.fsr.kernels.surfel_tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
-from renderers.lanes import (
+from renderers.simd import (
     count,
     full,
     least,
@@ -43,7 +43,7 @@ from renderers.lanes import (
     store_groups,
     store_triples,
 )
-from renderers.lanes.atomics import fetch_add
+from renderers.simd.atomics import fetch_add
 
 _ONE = np.float32(1)
 _ZERO = np.float32(0)
@@ -85,7 +85,7 @@ class SurfelScratch(NamedTuple):
     ends: I32
 
 
-class Surface(NamedTuple):
+class GeometryPlanes(NamedTuple):
     """Hold the geometry of a G-buffer."""
 
     depth: F32
@@ -94,7 +94,7 @@ class Surface(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _write_cut_squares(sums: F32, left: int, top: int, surface: Surface) -> None:
+def _write_cut_squares(sums: F32, left: int, top: int, surface: GeometryPlanes) -> None:
     """Write the resolved squares of a tile that the picture's edges cut."""
     depth, normal, coverage = surface
     height, width = depth.shape
@@ -190,7 +190,7 @@ def _clear(rays: F32, nearest: F32, sums: F32) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _resolve(sums: F32, rays: F32, left: int, top: int, surface: Surface) -> int:
+def _resolve(sums: F32, rays: F32, left: int, top: int, surface: GeometryPlanes) -> int:
     """Divide the sums of a tile in place and write its whole squares in the picture.
 
     Returns the number of pixels in the lens that nothing covers.
@@ -234,7 +234,7 @@ def _resolve(sums: F32, rays: F32, left: int, top: int, surface: Surface) -> int
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tile(
     discs: Discs, n: int, rays: F32, left: int, top: int, scratch: SurfelScratch,
-    surface: Surface,
+    surface: GeometryPlanes,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Draw one tile's surfels, near ones first, and write its part of the G-buffer.
 
@@ -310,7 +310,7 @@ def draw_tile(
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_tiles(
     counter: I64, across: int, discs: Discs, ranges: I32, listed: int, rays: F32,
-    scratch: SurfelScratch, surface: Surface, found: I64,
+    scratch: SurfelScratch, surface: GeometryPlanes, found: I64,
 ) -> None:  # fmt: skip
     """Draw the tiles that this thread takes from an atomic counter.
 

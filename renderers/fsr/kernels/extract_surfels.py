@@ -273,7 +273,7 @@ def _put(
     return True
 
 
-class Look(NamedTuple):
+class SurfelQuery(NamedTuple):
     """Say where surfels are looked for.
 
     spacing: mm along x, y and z. world_from_voxel: ``(4, 4)``. direction: ``(3, 3)``,
@@ -291,7 +291,7 @@ class Look(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_in_box(
-    look: Look, holds: Flags, first: tuple[int, int, int], rows: tuple[int, int],
+    look: SurfelQuery, holds: Flags, first: tuple[int, int, int], rows: tuple[int, int],
     planes: tuple[int, int], found: FoundSurfels, n: int, far: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Append the surfels of a box's elements, in the grid's order.
@@ -345,7 +345,7 @@ def _find_in_box(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract_surfel_rows(
-    look: Look, row: int, offsets: I64, found: FoundSurfels, far: int
+    look: SurfelQuery, row: int, offsets: I64, found: FoundSurfels, far: int
 ) -> tuple[int, int]:
     """Append the surfels of rows `row`.. of a signed distance field.
 
@@ -386,7 +386,7 @@ def extract_surfel_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def extract_surfel_blocks(
-    look: Look, blocks: I64, edge: int, found: FoundSurfels, counted: FoundBlocks
+    look: SurfelQuery, blocks: I64, edge: int, found: FoundSurfels, counted: FoundBlocks
 ) -> tuple[int, int]:
     """Find the surfels of blocks, block by block and in the grid's order within each.
 

@@ -22,7 +22,7 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, Lanes
 from renderers.fsr.kernels.tile_buffer import SQUARE
-from renderers.lanes import as_f32, floor, fma, i32, maximum, minimum, select, spread
+from renderers.simd import as_f32, floor, fma, i32, maximum, minimum, select, spread
 
 SIGMA_PER_SPACING = 0.6
 """In [.55, .70] the cut, not the spacing, makes the ripple."""

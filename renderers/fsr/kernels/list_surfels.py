@@ -17,7 +17,7 @@ from renderers.fsr.kernels.surfel_tiles import (
     TILE_HEIGHT,
     TILE_WIDTH,
 )
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     bits,
     count,

@@ -25,9 +25,9 @@ from renderers.fsr.kernels.view_planes import (
     EQUIDISTANT,
     ORTHOGRAPHIC,
     PERSPECTIVE,
-    View,
+    GridView,
 )
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     as_i32,
     copy_rows4,
@@ -138,7 +138,7 @@ def polar_angle(rho: Lanes, z: Lanes) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_splats(
-    index: I32, n: int, splats: Splats, sized: bool, view: View, style: Style,
+    index: I32, n: int, splats: Splats, sized: bool, view: GridView, style: Style,
     records: F32, boxes: I32, ranges: I32,
 ) -> int:  # fmt: skip
     """Write records of the first n splats; return the number of those that may show.

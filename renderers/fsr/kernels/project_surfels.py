@@ -12,7 +12,7 @@ from numba import njit
 from renderers.fsr.kernels.array_types import F32, I32, I64, Lanes, Real
 from renderers.fsr.kernels.surfel_tiles import TILE_SHIFT_X, TILE_SHIFT_Y
 from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     bits,
     count,

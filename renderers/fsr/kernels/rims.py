@@ -14,7 +14,8 @@ import numpy as np
 from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, U8, Lanes
-from renderers.lanes import (
+from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
+from renderers.simd import (
     absolute,
     any_,
     bits,
@@ -30,8 +31,7 @@ from renderers.lanes import (
     select,
     store_packed,
 )
-from renderers.lanes import count as count_of
-from renderers.shading.kernels.field_reads import is_outside, taps, wall_normals
+from renderers.simd import count as count_of
 
 f32 = np.float32
 GAP_MM = f32(0.4)

@@ -11,7 +11,7 @@ from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, Lanes, Real
 from renderers.fsr.kernels.project_splats import Splats
-from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, View, depth_of
+from renderers.fsr.kernels.view_planes import ORTHOGRAPHIC, GridView, depth_of
 
 WIDEST_SIGMA = 0.1
 """Angular sigma, in radians, above which a splat is subdivided."""
@@ -33,7 +33,7 @@ MOST = 8**SPLITS
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _subdivide_some(
-    index: I32, first: int, n: int, cut: int, splats: Splats, view: View,
+    index: I32, first: int, n: int, cut: int, splats: Splats, view: GridView,
     least_mm: Real, last: Real, found: Splats, depths: F32,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Subdivide from one of the splats on until the next may not fit.
@@ -88,7 +88,7 @@ def _subdivide_some(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def subdivide(
-    index: I32, splats: Splats, view: View, least_mm: Real, last: Real
+    index: I32, splats: Splats, view: GridView, least_mm: Real, last: Real
 ) -> tuple[Splats, int, F32]:
     """Return the parts of splats, and whole those that are far enough.
 
@@ -118,7 +118,7 @@ def subdivide(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def subdivide_near(
-    near: I32, splats: Splats, view: View, least_mm: Real, last: Real
+    near: I32, splats: Splats, view: GridView, least_mm: Real, last: Real
 ) -> tuple[Splats, I32, int]:
     """Subdivide near splats; return the parts, their keys and how many splats were cut.
 

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 
 from renderers.fsr.kernels.array_types import F32, I32, I64, Flags, Lanes
-from renderers.lanes import full, load, store_groups, store_quads
-from renderers.lanes.atomics import fetch_add
+from renderers.simd import full, load, store_groups, store_quads
+from renderers.simd.atomics import fetch_add
 
 TILE_SHIFT = 5
 TILE_SIDE = 1 << TILE_SHIFT

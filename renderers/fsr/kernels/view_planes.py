@@ -63,7 +63,7 @@ class Grid(NamedTuple):
     radius_mm: float
 
 
-class View(NamedTuple):
+class GridView(NamedTuple):
     """Hold a camera in terms of a grid.
 
     base: the grid point next to the eye; places are counted from it, so that near
@@ -86,7 +86,7 @@ class View(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def see_grid(frame: F64, flat: bool, grid: Grid) -> tuple[F32, F32, float, float]:
-    """Return base and matrix of a `View`, and the grid's least and greatest depth.
+    """Return base and matrix of a `GridView`, and the grid's least and greatest depth.
 
     frame: ``(4, 3)`` eye, right, up, forward.
     """

@@ -13,7 +13,7 @@ from renderers.fsr.kernels.project_splats import Style
 from renderers.fsr.kernels.subdivide import LAST_SIGMA, WIDEST_SIGMA
 from renderers.fsr.kernels.tile_buffer import MOST_TILES, TILE_SIDE
 from renderers.fsr.kernels.view_planes import (
-    View,
+    GridView,
     band_planes,
     bring_into_grid,
     see_grid,
@@ -73,7 +73,7 @@ class SetView:
     camera: Camera
     traversal: Traversal
     tiles: tuple[int, int]
-    view: View
+    view: GridView
     style: Style
     planes: NDArray[np.float32]
 
@@ -125,7 +125,7 @@ def view_set(
     sigma_mm = SIGMA_PER_SPACING * shaded.widest_mm
     # the parts of a splat that is subdivided may lie behind the next that is not
     near_mm = -math.inf if is_flat else sigma_mm / WIDEST_SIGMA + shaded.widest_mm
-    view = View(
+    view = GridView(
         base,
         matrix,
         int(camera.projection),

@@ -20,9 +20,9 @@ from renderers.fsr.splats.screen_bands import ScreenBands
 from renderers.fsr.splats.set_view import SplatMode, Traversal, view_set
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import SplatList, list_splats
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, Image, Scene
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
+from renderers.simd.self_check import demand_vectors
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
@@ -54,7 +54,7 @@ class SplatRasterizer:
     def draw(
         self,
         camera: Camera,
-        team: ThreadTeam,
+        pool: ThreadPool,
         mode: SplatMode = SplatMode.GAUSSIAN,
         traversal: Traversal = Traversal.DISTANCE,
         *,
@@ -63,8 +63,8 @@ class SplatRasterizer:
     ) -> Image:
         """Do both stages for one view: `prepare` and `draw_list`."""
         set_view = view_set(self._shaded, camera, mode, traversal)
-        team.rouse()
-        bands = self._bands.cut(*set_view.tiles, team.threads)
+        pool.rouse()
+        bands = self._bands.cut(*set_view.tiles, pool.threads)
         # what Python does is done before there are two threads of it
         planes = [set_view.planes_of(band) for band in bands]
         canvas = self._canvas(camera, with_depth, limit_mm)
@@ -72,7 +72,7 @@ class SplatRasterizer:
         def draw(drawer: BandDrawer, n: int) -> BandCost:
             return drawer.cull_and_draw(set_view, bands[n], planes[n], canvas)
 
-        return self._draw(draw, bands, canvas, team)
+        return self._draw(draw, bands, canvas, pool)
 
     def prepare(
         self,
@@ -93,7 +93,7 @@ class SplatRasterizer:
     def draw_list(
         self,
         lists: Sequence[SplatList],
-        team: ThreadTeam,
+        pool: ThreadPool,
         *,
         with_depth: bool = False,
         limit_mm: NDArray[np.float32] | None = None,
@@ -111,12 +111,12 @@ class SplatRasterizer:
         def draw(drawer: BandDrawer, n: int) -> BandCost:
             return drawer.draw(lists[n], canvas)
 
-        return self._draw(draw, [splats.band for splats in lists], canvas, team)
+        return self._draw(draw, [splats.band for splats in lists], canvas, pool)
 
     def film(
         self,
         views: Iterable[tuple[Camera, SplatMode]],
-        team: ThreadTeam,
+        pool: ThreadPool,
         traversal: Traversal = Traversal.DISTANCE,
     ) -> Generator[Image, None, None]:
         """Draw views, culling each while the one before is drawn, as in 1995.
@@ -132,14 +132,14 @@ class SplatRasterizer:
                 if (view := next(coming, None)) is None:
                     return None
                 return culling.submit(
-                    self.prepare, *view, traversal, threads=team.threads
+                    self.prepare, *view, traversal, threads=pool.threads
                 )
 
             waiting = cull()
             while waiting is not None:
                 lists = waiting.result()
                 waiting = cull()
-                yield self.draw_list(lists, team)
+                yield self.draw_list(lists, pool)
 
     def _canvas(
         self,
@@ -165,7 +165,7 @@ class SplatRasterizer:
         draw: Callable[[BandDrawer, int], BandCost],
         bands: Sequence[range],
         canvas: Canvas,
-        team: ThreadTeam,
+        pool: ThreadPool,
     ) -> Image:
         """Draw all bands; draw: one of them, with nobody else's memory."""
         while len(self._drawers) < len(bands):
@@ -177,7 +177,7 @@ class SplatRasterizer:
             # with what it takes until a thread begins
             return cost, time.perf_counter() - began
 
-        costs, until = zip(*team.map(work, range(len(bands))), strict=True)
+        costs, until = zip(*pool.map(work, range(len(bands))), strict=True)
         self._bands.learn(bands, until)
         self.counters = count_up(costs, self._row_count)
         return Image(canvas.image, canvas.depth if canvas.depth.size else None)

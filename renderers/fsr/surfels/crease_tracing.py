@@ -13,9 +13,9 @@ from renderers.fsr.kernels.creases import (
     trace_creases,
     write_creases,
 )
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.scene import AirSurface, Camera, Change, GBuffer
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from renderers.shading.lit_walls import seen_field
 from renderers.shading.wounds import WoundCubes
 
@@ -64,10 +64,10 @@ class CreaseTracer:
         """Look again for cuts where something changed."""
         self._cubes.update(change)
 
-    def trace(self, camera: Camera, team: ThreadTeam, result: GBuffer) -> int:
+    def trace(self, camera: Camera, pool: ThreadPool, result: GBuffer) -> int:
         """Change `result` in place; return how many pixels were settled by rays.
 
-        The bits do not depend on the team's size.
+        The bits do not depend on the pool's size.
         """
         if not self._cubes.is_any:
             return 0
@@ -76,10 +76,10 @@ class CreaseTracer:
             camera.frame[1:].astype(np.float32),
             camera.lens_table(),
         )
-        surface = Surface(result.depth_mm, result.normal, result.coverage)
+        surface = GeometryPlanes(result.depth_mm, result.normal, result.coverage)
         height, width = result.size
         state = np.zeros(height * width, np.uint8)
-        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
+        parts = PARTS_PER_THREAD * pool.threads if pool.threads > 1 else 1
         edges = [height * part // parts for part in range(parts + 1)]
         self._reserve(parts, int(max(np.diff(edges))) * width, height * width)
 
@@ -98,7 +98,7 @@ class CreaseTracer:
             return int(trace_creases(eye, *scratch, listed))
 
         # all are found before any is written: neighbours look at each other
-        counts = team.map(trace_part, range(parts))
+        counts = pool.map(trace_part, range(parts))
         moved, many = self._moved, 0
         for scratch, found in zip(self._parts, counts, strict=True):
             many = write_creases(

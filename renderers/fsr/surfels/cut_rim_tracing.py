@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from renderers.fsr.deformation import SEAM_MM
 from renderers.fsr.kernels.cut_rims import DeflectedField, trace_cut_rims
-from renderers.fsr.kernels.draw_surfels import Surface
+from renderers.fsr.kernels.draw_surfels import GeometryPlanes
 from renderers.scene import Camera, GBuffer, Volume
 from renderers.scene.deflection import Cut, Deflection, maps_of
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 PARTS_PER_THREAD = 8
 """Cuts lie unevenly over the rows."""
@@ -38,14 +38,14 @@ class CutRims:
     def trace(
         self,
         camera: Camera,
-        team: ThreadTeam,
+        pool: ThreadPool,
         result: GBuffer,
         done: NDArray[np.uint8],
     ) -> tuple[int, int]:
         """Change `result` in place; return the rays traced and the pixels corrected.
 
         done: one for each pixel, becomes 1 where a pixel was corrected. The bits do not
-        depend on the team's size.
+        depend on the pool's size.
         """
         if not self._has_cuts:
             return 0, 0
@@ -57,15 +57,15 @@ class CutRims:
             camera.frame[1:] @ volume.direction,
             volume.direction,
             camera.lens_table(),
-            Surface(result.depth_mm, result.normal, result.coverage),
+            GeometryPlanes(result.depth_mm, result.normal, result.coverage),
             done,
         )
         height = result.size[0]
-        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
+        parts = PARTS_PER_THREAD * pool.threads if pool.threads > 1 else 1
 
         def trace_part(part: int) -> tuple[int, int]:
             first, last = height * part // parts, height * (part + 1) // parts
             return trace_cut_rims(*common, first, last)
 
-        counts = team.map(trace_part, range(parts))
+        counts = pool.map(trace_part, range(parts))
         return sum(c[0] for c in counts), sum(c[1] for c in counts)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderers.fsr.kernels.holes import close_holes, find_holes
 from renderers.fsr.kernels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.scene import GBuffer
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 HOLE_NEIGHBOURS = 5
 """Neighbours an empty pixel needs to count as a hole rather than as open air."""
@@ -18,13 +18,13 @@ def fill_holes(
     rays: NDArray[np.float32],
     result: GBuffer,
     tiles: Sequence[tuple[int, int]],
-    team: ThreadTeam,
+    pool: ThreadPool,
 ) -> int:
     """Fill holes of `result` with the mean of their neighbours; return their number.
 
     rays: ``(h, w, 3)``, zero where the lens sees nothing. tiles: rows and columns of
     those that have empty pixels. All means are taken before any is written, so the
-    order does not matter, nor the size of the team.
+    order does not matter, nor the size of the pool.
     """
     size = TILE_HEIGHT * TILE_WIDTH
     # pages of which nothing is used cost nothing
@@ -47,7 +47,7 @@ def fill_holes(
             )
         )
 
-    counts = team.map(find, range(len(tiles)))
+    counts = pool.map(find, range(len(tiles)))
     for index, count in enumerate(counts):
         close_holes(
             where[index],

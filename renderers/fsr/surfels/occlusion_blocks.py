@@ -23,7 +23,7 @@ from renderers.fsr.surfels.surfel_pool import BlockSpans, SurfelPool
 from renderers.fsr.surfels.surfel_set import Surfels
 from renderers.fsr.view_bounds import lens_of, lens_planes
 from renderers.scene import Camera, Change, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 BLOCK_SHIFT = 2
 """Blocks of 4 voxels a side: with 8, a ball around one spans too many cones."""
@@ -229,7 +229,7 @@ class Blocks:
     def visible(
         self,
         camera: Camera,
-        team: ThreadTeam,
+        pool: ThreadPool,
         *,
         radius_mm: float,
         near_reach_mm: float,
@@ -266,7 +266,7 @@ class Blocks:
             cones = _lens_cones(lens)
             inverse = np.linalg.inv(camera_from_voxel)
             voxel_from_camera = np.ascontiguousarray(inverse[:3], np.float32)
-            team.map(trace, range(0, shape[0], ROWS_PER_TASK))
+            pool.map(trace, range(0, shape[0], ROWS_PER_TASK))
         planes = lens_planes(
             camera.projection, camera.extent, camera.width, camera.height
         )
@@ -288,7 +288,7 @@ class Blocks:
             )
             return met, hidden
 
-        counts = team.map(flag, self._parts)
+        counts = pool.map(flag, self._parts)
         in_view = sum(met for met, _ in counts)
         hidden = sum(count for _, count in counts)
         return Visible(self._shown, self._distances, in_view, hidden)

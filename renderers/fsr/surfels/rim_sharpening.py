@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from renderers.fsr.kernels.rims import sharpen, write_moved
 from renderers.scene import Camera, GBuffer, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 PARTS_PER_THREAD = 8
 """Rims lie unevenly over the rows."""
@@ -32,13 +32,13 @@ class RimSharpener:
         return self._state
 
     def sharpen(
-        self, camera: Camera, team: ThreadTeam, result: GBuffer
+        self, camera: Camera, pool: ThreadPool, result: GBuffer
     ) -> tuple[int, int]:
         """Change `result` in place, after `begin`.
 
         Returns how many pixels' rays were traced and how many went to another wall;
         they may count a pixel twice where threads meet, but the bits of the picture do
-        not depend on the team's size.
+        not depend on the pool's size.
         """
         to_voxel = self._distance.voxel_from_world
         eye = to_voxel[:3, :3] @ camera.eye_mm + to_voxel[:3, 3]
@@ -65,14 +65,14 @@ class RimSharpener:
             )
             return traced, moved
 
-        totals = team.map(sharpen_rows, range(parts))
+        totals = pool.map(sharpen_rows, range(parts))
         moved: NDArray[np.int32] = np.array([t[1] for t in totals], np.int32)
         write_moved(self._queues, moved, self._found, result.depth_mm, result.normal)
         return sum(t[0] for t in totals), int(moved.sum())
 
-    def begin(self, team: ThreadTeam, pixels: int) -> None:
+    def begin(self, pool: ThreadPool, pixels: int) -> None:
         """Get scratch memory for a picture of so many pixels, none of them done."""
-        parts = PARTS_PER_THREAD * team.threads if team.threads > 1 else 1
+        parts = PARTS_PER_THREAD * pool.threads if pool.threads > 1 else 1
         if self._queues.shape != (parts, pixels + SPARE):
             # pages of which nothing is used cost nothing
             self._queues = np.empty((parts, pixels + SPARE), np.int32)

@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.fsr.deformation import displace_surfels
-from renderers.fsr.kernels.draw_surfels import Discs, Surface, SurfelScratch, draw_tiles
+from renderers.fsr.kernels.draw_surfels import (
+    Discs,
+    GeometryPlanes,
+    SurfelScratch,
+    draw_tiles,
+)
 from renderers.fsr.kernels.project_surfels import (
     RECORD,
     DiscLimits,
@@ -45,10 +50,10 @@ from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.fsr.surfels.surfel_update import BlockExtraction, far_blocks
 from renderers.fsr.view_bounds import lens_of, tile_grid
 from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
-from renderers.lanes.self_check import demand_vectors
 from renderers.scene import Camera, Change, ChangeKind, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
+from renderers.simd.self_check import demand_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""
@@ -197,8 +202,8 @@ class SurfelRasterizer:
         if self._lookup is not None:
             self._lookup.update(blocks.numbers, near, numbers)
 
-    def draw(self, camera: Camera, team: ThreadTeam) -> GBuffer:
-        """Find the air surface; the bits do not depend on the team's size.
+    def draw(self, camera: Camera, pool: ThreadPool) -> GBuffer:
+        """Find the air surface; the bits do not depend on the pool's size.
 
         Raises ValueError for an orthographic camera, whose rays do not meet.
         """
@@ -209,8 +214,8 @@ class SurfelRasterizer:
             )
         height, width = camera.height, camera.width
         # what is alone on its thread goes first: others may still end a picture
-        self._rims.begin(team, height * width)
-        listed = self._project(camera, team)
+        self._rims.begin(pool, height * width)
+        listed = self._project(camera, pool)
         # every pixel of these is written by the one tile that holds it
         result = GBuffer(
             np.empty((height, width), np.float32),
@@ -232,7 +237,7 @@ class SurfelRasterizer:
             np.float32(BEHIND_MM),
             REFRESH,
         )
-        surface = Surface(result.depth_mm, result.normal, result.coverage)
+        surface = GeometryPlanes(result.depth_mm, result.normal, result.coverage)
 
         def draw(_: int) -> None:
             draw_tiles(
@@ -247,7 +252,7 @@ class SurfelRasterizer:
                 found,
             )
 
-        team.map(draw, range(team.threads))
+        pool.map(draw, range(pool.threads))
         fragments, hidden, _ = found.sum(axis=0).tolist()
         self.counters["fragments"], self.counters["hidden"] = fragments, hidden
         self.counters["holes filled"] = 0
@@ -256,24 +261,24 @@ class SurfelRasterizer:
             # the first picture loads the code in any case: no later one waits for it
             self._has_filled = True
             self.counters["holes filled"] = fill_holes(
-                table, result, torn or [(0, 0)], team
+                table, result, torn or [(0, 0)], pool
             )
         if self._cut_rims is not None:
             # before rims: the grid that those are looked for in is too coarse for what
             # a cut leaves standing
             done = self._rims.done
-            traced, corrected = self._cut_rims.trace(camera, team, result, done)
+            traced, corrected = self._cut_rims.trace(camera, pool, result, done)
             self.counters["cut rays traced"] = traced
             self.counters["cut pixels corrected"] = corrected
         if self._sharp:
-            traced, moved = self._rims.sharpen(camera, team, result)
+            traced, moved = self._rims.sharpen(camera, pool, result)
             self.counters["rim rays traced"] = traced
             self.counters["rim pixels moved"] = moved
         if self._creases is not None:
-            self.counters["crease pixels"] = self._creases.trace(camera, team, result)
+            self.counters["crease pixels"] = self._creases.trace(camera, pool, result)
         return result
 
-    def _project(self, camera: Camera, team: ThreadTeam) -> int:
+    def _project(self, camera: Camera, pool: ThreadPool) -> int:
         near = NEAR_SPACINGS * self._coarse.spacing_mm
         reach = SIGMA_PER_SPACING * RADIUS_SIGMAS
         # coarse discs begin where they still reach under the last fine ones
@@ -290,7 +295,7 @@ class SurfelRasterizer:
             allowed = self._lookup.seen_from(camera.eye_mm)
         blocks = self._blocks.visible(
             camera,
-            team,
+            pool,
             radius_mm=reach * self._coarse.spacing_mm + slack,
             near_reach_mm=near,
             far_from_mm=coarse_from,
@@ -311,7 +316,7 @@ class SurfelRasterizer:
             listed += len(runs)
             kept += runs.rows
         # both sets in one: threads are slow to wake
-        visible = sum(team.map(call, parts))
+        visible = sum(pool.map(call, parts))
         rows = int(self._coarse.spans.rows.sum() + self._fine.spans.rows.sum())
         self.counters = {
             "listed": listed,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from renderers.fsr.kernels.extract_surfels import (
     FoundSurfels,
     GradientCache,
-    Look,
+    SurfelQuery,
     extract_surfel_rows,
 )
 from renderers.fsr.kernels.gradients import FlatVolume
@@ -94,12 +94,12 @@ def extract_surfels(distance: Volume, refine: int = 1) -> Surfels:
 
 def look_at(
     distance: Volume, volume: FlatVolume, refine: int, cache: GradientCache
-) -> Look:
+) -> SurfelQuery:
     """Return where surfels are looked for; volume: the distance's."""
     x, y, z = distance.spacing_mm.tolist()
     world_from_voxel = distance.world_from_voxel
     direction = world_from_voxel[:3, :3] / distance.spacing_mm
-    return Look(volume, (x, y, z), world_from_voxel, direction, refine, cache)
+    return SurfelQuery(volume, (x, y, z), world_from_voxel, direction, refine, cache)
 
 
 def make_cache(

@@ -16,7 +16,7 @@ from renderers.fsr.visibility.visible_sets import (
 )
 from renderers.scene import Volume
 from renderers.scene.cache_entries import kept_entry, mark_used
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 log = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ def entry_path(folder: Path, distance: Volume, bounds: BlockBounds) -> Path:
 def stored_visible_sets(
     distance: Volume,
     bounds: BlockBounds,
-    team: ThreadTeam,
+    pool: ThreadPool,
     *,
     folder: Path | None = None,
     progress: Progress | None = None,
@@ -67,7 +67,7 @@ def stored_visible_sets(
     found = _load(path, bounds)
     if found is not None:
         return found
-    sets = build_visible_sets(distance, bounds, team, progress)
+    sets = build_visible_sets(distance, bounds, pool, progress)
     try:
         _save(path, sets)
     except OSError as error:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from renderers.fsr.kernels.visibility_floods import mark_met
 from renderers.fsr.visibility.floods import AirCells, BoxFlood, find_air
 from renderers.scene import Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 EDGE = 8
 """Cells along a side of a box, 4 mm at 0.5 mm. Half as many keep .97 as many blocks
@@ -158,7 +158,7 @@ class VisibleSetLookup:
 def build_visible_sets(
     distance: Volume,
     bounds: BlockBounds,
-    team: ThreadTeam,
+    pool: ThreadPool,
     progress: Progress | None = None,
 ) -> VisibleSets:
     """Find the sets of all boxes inside the airway; seconds to minutes.
@@ -170,7 +170,7 @@ def build_visible_sets(
     table = np.full(int(np.prod(shape)), -1, np.int32)
     inside = np.flatnonzero(airway_boxes(distance))
     table[inside] = np.arange(len(inside))
-    bits = _find(air, bounds, inside, team, progress)
+    bits = _find(air, bounds, inside, pool, progress)
     return VisibleSets(shape, table, bounds.numbers, bits)
 
 
@@ -202,7 +202,7 @@ def _find(
     air: AirCells,
     bounds: BlockBounds,
     boxes: NDArray[np.int64],
-    team: ThreadTeam,
+    pool: ThreadPool,
     progress: Progress | None,
 ) -> NDArray[np.uint8]:
     """Return the rows of bits of some boxes."""
@@ -223,7 +223,7 @@ def _find(
         axis=1,
     )
     bits = np.zeros((len(boxes), -(-len(order) // 8)), np.uint8)
-    free = [BoxFlood(air, EDGE) for _ in range(team.threads)]
+    free = [BoxFlood(air, EDGE) for _ in range(pool.threads)]
 
     def work(n: int) -> None:
         flood = free.pop()
@@ -237,5 +237,5 @@ def _find(
         if progress is not None:
             progress((n + 1) / len(boxes))
 
-    team.map(work, range(len(boxes)))
+    pool.map(work, range(len(boxes)))
     return bits

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Doubles, Flags, Floats, Ints
+from renderers.simd.arrays import Doubles, Flags, Floats, Ints
 
 TRANSLATION, ROTATION, SCALING, CUT = 0, 1, 2, 3
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numba import njit
 
-from renderers.lanes import any_, f32, f64, full, lanes, load_where, store_where, unzip3
-from renderers.lanes.arrays import Doubles, Floats, Ints, Lanes
 from renderers.scene.kernels.triangles import NEAREST_MM, row_span, slope
+from renderers.simd import any_, f32, f64, full, lanes, load_where, store_where, unzip3
+from renderers.simd.arrays import Doubles, Floats, Ints, Lanes
 
 W = 8
 

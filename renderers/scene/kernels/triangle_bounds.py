@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Doubles
+from renderers.simd.arrays import Doubles
 
 PERSPECTIVE = 1
 """The value of `Projection`."""

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Bytes, Doubles, Floats, Ints, f32
 from renderers.scene.kernels.triangles import ORTHOGRAPHIC, edge_products, place
+from renderers.simd.arrays import Bytes, Doubles, Floats, Ints, f32
 
 SILHOUETTE = 1e-3
 """Least cosine between a smooth normal and the ray: at a silhouette the interpolated

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Doubles, Floats, Ints
 from renderers.scene.kernels.triangle_bounds import (
     BOXED,
     PERSPECTIVE,
@@ -24,6 +23,7 @@ from renderers.scene.kernels.triangle_bounds import (
     bound_equidistant,
     bound_plane,
 )
+from renderers.simd.arrays import Doubles, Floats, Ints
 
 ORTHOGRAPHIC = 2
 """The value of `Projection`."""

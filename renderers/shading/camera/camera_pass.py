@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection
 from renderers.scene.lens_state import CLEAN, LensState
-from renderers.scene.thread_team import Errand, ThreadTeam
+from renderers.scene.thread_pool import Future, ThreadPool
 from renderers.shading.bands import RowBands
 from renderers.shading.camera.camera_settings import CameraSettings
 from renderers.shading.camera.developer import LEAST_ROWS, Developer
@@ -31,7 +31,7 @@ class CameraPass:
     def __init__(
         self,
         settings: CameraSettings | None = None,
-        threads: int | ThreadTeam = 2,
+        threads: int | ThreadPool = 2,
         seed: int = 1,
     ) -> None:
         self.settings = settings or CameraSettings()
@@ -79,10 +79,10 @@ class CameraPass:
         frame_number: int,
         then: Callable[[NDArray[np.uint8]], Result],
         lens: LensState = CLEAN,
-    ) -> Errand[Result]:
+    ) -> Future[Result]:
         """Begin the picture that `finish` gives, and leave the rest to a thread.
 
-        then: called there with the picture; its result is the errand's. Before that is
+        then: called there with the picture; its result is the future's. Before that is
         done no other picture may be asked for. The caller is back when all threads
         would have to wait for it.
         """

@@ -10,8 +10,8 @@ near, its blur within one, an even light wherever it is even.
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Bytes, Floats, f32
 from renderers.shading.kernels.soil_lens import CELL, enlarge_row
+from renderers.simd.arrays import Bytes, Floats, f32
 
 SHARP_MM, SOFT_MM, FAR_OUT_MM = 7.0, 4.5, 2.5
 """A tool is sharp beyond the first, a little out of focus at the second, far out of it

@@ -5,10 +5,10 @@ import math
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import load, maximum, sqrt, store
-from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.elementary import Three, load3, resolved, store3
 from renderers.shading.kernels.pixel_block import N
+from renderers.simd import load, maximum, sqrt, store
+from renderers.simd.arrays import Floats, Lanes, f32
 
 WAVE_LONG = f32(6.5 / (2 * math.pi))
 WAVE_MIDDLE = f32(1.6 / (2 * math.pi))

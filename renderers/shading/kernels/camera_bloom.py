@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from renderers.lanes import load, row, store, store_spread
-from renderers.lanes.arrays import Floats, Longs, f32
 from renderers.shading.kernels.camera_blur import across, blur_along, find_rows
 from renderers.shading.kernels.camera_expose import Planes, extend_row
+from renderers.simd import load, row, store, store_spread
+from renderers.simd.arrays import Floats, Longs, f32
 
 Count = int | np.int64
 W = 32

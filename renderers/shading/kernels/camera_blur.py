@@ -11,8 +11,8 @@ their flat index, and rings of them by that of their first row.
 import numpy as np
 from numba import njit
 
-from renderers.lanes import load, store
-from renderers.lanes.arrays import Floats, Longs
+from renderers.simd import load, store
+from renderers.simd.arrays import Floats, Longs
 
 Count = int | np.int64
 W = 32

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import any_, full, load, maximum, minimum, store
-from renderers.lanes.arrays import Bytes, Floats, Ints, f32
+from renderers.simd import any_, full, load, maximum, minimum, store
+from renderers.simd.arrays import Bytes, Floats, Ints, f32
 
 W = 32
 

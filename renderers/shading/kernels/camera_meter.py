@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Floats, Ints, f32
+from renderers.simd.arrays import Floats, Ints, f32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

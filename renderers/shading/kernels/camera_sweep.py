@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import absolute, any_, full, load, maximum, minimum, store
-from renderers.lanes.arrays import Bytes, Floats, Longs, f32
 from renderers.shading.kernels.camera_bloom import bloom_row
 from renderers.shading.kernels.camera_blur import (
     across,
@@ -23,6 +21,8 @@ from renderers.shading.kernels.camera_blur import (
 )
 from renderers.shading.kernels.camera_expose import Planes, clear_row, extend_row
 from renderers.shading.kernels.camera_tone import colour_row, contrast_row, encode_row
+from renderers.simd import absolute, any_, full, load, maximum, minimum, store
+from renderers.simd.arrays import Bytes, Floats, Longs, f32
 
 Count = int | np.int64
 W = 32

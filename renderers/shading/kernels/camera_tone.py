@@ -12,7 +12,7 @@ operations that wait for each other than Horner's, with the same bits everywhere
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
+from renderers.simd import (
     any_,
     as_f32,
     as_i32,
@@ -23,9 +23,9 @@ from renderers.lanes import (
     sqrt,
     store,
 )
-from renderers.lanes import f32 as to_f32
-from renderers.lanes import i32 as to_i32
-from renderers.lanes.arrays import Bytes, Floats, f32, i32
+from renderers.simd import f32 as to_f32
+from renderers.simd import i32 as to_i32
+from renderers.simd.arrays import Bytes, Floats, f32, i32
 
 W = 32
 

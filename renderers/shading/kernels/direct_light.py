@@ -7,8 +7,6 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import load, maximum, minimum, sqrt, store
-from renderers.lanes.arrays import Floats, f32
 from renderers.shading.kernels.elementary import (
     NEAREST_MM2,
     exp_negative,
@@ -17,6 +15,8 @@ from renderers.shading.kernels.elementary import (
 )
 from renderers.shading.kernels.pixel_block import N
 from renderers.shading.kernels.shadow import shadow
+from renderers.simd import load, maximum, minimum, sqrt, store
+from renderers.simd.arrays import Floats, f32
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

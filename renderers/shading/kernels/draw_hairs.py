@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Doubles, Floats, Longs, f32
+from renderers.simd.arrays import Doubles, Floats, Longs, f32
 
 PERSPECTIVE = 1
 """The value of `Projection`."""

@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
-from renderers.lanes import as_f32, load, maximum, minimum, store
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.pixel_block import N
+from renderers.simd import as_f32, load, maximum, minimum, store
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
+from renderers.simd.arrays import Floats, Lanes, f32
 
 NEAREST_MM2 = 0.6
 """Squared: a wall is lit as if no fibre end, which is no point, were nearer."""

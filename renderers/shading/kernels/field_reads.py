@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import cell1, maximum, minimum, sqrt
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.elementary import Three, along_axes
+from renderers.simd import cell1, maximum, minimum, sqrt
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
+from renderers.simd.arrays import Floats, Lanes, f32
 
 Place = tuple[np.float32, np.float32, np.float32]
 

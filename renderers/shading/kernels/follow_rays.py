@@ -10,17 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
-    full,
-    greatest,
-    lanes,
-    load_where,
-    maximum,
-    minimum,
-    select,
-    swapped,
-)
-from renderers.lanes.arrays import Bytes, Flags, Floats, f32
 from renderers.shading.kernels.elementary import along_axes
 from renderers.shading.kernels.field_reads import (
     DistanceField,
@@ -40,6 +29,17 @@ from renderers.shading.kernels.path_tracing import (
 )
 from renderers.shading.kernels.sphere_trace import sphere_trace_rays
 from renderers.shading.kernels.thin_walls import likeness_to_wall, wall, with_cell
+from renderers.simd import (
+    full,
+    greatest,
+    lanes,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    swapped,
+)
+from renderers.simd.arrays import Bytes, Flags, Floats, f32
 
 LONGEST_MM = f32(60.0)
 THICKEST_MM = f32(2.5)
@@ -65,7 +65,7 @@ FILM, MIRROR, THIN = 1, 2, 4
 """Bits of `wanted`."""
 
 
-class View(NamedTuple):
+class BufferView(NamedTuple):
     """A G-buffer, its camera-frame rays ``(h, w, 3)``, and the camera's axes.
 
     axes: ``(3, 3)`` rows right, up, forward.
@@ -238,7 +238,7 @@ def ray_of(lens: Floats, axes: Floats, y: int, x: int) -> Place:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow_rows(
-    view: View, effects: int, stride: int, walls: LitWalls, points: Flags,
+    view: BufferView, effects: int, stride: int, walls: LitWalls, points: Flags,
     grid: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Follow the light of every `stride`-th pixel, rows ``first..last`` of the grid.

@@ -11,8 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes import any_, bits, full, lanes, maximum, select, sqrt
-from renderers.lanes.arrays import Bytes, Doubles, Flags, Floats, f32, i32, u64
 from renderers.shading.kernels.elementary import NEAREST_MM2, rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
@@ -23,6 +21,8 @@ from renderers.shading.kernels.field_reads import (
     taps,
     to_voxels,
 )
+from renderers.simd import any_, bits, full, lanes, maximum, select, sqrt
+from renderers.simd.arrays import Bytes, Doubles, Flags, Floats, f32, i32, u64
 
 ARRIVED_MM = 0.002
 """A ray has met a wall that is nearer than this."""

@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import any_, load, store
-from renderers.lanes.arrays import Floats, f32
 from renderers.shading.kernels.elementary import load3, rotated
 from renderers.shading.kernels.field_reads import taps
 from renderers.shading.kernels.pixel_block import N, W
+from renderers.simd import any_, load, store
+from renderers.simd.arrays import Floats, f32
 
 
 class PushedField(NamedTuple):

@@ -13,25 +13,10 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
-    any_,
-    lanes,
-    load,
-    load_where,
-    maximum,
-    minimum,
-    select,
-    store,
-    store_where,
-    unzip3,
-    zip3,
-)
-from renderers.lanes.arrays import Floats, Longs, f32, i32
-from renderers.lanes.atomics import fetch_add
 from renderers.shading.kernels.direct_light import light
 from renderers.shading.kernels.elementary import along_axes, rotated
 from renderers.shading.kernels.field_reads import DistanceField
-from renderers.shading.kernels.follow_rays import View
+from renderers.shading.kernels.follow_rays import BufferView
 from renderers.shading.kernels.path_tracing import FibreLight
 from renderers.shading.kernels.pixel_block import CELL, ROWS, SLOTS, N, W
 from renderers.shading.kernels.pushed_block import bring_to_rest, show_again
@@ -49,6 +34,21 @@ from renderers.shading.kernels.wound_marks import (
     hides_surface,
     mark_wounds,
 )
+from renderers.simd import (
+    any_,
+    lanes,
+    load,
+    load_where,
+    maximum,
+    minimum,
+    select,
+    store,
+    store_where,
+    unzip3,
+    zip3,
+)
+from renderers.simd.arrays import Floats, Longs, f32, i32
+from renderers.simd.atomics import fetch_add
 
 TURN_ROWS = 2 * CELL
 """Rows of the picture that a thread shades at a time."""
@@ -157,7 +157,7 @@ def fetch(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade_rows(
-    view: View,
+    view: BufferView,
     field: DistanceField,
     eye_mm: Floats,
     pixel: np.float32,

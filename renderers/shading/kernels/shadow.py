@@ -9,11 +9,11 @@ import math
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import any_, full, load, maximum, minimum, sqrt, store
-from renderers.lanes.arrays import Floats, Lanes, f32
 from renderers.shading.kernels.elementary import load3
 from renderers.shading.kernels.field_reads import Place
 from renderers.shading.kernels.pixel_block import N
+from renderers.simd import any_, full, load, maximum, minimum, sqrt, store
+from renderers.simd.arrays import Floats, Lanes, f32
 
 BUNDLE_RADIUS_MM = 0.225
 """Of a fibre bundle's end: no shadow is sharper."""

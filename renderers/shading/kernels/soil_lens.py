@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Floats, f32
+from renderers.simd.arrays import Floats, f32
 
 CELL = 8
 """Pixels along an edge of the picture that the blur is found on."""

@@ -8,19 +8,6 @@ slide along one for fifty.
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
-    any_,
-    count,
-    full,
-    lanes,
-    maximum,
-    minimum,
-    put_rows4,
-    rank,
-    rows8,
-    select,
-)
-from renderers.lanes.arrays import Floats, f32
 from renderers.shading.kernels.elementary import rotated
 from renderers.shading.kernels.field_reads import (
     DistanceField,
@@ -33,6 +20,19 @@ from renderers.shading.kernels.path_tracing import (
     SHORTEST_STEP_MM,
     STEP_LIMIT,
 )
+from renderers.simd import (
+    any_,
+    count,
+    full,
+    lanes,
+    maximum,
+    minimum,
+    put_rows4,
+    rank,
+    rows8,
+    select,
+)
+from renderers.simd.arrays import Floats, f32
 
 W = 16
 _FREE = W // 4

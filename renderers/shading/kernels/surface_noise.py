@@ -11,7 +11,9 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import exp_negative, load3, resolved, smooth
+from renderers.shading.kernels.pixel_block import N, W
+from renderers.simd import (
     absolute,
     as_f32,
     as_i32,
@@ -24,10 +26,8 @@ from renderers.lanes import (
     sqrt,
     store,
 )
-from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Floats, Lanes, Shorts, f32
-from renderers.shading.kernels.elementary import exp_negative, load3, resolved, smooth
-from renderers.shading.kernels.pixel_block import N, W
+from renderers.simd import i32 as to_whole
+from renderers.simd.arrays import Floats, Lanes, Shorts, f32
 
 MOTTLE_LONG = f32(0.26)
 MOTTLE_MIDDLE = f32(0.11)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import f32
 from renderers.shading.kernels.field_reads import Place
+from renderers.simd.arrays import f32
 
 PARALLEL, SLANTED = f32(0.866), f32(0.5)
 """Cosines of angles between a wall's two faces: up to 30 degrees it is a wall as told

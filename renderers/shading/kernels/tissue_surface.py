@@ -11,19 +11,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
-    any_,
-    full,
-    gather_pairs,
-    load,
-    maximum,
-    minimum,
-    rows4,
-    store,
-)
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Bytes, Floats, Lanes, f32, i32
 from renderers.shading.kernels.bump_normals import bump
 from renderers.shading.kernels.pixel_block import ROWS, N, W
 from renderers.shading.kernels.surface_noise import (
@@ -34,6 +21,19 @@ from renderers.shading.kernels.surface_noise import (
     tap_octave,
     turn,
 )
+from renderers.simd import (
+    any_,
+    full,
+    gather_pairs,
+    load,
+    maximum,
+    minimum,
+    rows4,
+    store,
+)
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
+from renderers.simd.arrays import Bytes, Floats, Lanes, f32, i32
 
 
 class SurfaceTables(NamedTuple):

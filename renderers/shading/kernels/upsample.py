@@ -7,7 +7,21 @@ multiple of four.
 import numpy as np
 from numba import njit
 
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import along_axes
+from renderers.shading.kernels.field_reads import to_voxels
+from renderers.shading.kernels.follow_rays import (
+    FILM,
+    FOUND,
+    METAL,
+    MIRROR,
+    THIN,
+    TISSUE,
+    BufferView,
+    LitWalls,
+    follow,
+)
+from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
+from renderers.simd import (
     any_,
     bits,
     full,
@@ -23,22 +37,8 @@ from renderers.lanes import (
     unzip3,
     zip3,
 )
-from renderers.lanes import f32 as to_real
-from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
-from renderers.shading.kernels.elementary import along_axes
-from renderers.shading.kernels.field_reads import to_voxels
-from renderers.shading.kernels.follow_rays import (
-    FILM,
-    FOUND,
-    METAL,
-    MIRROR,
-    THIN,
-    TISSUE,
-    LitWalls,
-    View,
-    follow,
-)
-from renderers.shading.kernels.path_tracing import albedo_at, nearest_code
+from renderers.simd import f32 as to_real
+from renderers.simd.arrays import Flags, Floats, Lanes, f32, i32
 
 W = 4
 """Pixels worked on together; divides the lattice's spacing."""
@@ -66,7 +66,7 @@ def triples(array: Floats, at: int, count: int) -> Lanes:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate(
-    view: View, stride: int, grid: Floats, y: int, x: int, kinds: Lanes, t: Lanes,
+    view: BufferView, stride: int, grid: Floats, y: int, x: int, kinds: Lanes, t: Lanes,
     n: tuple[Lanes, Lanes, Lanes], channels: int, found: Floats,
 ) -> Lanes:  # fmt: skip
     """Sum the cell's corners of a pixel's own surface; give their weight.
@@ -103,7 +103,7 @@ def interpolate(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_rows(
-    view: View, effects: int, stride: int, walls: LitWalls, grid: Floats,
+    view: BufferView, effects: int, stride: int, walls: LitWalls, grid: Floats,
     reflect: Floats, only: Flags, radiance: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Add the light that was found to rows ``first..last`` of the picture.

@@ -9,7 +9,15 @@ import numpy as np
 from numba import njit
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
+from renderers.shading.kernels.elementary import Four, along_axes, load3, rotated
+from renderers.shading.kernels.field_reads import (
+    DistanceField,
+    is_outside,
+    taps,
+    wall_normals,
+)
+from renderers.shading.kernels.pixel_block import CELL, ROWS, N, W
+from renderers.simd import (
     any_,
     full,
     gather,
@@ -24,17 +32,9 @@ from renderers.lanes import (
     store_packed,
     store_where,
 )
-from renderers.lanes import count as count_of
-from renderers.lanes import f32 as to_real
-from renderers.lanes.arrays import Flags, Floats, Lanes, f32, i32
-from renderers.shading.kernels.elementary import Four, along_axes, load3, rotated
-from renderers.shading.kernels.field_reads import (
-    DistanceField,
-    is_outside,
-    taps,
-    wall_normals,
-)
-from renderers.shading.kernels.pixel_block import CELL, ROWS, N, W
+from renderers.simd import count as count_of
+from renderers.simd import f32 as to_real
+from renderers.simd.arrays import Flags, Floats, Lanes, f32, i32
 
 PLANES = 5
 """Of the grid: irradiance, normal, depth."""

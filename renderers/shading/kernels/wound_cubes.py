@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from renderers.lanes.arrays import Bytes, Floats, Longs, f32
+from renderers.simd.arrays import Bytes, Floats, Longs, f32
 
 CUT, WET = 1, 2
 """Bits of what a cube has: a cut surface, blood on a surface."""

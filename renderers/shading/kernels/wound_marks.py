@@ -15,24 +15,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 import renderers.shading.kernels.pixel_block as block
-from renderers.lanes import (
-    absolute,
-    any_,
-    full,
-    gather_pairs,
-    gather_u8,
-    greatest,
-    least,
-    load,
-    maximum,
-    minimum,
-    select,
-    sqrt,
-    store,
-)
-from renderers.lanes import f32 as to_real
-from renderers.lanes import i32 as to_whole
-from renderers.lanes.arrays import Bytes, Floats, Lanes, Longs, f32, i32
 from renderers.shading.kernels.bump_normals import bent
 from renderers.shading.kernels.elementary import (
     Three,
@@ -48,6 +30,24 @@ from renderers.shading.kernels.pushed_block import PushedField, voxel_at_rest
 from renderers.shading.kernels.surface_noise import NoiseTile, tap_octave
 from renderers.shading.kernels.tissue_surface import blend
 from renderers.shading.kernels.wound_cubes import CUT, LEAST_DEPTH_MM, WET
+from renderers.simd import (
+    absolute,
+    any_,
+    full,
+    gather_pairs,
+    gather_u8,
+    greatest,
+    least,
+    load,
+    maximum,
+    minimum,
+    select,
+    sqrt,
+    store,
+)
+from renderers.simd import f32 as to_real
+from renderers.simd import i32 as to_whole
+from renderers.simd.arrays import Bytes, Floats, Lanes, Longs, f32, i32
 
 RIM_MM = 0.10
 """Depth from which a surface is a cut one."""

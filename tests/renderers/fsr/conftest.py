@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from renderers.scene import Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.fsr.rim_scene import bars, camera
 
 __all__ = ["bars", "camera"]
 
 
 @pytest.fixture(scope="session")
-def team() -> ThreadTeam:
-    return ThreadTeam(1)
+def pool() -> ThreadPool:
+    return ThreadPool(1)
 
 
 @pytest.fixture(scope="session")
-def three() -> ThreadTeam:
-    return ThreadTeam(3)
+def three() -> ThreadPool:
+    return ThreadPool(3)
 
 
 @pytest.fixture(scope="session")

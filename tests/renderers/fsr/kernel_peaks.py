@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from renderers.fsr.kernels.footprint import peak_of
-from renderers.lanes import load, store
+from renderers.simd import load, store
 
 F32 = NDArray[np.float32]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from renderers.fsr import FuzzySet, Inclusion, extract_fuzzy_set
-from renderers.fsr.kernels.view_planes import EQUIDISTANT, View
+from renderers.fsr.kernels.view_planes import EQUIDISTANT, GridView
 from renderers.scene import (
     Camera,
     PhongMaterial,
@@ -20,11 +20,11 @@ Splats = tuple[FuzzySet, Scene]
 
 def view_from(
     at: ArrayLike, *, keys_per_mm: float = 30.0, near_mm: float = 6.0
-) -> View:
+) -> GridView:
     """Look along z from a place in a grid of 1 mm, with a round lens."""
     matrix = np.eye(3, 4, dtype=np.float32)
     matrix[:, 3] = -np.asarray(at)
-    return View(
+    return GridView(
         np.zeros(3, np.float32),
         matrix,
         EQUIDISTANT,

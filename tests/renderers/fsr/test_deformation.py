@@ -19,7 +19,7 @@ from renderers.scene.deflection import (
     Translation,
     deflected_distance,
 )
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 WALL = np.array([6.0, 0.0, 0.0])
 KINDS: dict[str, Deflector] = {
@@ -41,17 +41,17 @@ def moved_part(
 
 
 def test_nothing_done_changes_no_bit_of_the_picture(
-    hollow: Volume, team: ThreadTeam
+    hollow: Volume, pool: ThreadPool
 ) -> None:
     camera = Camera.looking_at((0.5, -2, 0), (6, 1, 0), size=(80, 80))
     still = Deflection((Translation(WALL, 4.0, np.zeros(3)),))
-    a = SurfelRasterizer(hollow).draw(camera, team)
-    b = SurfelRasterizer(hollow, deflection=still).draw(camera, team)
+    a = SurfelRasterizer(hollow).draw(camera, pool)
+    b = SurfelRasterizer(hollow, deflection=still).draw(camera, pool)
     # in the ball elements are taken in the order of their own grid
     seen = a.coverage > 0
     assert np.array_equal(seen, b.coverage > 0)
     assert np.abs(a.depth_mm[seen] - b.depth_mm[seen]).max() < 1e-4
-    none = SurfelRasterizer(hollow, deflection=Deflection()).draw(camera, team)
+    none = SurfelRasterizer(hollow, deflection=Deflection()).draw(camera, pool)
     assert np.array_equal(a.depth_mm, none.depth_mm)
     assert np.array_equal(a.normal, none.normal)
 
@@ -113,11 +113,11 @@ def test_growth_is_the_widest_footprints() -> None:
     ],
 )
 def test_depth_agrees_with_rays_into_the_deformed_field(
-    hollow: Volume, team: ThreadTeam, name: str
+    hollow: Volume, pool: ThreadPool, name: str
 ) -> None:
     deflection = Deflection((KINDS[name],))
     camera = Camera.looking_at((-1.0, -1.0, 0.3), (6, 0.2, 0), size=(72, 72))
-    g = SurfelRasterizer(hollow, deflection=deflection).draw(camera, team)
+    g = SurfelRasterizer(hollow, deflection=deflection).draw(camera, pool)
     seen = np.any(camera.lens_table() != 0, axis=-1)
     assert np.all(g.coverage[seen] == 1), "no holes"
     field = deflected_distance(hollow, deflection)
@@ -134,12 +134,12 @@ def test_depth_agrees_with_rays_into_the_deformed_field(
     assert np.mean(off > 0.5) < (0.06 if name == "cut" else 0.02)
 
 
-def test_swollen_tissue_has_no_holes(hollow: Volume, team: ThreadTeam) -> None:
+def test_swollen_tissue_has_no_holes(hollow: Volume, pool: ThreadPool) -> None:
     """Stretched four times, by discs that keep their size."""
     deflection = Deflection((Scaling(WALL, 5.0, 4.0),))
     surfels = extract_surfels(hollow)
     moved = displace_surfels(surfels, hollow, deflection)
     assert len(moved) > 1.5 * len(surfels)
     camera = Camera.looking_at((0.0, 0, 0), WALL, size=(64, 64), extent=0.5)
-    g = SurfelRasterizer(hollow, deflection=deflection).draw(camera, team)
+    g = SurfelRasterizer(hollow, deflection=deflection).draw(camera, pool)
     assert g.coverage[np.any(camera.lens_table() != 0, axis=-1)].all()

@@ -56,7 +56,7 @@ def test_every_row_that_is_begun_is_done_once(threads: int) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_what_fails_at_last_is_raised_by_the_errand(threads: int) -> None:
+def test_what_fails_at_last_is_raised_by_the_future(threads: int) -> None:
     bands = RowBands(threads)
 
     def fail(*_: object) -> None:

@@ -167,23 +167,6 @@ def test_light_is_linear_in_power_and_red_wins(
     assert not one.irradiance[sparse.coverage == 0].any()
 
 
-def test_enough_is_enough(surface: AirSurface, camera: Camera, sparse: GBuffer) -> None:
-    tracer = PathTracer(surface)
-    told: list[tuple[int, int]] = []
-    found = tracer.light(
-        sparse,
-        camera,
-        ScopeLight(),
-        batches=50,
-        most_noise=0.5,
-        progress=lambda done, all_: told.append((done, all_)),
-    )
-    assert found.noise() <= 0.5
-    assert told == [(n + 1, 50) for n in range(found.paths // 16)]
-    cut = tracer.light(sparse, camera, ScopeLight(), batches=50, seconds=0)
-    assert cut.paths == 32
-
-
 def test_what_cannot_be_is_refused(
     surface: AirSurface, camera: Camera, sparse: GBuffer
 ) -> None:

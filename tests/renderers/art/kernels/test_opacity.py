@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.kernels.opacity import opacity, power
-from renderers.lanes import load, store
+from renderers.simd import load, store
 
 
 def kernels(width: int) -> tuple[Any, Any]:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from renderers.art.classification import classification, sums_at_nodes
 from renderers.art.kernels.segments import end_of, integrate
-from renderers.lanes import full, load, store
 from renderers.scene import TransferFunction
+from renderers.simd import full, load, store
 
 F = np.float32
 

@@ -17,7 +17,7 @@ from renderers.fsr.kernels.footprint import (
 )
 from renderers.fsr.kernels.tile_buffer import SQUARE
 from renderers.fsr.splats.shaded_set import splat_peaks
-from renderers.lanes import load, store
+from renderers.simd import load, store
 from tests.renderers.fsr.kernel_peaks import kernel_peaks
 from tests.renderers.fsr.plain_footprint import gaussian_footprint, sheet_opacities
 

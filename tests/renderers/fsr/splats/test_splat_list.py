@@ -15,7 +15,7 @@ from renderers.fsr.splats.set_view import Traversal, view_set
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import far_to_near, list_splats
 from renderers.scene import Camera, Image, Projection, Scene, TransferFunction, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.fsr.splat_scenes import Splats, blob
 
 
@@ -66,8 +66,8 @@ def equal_bits(
 
 @pytest.mark.parametrize("mode", SplatMode)
 def test_slabs_that_leave_hidden_splats_out_change_no_bit(
-    team: ThreadTeam,
-    three: ThreadTeam,
+    pool: ThreadPool,
+    three: ThreadPool,
     monkeypatch: pytest.MonkeyPatch,
     mode: SplatMode,
 ) -> None:
@@ -78,13 +78,13 @@ def test_slabs_that_leave_hidden_splats_out_change_no_bit(
             camera = seen_from(eye, extent, projection)
             with monkeypatch.context() as patch:
                 patch.setattr("renderers.fsr.splats.splat_list.SHARES", ())
-                whole = drawer.draw(camera, team, mode, with_depth=True)
+                whole = drawer.draw(camera, pool, mode, with_depth=True)
             all_ = drawer.counters["visible"]
             with monkeypatch.context() as patch:
                 patch.setattr("renderers.fsr.splats.splat_list.LEAST_SLAB", 1)
                 patch.setattr("renderers.fsr.splats.splat_list.MANY", 1)
                 bands = drawer.draw(camera, three, mode, with_depth=True)
-                slabs = drawer.draw(camera, team, mode, with_depth=True)
+                slabs = drawer.draw(camera, pool, mode, with_depth=True)
             assert whole.rgba[..., 3].max() > 0.9
             assert equal_bits(whole, slabs)
             assert equal_bits(whole, bands)
@@ -96,7 +96,7 @@ def test_slabs_that_leave_hidden_splats_out_change_no_bit(
 @pytest.mark.parametrize("projection", Projection)
 @pytest.mark.parametrize("traversal", Traversal)
 def test_culling_rows_changes_no_bit(
-    team: ThreadTeam,
+    pool: ThreadPool,
     monkeypatch: pytest.MonkeyPatch,
     traversal: Traversal,
     projection: Projection,
@@ -116,12 +116,12 @@ def test_culling_rows_changes_no_bit(
     for mode in SplatMode:
         for eye, extent in views:
             camera = seen_from(eye, extent, projection)
-            some = drawer.draw(camera, team, mode, traversal, with_depth=True)
+            some = drawer.draw(camera, pool, mode, traversal, with_depth=True)
             assert some.rgba[..., 3].max() > 0.5
             counters = drawer.counters
             with monkeypatch.context() as patch:
                 patch.setattr("renderers.fsr.splats.set_view.lens_planes", no_planes)
-                whole = drawer.draw(camera, team, mode, traversal, with_depth=True)
+                whole = drawer.draw(camera, pool, mode, traversal, with_depth=True)
             seen = np.any(camera.lens_table() != 0, axis=-1)
             assert equal_bits(some, whole, seen)
             assert drawer.counters["culled rows"] == 0
@@ -171,7 +171,7 @@ def test_every_far_element_is_in_one_slab_and_near_ones_in_none(
 
 @pytest.mark.parametrize("mode", [SplatMode.POINTS, SplatMode.GAUSSIAN])
 def test_the_order_of_the_grid_differs_from_that_of_distance_only_in_order(
-    team: ThreadTeam, mode: SplatMode
+    pool: ThreadPool, mode: SplatMode
 ) -> None:
     """How much light is left does not depend on the order, but for rounding."""
     drawer = SplatRasterizer(*wall(), least_light=0.0)
@@ -179,7 +179,7 @@ def test_the_order_of_the_grid_differs_from_that_of_distance_only_in_order(
         for eye, extent in VIEWS:
             camera = seen_from(eye, extent, projection)
             a, b = (
-                drawer.draw_list(drawer.prepare(camera, mode, order), team).rgba[..., 3]
+                drawer.draw_list(drawer.prepare(camera, mode, order), pool).rgba[..., 3]
                 for order in Traversal
             )
             assert a.max() > 0.9

@@ -11,7 +11,7 @@ from renderers.fsr.kernels.cut_rims import gradient_at
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.surfels.crease_tracing import CreaseTracer
 from renderers.scene import AirSurface, Camera, GBuffer, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.wounded_surface import WoundedSurface
 
 Pixels = NDArray[np.float64]
@@ -42,11 +42,11 @@ def camera() -> Camera:
 
 
 def drawn(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam, *, settled: bool = True
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool, *, settled: bool = True
 ) -> GBuffer:
     creases = CreaseTracer(patient.surface) if settled else None
     rasterizer = SurfelRasterizer(patient.surface.distance, creases=creases)
-    return rasterizer.draw(camera, team)
+    return rasterizer.draw(camera, pool)
 
 
 def misses(patient: WoundedSurface, camera: Camera, buffer: GBuffer) -> Pixels:
@@ -61,21 +61,21 @@ def misses(patient: WoundedSurface, camera: Camera, buffer: GBuffer) -> Pixels:
 
 
 def test_without_cuts_no_ray_is_traced(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool
 ) -> None:
-    buffer = drawn(patient, camera, team, settled=False)
-    assert CreaseTracer(patient.surface).trace(camera, team, buffer) == 0
-    plain = drawn(patient, camera, team, settled=False)
+    buffer = drawn(patient, camera, pool, settled=False)
+    assert CreaseTracer(patient.surface).trace(camera, pool, buffer) == 0
+    plain = drawn(patient, camera, pool, settled=False)
     assert_array_equal(buffer.depth_mm, plain.depth_mm)
     assert_array_equal(buffer.normal, plain.normal)
 
 
 def test_pixels_beside_a_cut_lie_on_the_surface(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool
 ) -> None:
     cut(patient)
-    before = misses(patient, camera, drawn(patient, camera, team, settled=False))
-    after = misses(patient, camera, drawn(patient, camera, team))
+    before = misses(patient, camera, drawn(patient, camera, pool, settled=False))
+    after = misses(patient, camera, drawn(patient, camera, pool))
     assert np.isfinite(after).all()
     # 20 um is what a splat may be off without being settled
     assert after.max() < 0.03 < before.max()
@@ -83,11 +83,11 @@ def test_pixels_beside_a_cut_lie_on_the_surface(
 
 
 def test_what_was_settled_has_the_normals_of_rays(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool
 ) -> None:
     cut(patient)
-    plain = drawn(patient, camera, team, settled=False)
-    buffer = drawn(patient, camera, team)
+    plain = drawn(patient, camera, pool, settled=False)
+    buffer = drawn(patient, camera, pool)
     moved = (buffer.normal != plain.normal).any(axis=-1)
     assert np.count_nonzero(moved) > 100
     origin, rays = camera.rays()
@@ -107,29 +107,29 @@ def test_what_was_settled_has_the_normals_of_rays(
 
 
 def test_holes_beside_a_cut_are_closed(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool
 ) -> None:
     cut(patient)
-    buffer = drawn(patient, camera, team, settled=False)
-    whole = drawn(patient, camera, team)
+    buffer = drawn(patient, camera, pool, settled=False)
+    whole = drawn(patient, camera, pool)
     for y, x in ((60, 60), (52, 61), (70, 48)):
         there = slice(y, y + 4), slice(x, x + 4)
         buffer.coverage[there], buffer.depth_mm[there] = 0, np.inf
-    CreaseTracer(patient.surface).trace(camera, team, buffer)
+    CreaseTracer(patient.surface).trace(camera, pool, buffer)
     assert (buffer.coverage == whole.coverage).all()
     np.testing.assert_allclose(buffer.depth_mm, whole.depth_mm, atol=0.05)
 
 
 def test_an_updated_tracer_is_a_new_one(
-    patient: WoundedSurface, camera: Camera, team: ThreadTeam
+    patient: WoundedSurface, camera: Camera, pool: ThreadPool
 ) -> None:
     kept = CreaseTracer(patient.surface)
     kept.update(patient.cut(PLACE, 1.5))
     kept.update(patient.cut(BESIDE, 1.4))
-    a, b = (drawn(patient, camera, team, settled=False) for _ in range(2))
-    traced = kept.trace(camera, team, a)
-    assert traced == CreaseTracer(patient.surface).trace(camera, team, b) > 0
+    a, b = (drawn(patient, camera, pool, settled=False) for _ in range(2))
+    traced = kept.trace(camera, pool, a)
+    assert traced == CreaseTracer(patient.surface).trace(camera, pool, b) > 0
     assert_array_equal(a.depth_mm, b.depth_mm)
     assert_array_equal(a.normal, b.normal)
     kept.update(patient.heal())
-    assert kept.trace(camera, team, a) == 0
+    assert kept.trace(camera, pool, a) == 0

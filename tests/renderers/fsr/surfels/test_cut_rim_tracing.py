@@ -6,7 +6,7 @@ from renderers.fsr.deformation import SEAM_MM
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Volume
 from renderers.scene.deflection import Cut, Deflection, Translation
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 CUT = Cut(np.array([4.8, 0.0, 0.0]), 2.9, np.array([0.0, 1.0, 0.0]), 0.8)
 
@@ -16,12 +16,12 @@ def view() -> Camera:
 
 
 def test_pixels_beside_a_cut_are_where_tissue_begins(
-    hollow: Volume, team: ThreadTeam
+    hollow: Volume, pool: ThreadPool
 ) -> None:
     """At each there is tissue within a hair, and air before it, rims and all."""
     deflection = Deflection((CUT,))
     drawer = SurfelRasterizer(hollow, deflection=deflection)
-    found = drawer.draw(view(), team)
+    found = drawer.draw(view(), pool)
     assert drawer.counters["cut rays traced"] > 1000
     assert drawer.counters["cut pixels corrected"] > 200
     origins, ways = view().rays()
@@ -48,8 +48,8 @@ def test_pixels_beside_a_cut_are_where_tissue_begins(
     "deflectors", [(), (Translation(CUT.center_mm, 2, np.array([0.3, 0, 0])),)]
 )
 def test_without_a_cut_no_pixel_is_asked(
-    hollow: Volume, team: ThreadTeam, deflectors: tuple[Translation, ...]
+    hollow: Volume, pool: ThreadPool, deflectors: tuple[Translation, ...]
 ) -> None:
     drawer = SurfelRasterizer(hollow, deflection=Deflection(deflectors))
-    drawer.draw(view(), team)
+    drawer.draw(view(), pool)
     assert drawer.counters["cut rays traced"] == 0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from renderers.fsr.kernels.surfel_tiles import TILE_HEIGHT, TILE_WIDTH
 from renderers.fsr.surfels.hole_filling import fill_holes
 from renderers.scene import GBuffer
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 ONE_TILE = [(0, 0)]
 
@@ -33,7 +33,7 @@ def test_holes_take_the_mean_of_their_neighbours_and_open_air_stays_open() -> No
         result.coverage[y, x] = 0
         result.depth_mm[y, x] = np.inf
     rays[4, 5] = 0  # outside the lens: not a hole
-    assert fill_holes(rays, result, ONE_TILE, ThreadTeam(1)) == 1
+    assert fill_holes(rays, result, ONE_TILE, ThreadPool(1)) == 1
     assert result.depth_mm[2, 2] == (5 * 4.0 + 1 + 2 + 3) / 8
     assert_array_equal(result.normal[2, 2], [0, 0, 1])
     assert np.isinf(result.depth_mm[4, 5])
@@ -62,7 +62,7 @@ def test_tiles_and_threads_do_not_show(seed: int) -> None:
     filled = []
     for order, threads in ((tiles, 1), (tiles[::-1], 3)):
         result = copy.deepcopy(torn)
-        assert fill_holes(rays, result, order, ThreadTeam(threads)) == is_hole.sum() > 0
+        assert fill_holes(rays, result, order, ThreadPool(threads)) == is_hole.sum() > 0
         filled.append(result)
     a, b = filled
     assert_array_equal(a.depth_mm, b.depth_mm)

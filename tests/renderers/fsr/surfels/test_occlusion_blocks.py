@@ -11,7 +11,7 @@ from renderers.fsr.surfels.occlusion_blocks import BLOCK_SHIFT, FAR, Blocks
 from renderers.fsr.surfels.surfel_set import extract_surfels
 from renderers.fsr.view_bounds import lens_of
 from renderers.scene import Camera, Projection, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 
 @pytest.mark.parametrize("projection", [Projection.EQUIDISTANT, Projection.PERSPECTIVE])
@@ -21,7 +21,7 @@ from renderers.scene.thread_team import ThreadTeam
 )
 def test_every_ray_of_a_square_meets_tissue_before_the_square_ends(
     cavities: Volume,
-    team: ThreadTeam,
+    pool: ThreadPool,
     projection: Projection,
     x: float,
     y: float,
@@ -86,7 +86,7 @@ def cone_ends_and_first_tissue(
 
 
 def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     surfels = extract_surfels(cavities)
     blocks = Blocks(cavities, surfels.rows, surfels.rows)
@@ -97,7 +97,7 @@ def test_runs_hold_every_element_of_the_visible_blocks_once_and_near_ones_first(
     rows = np.column_stack([voxels[:, 0] >> BLOCK_SHIFT, voxels[:, 1:]])
     camera = Camera.looking_at((-6.0, 0.5, 0.2), (5.0, 0.0, 0.0), size=(64, 64))
     visible = blocks.visible(
-        camera, team, radius_mm=1.0, near_reach_mm=0.0, far_from_mm=4.0
+        camera, pool, radius_mm=1.0, near_reach_mm=0.0, far_from_mm=4.0
     )
     spans = order.spans
     runs = blocks.runs(visible, FAR, spans, 100)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Projection, Volume
 from renderers.scene.deflection import Cut, Deflection
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.fsr.same_buffers import same
 
 EYES = st.tuples(*[st.floats(-2.5, 2.5) for _ in range(3)])
@@ -59,12 +59,12 @@ def inside(hollow: Volume) -> SurfelRasterizer:
 @given(eye=EYES)
 def test_a_sphere_seen_from_inside(
     inside: SurfelRasterizer,
-    team: ThreadTeam,
+    pool: ThreadPool,
     projection: Projection,
     eye: tuple[float, float, float],
 ) -> None:
     camera = view(eye, (0.0, 4.0, 0.5), projection=projection)
-    g = inside.draw(camera, team)
+    g = inside.draw(camera, pool)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1), "no holes"
     assert np.all(g.coverage[~seen] == 0)
@@ -88,7 +88,7 @@ def test_a_sphere_seen_from_inside(
     projection=st.sampled_from([Projection.EQUIDISTANT, Projection.PERSPECTIVE]),
 )
 def test_depth_is_exact_on_a_plane(
-    team: ThreadTeam, tilt: float, distance: float, projection: Projection
+    pool: ThreadPool, tilt: float, distance: float, projection: Projection
 ) -> None:
     """Also where fine elements (nearer than 12 mm) hand over to coarse ones."""
     k = np.indices((11, 49, 49))[0] * 0.5
@@ -104,7 +104,7 @@ def test_depth_is_exact_on_a_plane(
         size=(64, 48),
         projection=projection,
     )
-    g = SurfelRasterizer(volume).draw(camera, team)
+    g = SurfelRasterizer(volume).draw(camera, pool)
     origin, ray = camera.rays()
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = -distance / ray[..., 2]
@@ -116,7 +116,7 @@ def test_depth_is_exact_on_a_plane(
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(
-    hollow: Volume, bars: Volume, camera: Camera, team: ThreadTeam, three: ThreadTeam
+    hollow: Volume, bars: Volume, camera: Camera, pool: ThreadPool, three: ThreadPool
 ) -> None:
     """With rims that are sharpened, and beside a cut."""
     cut = Cut(np.array([4.8, 0.0, 0.0]), 2.9, np.array([0.0, 1.0, 0.0]), 0.8)
@@ -128,25 +128,25 @@ def test_bits_do_not_depend_on_the_number_of_threads(
             view((0.5, -1, 0.3), (6, 0.2, 0)),
         ),
     ):
-        alone = drawer.draw(seen, team)
+        alone = drawer.draw(seen, pool)
         for _ in range(5):
             assert same(drawer.draw(seen, three), alone)
 
 
 def test_a_picture_repeats_after_another_one(
-    inside: SurfelRasterizer, team: ThreadTeam
+    inside: SurfelRasterizer, pool: ThreadPool
 ) -> None:
     camera = view((1.0, -2.0, 0.5), (0.0, 4.0, 0.0))
-    first = inside.draw(camera, team)
-    inside.draw(view((0.0, 0.0, 1.0), (0.0, -4.0, 0.0), (50, 70)), team)
-    assert same(first, inside.draw(camera, team))
+    first = inside.draw(camera, pool)
+    inside.draw(view((0.0, 0.0, 1.0), (0.0, -4.0, 0.0), (50, 70)), pool)
+    assert same(first, inside.draw(camera, pool))
 
 
 def test_a_hole_stays_open_and_depth_agrees_with_ray_casting(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     camera = view((-4.5, 0.3, 0.2), (5.0, 0.0, 0.0), (80, 80))
-    g = SurfelRasterizer(cavities).draw(camera, team)
+    g = SurfelRasterizer(cavities).draw(camera, pool)
     depth = trace(cavities, camera)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1)
@@ -159,14 +159,14 @@ def test_a_hole_stays_open_and_depth_agrees_with_ray_casting(
 
 
 def test_leaving_hidden_blocks_out_changes_no_bit(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     bare = SurfelRasterizer(cavities, hide=False)
     hiding = SurfelRasterizer(cavities)
     hidden = 0
     for target in ((-5.0, 5.0, 0.0), (5.0, 0.0, 0.0), (5.0, 6.0, 2.0)):
         camera = view((-6.5, -0.4, 0.3), target)
-        assert same(bare.draw(camera, team), hiding.draw(camera, team))
+        assert same(bare.draw(camera, pool), hiding.draw(camera, pool))
         hidden += hiding.counters["hidden blocks"]
         assert hiding.counters["listed"] <= bare.counters["listed"]
     assert hidden > 0
@@ -174,10 +174,10 @@ def test_leaving_hidden_blocks_out_changes_no_bit(
 
 @pytest.mark.parametrize("gap", [0.3, 0.05])
 def test_a_camera_at_the_wall_sees_a_finite_picture(
-    inside: SurfelRasterizer, team: ThreadTeam, gap: float
+    inside: SurfelRasterizer, pool: ThreadPool, gap: float
 ) -> None:
     camera = view((6.0 - gap, 0.0, 0.0), (8.0, 0.0, 0.0))
-    g = inside.draw(camera, team)
+    g = inside.draw(camera, pool)
     seen = sampled(camera)
     assert np.mean(g.coverage[seen]) > 0.98
     shown = g.coverage > 0
@@ -187,14 +187,14 @@ def test_a_camera_at_the_wall_sees_a_finite_picture(
 
 
 def test_an_eye_in_tissue_looking_away_from_air_sees_nothing(
-    inside: SurfelRasterizer, team: ThreadTeam
+    inside: SurfelRasterizer, pool: ThreadPool
 ) -> None:
-    g = inside.draw(view((6.8, 0.0, 0.0), (9.0, 0.0, 0.0)), team)
+    g = inside.draw(view((6.8, 0.0, 0.0), (9.0, 0.0, 0.0)), pool)
     assert not g.coverage.any()
     assert np.all(np.isinf(g.depth_mm))
 
 
-def test_anisotropic_spacing(team: ThreadTeam) -> None:
+def test_anisotropic_spacing(pool: ThreadPool) -> None:
     h = np.array([0.4, 0.5, 0.8])
     shape = tuple(int(16 / s) + 1 for s in h[::-1])
     k, j, i = np.indices(shape)
@@ -203,23 +203,23 @@ def test_anisotropic_spacing(team: ThreadTeam) -> None:
         (np.linalg.norm(p, axis=-1) - 6).astype(np.float32), h, np.full(3, -8.0)
     )
     camera = view((0.5, -1.0, 0.3), (0.0, 4.0, 1.0))
-    g = SurfelRasterizer(volume).draw(camera, team)
+    g = SurfelRasterizer(volume).draw(camera, pool)
     seen = sampled(camera)
     assert np.all(g.coverage[seen] == 1)
     assert np.abs(g.depth_mm - sphere_depth(camera, 6.0))[seen].mean() < 0.05
 
 
 def test_orthographic_cameras_are_turned_down(
-    inside: SurfelRasterizer, team: ThreadTeam
+    inside: SurfelRasterizer, pool: ThreadPool
 ) -> None:
     camera = view((0, 0, 0), (0, 1, 0), projection=Projection.ORTHOGRAPHIC)
     with pytest.raises(ValueError, match="eye point"):
-        inside.draw(camera, team)
+        inside.draw(camera, pool)
 
 
 @pytest.mark.parametrize("refresh", [1, 7, 1 << 30])
 def test_leaving_out_what_is_behind_changes_no_bit(
-    cavities: Volume, team: ThreadTeam, monkeypatch: pytest.MonkeyPatch, refresh: int
+    cavities: Volume, pool: ThreadPool, monkeypatch: pytest.MonkeyPatch, refresh: int
 ) -> None:
     """However often tiles look what is hidden by now, or never, and over all views."""
     rasterizer = SurfelRasterizer(cavities)
@@ -232,9 +232,9 @@ def test_leaving_out_what_is_behind_changes_no_bit(
         towards = np.array(target) + rng.normal(size=3)
         # few pixels: discs that are barely one wide are left out and met at random
         camera = Camera.looking_at(eye, towards, size=(width // 3, height // 3))
-        usual = rasterizer.draw(camera, team)
+        usual = rasterizer.draw(camera, pool)
         with monkeypatch.context() as patch:
             patch.setattr("renderers.fsr.surfels.surfel_rasterizer.REFRESH", refresh)
-            other = rasterizer.draw(camera, team)
+            other = rasterizer.draw(camera, pool)
         for name in ("depth_mm", "normal", "coverage"):
             np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))

@@ -13,7 +13,7 @@ from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.surfels.surfel_pool import LEAST_SPARE, SurfelPool
 from renderers.fsr.visibility import build_visible_sets
 from renderers.scene import Camera, Change, ChangeKind, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from tests.renderers.fsr.same_buffers import same
 
 
@@ -97,12 +97,12 @@ def eyes_in(volume: Volume, rng: np.random.Generator, count: int) -> list[Camera
 
 def assert_same_pictures(
     live: SurfelRasterizer, fresh: SurfelRasterizer, cameras: list[Camera],
-    teams: tuple[ThreadTeam, ...],
+    teams: tuple[ThreadPool, ...],
 ) -> None:  # fmt: skip
     for camera in cameras:
         wanted = fresh.draw(camera, teams[0])
-        for team in teams:
-            assert same(live.draw(camera, team), wanted)
+        for pool in teams:
+            assert same(live.draw(camera, pool), wanted)
             # also what is listed and left out, so that nothing dead is carried along
             assert live.counters == fresh.counters
 
@@ -119,13 +119,13 @@ def odd_grid(seed: int) -> Volume:
 @settings(max_examples=12)
 @given(seed=st.integers(0, 2**32 - 1), edits=st.integers(1, 6))
 def test_surfels_and_pictures_after_edits_are_those_of_a_new_rasterizer(
-    team: ThreadTeam, seed: int, edits: int
+    pool: ThreadPool, seed: int, edits: int
 ) -> None:
     rng = np.random.default_rng(seed)
     owner = Owner(odd_grid(seed))
     live = SurfelRasterizer(owner.volume)
     cameras = eyes_in(owner.volume, rng, 2)
-    before = [live.draw(camera, team) for camera in cameras]
+    before = [live.draw(camera, pool) for camera in cameras]
     top = np.array(owner.volume.shape[::-1])
     for _ in range(edits):
         # the ends may lie outside the grid
@@ -134,12 +134,12 @@ def test_surfels_and_pictures_after_edits_are_those_of_a_new_rasterizer(
         assert_same_surfels(live, SurfelRasterizer(owner.volume))
     fresh = SurfelRasterizer(owner.volume)
     assert_same_pictures(
-        live, fresh, [*cameras, *eyes_in(owner.volume, rng, 1)], (team,)
+        live, fresh, [*cameras, *eyes_in(owner.volume, rng, 1)], (pool,)
     )
     live.update(owner.become(owner.first))
     assert_same_surfels(live, SurfelRasterizer(owner.volume))
     for camera, wanted in zip(cameras, before, strict=True):
-        assert same(live.draw(camera, team), wanted)
+        assert same(live.draw(camera, pool), wanted)
 
 
 def test_elements_that_are_led_far_away_follow_what_they_met_there() -> None:
@@ -157,7 +157,7 @@ def test_elements_that_are_led_far_away_follow_what_they_met_there() -> None:
     assert far > 50
 
 
-def test_blocks_become_full_and_empty(hollow: Volume, team: ThreadTeam) -> None:
+def test_blocks_become_full_and_empty(hollow: Volume, pool: ThreadPool) -> None:
     owner = Owner(hollow)
     live = SurfelRasterizer(owner.volume)
     numbers = live._blocks.numbers
@@ -171,7 +171,7 @@ def test_blocks_become_full_and_empty(hollow: Volume, team: ThreadTeam) -> None:
         live.update(owner.become(np.full(hollow.shape, value, np.float32)))
         assert live.splat_count == len(live._blocks.numbers) == 0
         camera = Camera.looking_at((0, 0, 0), (0, 4, 0), size=(32, 32))
-        assert not live.draw(camera, team).coverage.any()
+        assert not live.draw(camera, pool).coverage.any()
     live.update(owner.become(owner.first))
     np.testing.assert_array_equal(live._blocks.numbers, numbers)
     assert_same_surfels(live, SurfelRasterizer(owner.volume))
@@ -194,7 +194,7 @@ def test_the_same_edit_done_and_undone_takes_no_more_memory(hollow: Volume) -> N
 
 
 def test_a_pool_that_is_full_is_written_anew(
-    hollow: Volume, monkeypatch: pytest.MonkeyPatch, team: ThreadTeam
+    hollow: Volume, monkeypatch: pytest.MonkeyPatch, pool: ThreadPool
 ) -> None:
     monkeypatch.setattr("renderers.fsr.surfels.surfel_pool.LEAST_SPARE", 0)
     owner = Owner(hollow)
@@ -208,7 +208,7 @@ def test_a_pool_that_is_full_is_written_anew(
     assert len(sizes) > 2
     fresh = SurfelRasterizer(owner.volume)
     assert_same_surfels(live, fresh)
-    assert_same_pictures(live, fresh, eyes_in(owner.volume, rng, 2), (team,))
+    assert_same_pictures(live, fresh, eyes_in(owner.volume, rng, 2), (pool,))
 
 
 def test_a_box_that_is_larger_than_the_change_does_no_harm(hollow: Volume) -> None:
@@ -235,38 +235,38 @@ def test_film_changes_no_surface(hollow: Volume) -> None:
 @settings(max_examples=8)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_visible_sets_leave_out_no_block_that_a_new_flood_sees(
-    cavities: Volume, team: ThreadTeam, seed: int
+    cavities: Volume, pool: ThreadPool, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     owner = Owner(cavities)
     live = SurfelRasterizer(owner.volume)
-    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), team))
+    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), pool))
     for _ in range(3):
         a = rng.uniform(0, cavities.shape[::-1], 3)
         live.update(owner.capsule(a, a + rng.normal(size=3), rng.uniform(0.6, 2.0)))
         # in tissue, where nothing but its own blocks is near
         bubble = np.array([3.0, 3, 3]) + rng.uniform(0, 2, 3)
         live.update(owner.capsule(bubble, bubble, 0.5))
-        assert_answers_hold(live, owner.volume, team, rng)
+        assert_answers_hold(live, owner.volume, pool, rng)
 
 
 def test_visible_sets_hold_where_an_edit_is_out_of_sight(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     owner = Owner(cavities)
     live = SurfelRasterizer(owner.volume)
-    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), team))
+    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), pool))
     live.update(owner.capsule(np.ones(3), np.ones(3), 0.5))
-    answered = assert_answers_hold(live, owner.volume, team, np.random.default_rng(2))
+    answered = assert_answers_hold(live, owner.volume, pool, np.random.default_rng(2))
     assert answered > 20
 
 
 def assert_answers_hold(
-    live: SurfelRasterizer, volume: Volume, team: ThreadTeam, rng: np.random.Generator
+    live: SurfelRasterizer, volume: Volume, pool: ThreadPool, rng: np.random.Generator
 ) -> int:
     """Compare with sets found anew from 30 places; return how many had an answer."""
     fresh = SurfelRasterizer(volume)
-    fresh.use_visible_sets(build_visible_sets(volume, fresh.bounds(), team))
+    fresh.use_visible_sets(build_visible_sets(volume, fresh.bounds(), pool))
     assert live._lookup is not None
     assert fresh._lookup is not None
     answered = 0
@@ -279,17 +279,17 @@ def assert_answers_hold(
 
 
 def test_an_eye_that_an_edit_may_show_something_to_asks_cones(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     owner = Owner(cavities)
     live = SurfelRasterizer(owner.volume)
-    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), team))
+    live.use_visible_sets(build_visible_sets(owner.volume, live.bounds(), pool))
     camera = Camera.looking_at((-6.5, -0.4, 0.3), (5.0, 0.0, 0.0), size=(32, 32))
-    live.draw(camera, team)
+    live.draw(camera, pool)
     assert live.counters["looked up"] == 1
     # a second opening in the wall between the cavities
     live.update(owner.capsule(np.array([30.0, 20, 20]), np.array([31.0, 20, 20]), 1.2))
     assert same(
-        live.draw(camera, team), SurfelRasterizer(owner.volume).draw(camera, team)
+        live.draw(camera, pool), SurfelRasterizer(owner.volume).draw(camera, pool)
     )
     assert live.counters["looked up"] == 0

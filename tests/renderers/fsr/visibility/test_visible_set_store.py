@@ -11,7 +11,7 @@ from renderers.fsr.visibility.visible_set_store import (
     stored_visible_sets,
 )
 from renderers.scene import Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 
 @pytest.fixture(scope="module")
@@ -27,15 +27,15 @@ def same(a: VisibleSets, b: VisibleSets) -> bool:
 
 
 def test_what_is_kept_is_read_back(
-    cavities: Volume, bounds: BlockBounds, team: ThreadTeam, tmp_path: Path
+    cavities: Volume, bounds: BlockBounds, pool: ThreadPool, tmp_path: Path
 ) -> None:
     built: list[float] = []
     first = stored_visible_sets(
-        cavities, bounds, team, folder=tmp_path, progress=built.append
+        cavities, bounds, pool, folder=tmp_path, progress=built.append
     )
     assert len(built) == len(first.bits)
     again = stored_visible_sets(
-        cavities, bounds, team, folder=tmp_path, progress=built.append
+        cavities, bounds, pool, folder=tmp_path, progress=built.append
     )
     assert len(built) == len(first.bits), "nothing was built"
     assert same(first, again)
@@ -48,12 +48,12 @@ def test_what_is_kept_is_read_back(
 def test_a_broken_entry_is_made_again(
     cavities: Volume,
     bounds: BlockBounds,
-    team: ThreadTeam,
+    pool: ThreadPool,
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
     damage: str,
 ) -> None:
-    first = stored_visible_sets(cavities, bounds, team, folder=tmp_path)
+    first = stored_visible_sets(cavities, bounds, pool, folder=tmp_path)
     path = entry_path(tmp_path, cavities, bounds)
     content = path.read_bytes()
     if damage == "other":
@@ -68,7 +68,7 @@ def test_a_broken_entry_is_made_again(
     else:
         spoilt = {"empty": b"", "cut": content[: len(content) // 2], "text": b"sets"}
         path.write_bytes(spoilt[damage])
-    assert same(first, stored_visible_sets(cavities, bounds, team, folder=tmp_path))
+    assert same(first, stored_visible_sets(cavities, bounds, pool, folder=tmp_path))
     assert "are made again" in caplog.text
     assert path.read_bytes() == content
 
@@ -91,21 +91,21 @@ def test_the_name_tells_the_content(
 def test_a_folder_that_cannot_be_written_costs_nothing_but_time(
     cavities: Volume,
     bounds: BlockBounds,
-    team: ThreadTeam,
+    pool: ThreadPool,
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     (tmp_path / "taken").write_text("a file where the folder should be")
-    sets = stored_visible_sets(cavities, bounds, team, folder=tmp_path / "taken")
+    sets = stored_visible_sets(cavities, bounds, pool, folder=tmp_path / "taken")
     assert len(sets.bits) > 0
     assert "could not be kept" in caplog.text
 
 
 def test_old_entries_are_removed(
-    cavities: Volume, bounds: BlockBounds, team: ThreadTeam, tmp_path: Path
+    cavities: Volume, bounds: BlockBounds, pool: ThreadPool, tmp_path: Path
 ) -> None:
     for n in range(ENTRIES_KEPT + 3):
         (tmp_path / f"{n}.npz").write_bytes(b"old")
-    stored_visible_sets(cavities, bounds, team, folder=tmp_path)
+    stored_visible_sets(cavities, bounds, pool, folder=tmp_path)
     assert len(list(tmp_path.glob("*.npz"))) == ENTRIES_KEPT
     assert entry_path(tmp_path, cavities, bounds).exists()

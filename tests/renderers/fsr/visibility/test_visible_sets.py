@@ -7,7 +7,7 @@ from renderers.fsr.surfels import SurfelRasterizer
 from renderers.fsr.visibility import build_visible_sets
 from renderers.fsr.visibility.visible_sets import EDGE, airway_boxes
 from renderers.scene import Camera, GBuffer, Volume
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 
 LEAK_MM = 0.5
 
@@ -39,14 +39,14 @@ def tissue_before(
     return np.asarray(volume.sample(points).max(axis=-1))
 
 
-def compare(volume: Volume, cameras: list[Camera], team: ThreadTeam) -> tuple[int, int]:
+def compare(volume: Volume, cameras: list[Camera], pool: ThreadPool) -> tuple[int, int]:
     """Check pictures with sets against those without; give pixels that differ."""
     bare = SurfelRasterizer(volume, hide=False)
     knowing = SurfelRasterizer(volume)
-    knowing.use_visible_sets(build_visible_sets(volume, knowing.bounds(), team))
+    knowing.use_visible_sets(build_visible_sets(volume, knowing.bounds(), pool))
     leaks = skipped = 0
     for camera in cameras:
-        a, b = bare.draw(camera, team), knowing.draw(camera, team)
+        a, b = bare.draw(camera, pool), knowing.draw(camera, pool)
         assert knowing.counters["looked up"] == 1
         assert knowing.counters["listed"] <= bare.counters["listed"]
         skipped += bare.counters["listed"] - knowing.counters["listed"]
@@ -62,9 +62,9 @@ def compare(volume: Volume, cameras: list[Camera], team: ThreadTeam) -> tuple[in
 
 
 def test_pictures_with_sets_have_the_bits_of_those_without(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
-    leaks, skipped = compare(cavities, poses(cavities, 30, 1, 64), team)
+    leaks, skipped = compare(cavities, poses(cavities, 30, 1, 64), pool)
     assert leaks == 0
     assert skipped > 0
 
@@ -73,31 +73,31 @@ def test_pictures_with_sets_have_the_bits_of_those_without(
     ("spacing_mm", "count"), [(1.5, 12), pytest.param(0.5, 60, marks=pytest.mark.slow)]
 )
 def test_in_a_head_only_pinholes_differ(
-    team: ThreadTeam, spacing_mm: float, count: int
+    pool: ThreadPool, spacing_mm: float, count: int
 ) -> None:
     """Over random eyes; what differs are a few pixels between discs, see `compare`."""
     phantom = build_phantom(PhantomParameters(), spacing_mm)
     size = 96
     cameras = poses(phantom.distance, count, 2, size)
-    leaks, skipped = compare(phantom.distance, cameras, team)
+    leaks, skipped = compare(phantom.distance, cameras, pool)
     assert skipped > 0
     # measured: 1 of 921,600 at 0.5 mm, none of 368,640 at 1.0 and at 1.5 mm
     assert leaks <= 1e-5 * count * size**2
 
 
 def test_sets_are_small_where_walls_hide_much(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
-    sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), team)
+    sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), pool)
     assert len(sets.bits) == airway_boxes(cavities).sum()
     assert 0.3 < sets.share < 0.95
 
 
 def test_bits_do_not_depend_on_threads(
-    cavities: Volume, team: ThreadTeam, three: ThreadTeam
+    cavities: Volume, pool: ThreadPool, three: ThreadPool
 ) -> None:
     bounds = SurfelRasterizer(cavities).bounds()
-    one = build_visible_sets(cavities, bounds, team)
+    one = build_visible_sets(cavities, bounds, pool)
     shares: list[float] = []
     other = build_visible_sets(cavities, bounds, three, shares.append)
     assert np.array_equal(one.bits, other.bits)
@@ -106,21 +106,21 @@ def test_bits_do_not_depend_on_threads(
 
 
 def test_eyes_outside_and_in_tissue_are_not_answered(
-    cavities: Volume, team: ThreadTeam
+    cavities: Volume, pool: ThreadPool
 ) -> None:
     renderer = SurfelRasterizer(cavities)
-    renderer.use_visible_sets(build_visible_sets(cavities, renderer.bounds(), team))
+    renderer.use_visible_sets(build_visible_sets(cavities, renderer.bounds(), pool))
     for eye, known in (((-6.0, 0.0, 0.0), 1), ((0.0, 4.0, 0.0), 0), ((99.0, 0, 0), 0)):
-        renderer.draw(Camera.looking_at(eye, (0.1, 0.2, 0.3), size=(20, 20)), team)
+        renderer.draw(Camera.looking_at(eye, (0.1, 0.2, 0.3), size=(20, 20)), pool)
         assert renderer.counters["looked up"] == known
     renderer.use_visible_sets(None)
-    renderer.draw(Camera.looking_at((-6.0, 0, 0), (0, 0.1, 0), size=(20, 20)), team)
+    renderer.draw(Camera.looking_at((-6.0, 0, 0), (0, 0.1, 0), size=(20, 20)), pool)
     assert renderer.counters["looked up"] == 0
 
 
 def test_sets_of_another_surface_are_refused(
-    cavities: Volume, hollow: Volume, team: ThreadTeam
+    cavities: Volume, hollow: Volume, pool: ThreadPool
 ) -> None:
-    sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), team)
+    sets = build_visible_sets(cavities, SurfelRasterizer(cavities).bounds(), pool)
     with pytest.raises(ValueError, match="other blocks"):
         SurfelRasterizer(hollow).use_visible_sets(sets)

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from renderers.scene import Camera, GBuffer, Projection, srgb_from_linear
-from renderers.scene.thread_team import ThreadTeam
+from renderers.scene.thread_pool import ThreadPool
 from renderers.shading import CameraPass, CameraSettings
 
 SIZE = 72
@@ -69,18 +69,18 @@ def test_a_picture_begun_is_the_picture_finished(
 ) -> None:
     """Whatever else the threads do meanwhile; one after the other."""
     alone = CameraPass(threads=1)
-    team = ThreadTeam(threads)
-    camera = CameraPass(threads=team)
+    pool = ThreadPool(threads)
+    camera = CameraPass(threads=pool)
     for number in range(5):
         begun = camera.begin(
             radiance, depths, view, gain=1.0, frame_number=number, then=np.copy
         )
-        assert team.map(abs, range(-9, 0)) == list(range(9, 0, -1))
+        assert pool.map(abs, range(-9, 0)) == list(range(9, 0, -1))
         expected, _ = alone.finish(
             radiance, depths, view, gain=1.0, frame_number=number
         )
         assert_array_equal(begun.result(), expected)
-    team.close()
+    pool.close()
 
 
 def test_outside_the_stop_all_is_black(view: Camera, depths: GBuffer) -> None:

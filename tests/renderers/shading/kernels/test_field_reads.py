@@ -5,7 +5,6 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates, sobel
 
-from renderers.lanes import load, select, store
 from renderers.shading.kernels.field_reads import (
     DistanceField,
     is_outside,
@@ -13,6 +12,7 @@ from renderers.shading.kernels.field_reads import (
     taps,
     wall_normals,
 )
+from renderers.simd import load, select, store
 
 f32 = np.float32
 Floats = NDArray[np.float32]

@@ -15,8 +15,8 @@ from renderers.shading.kernels.follow_rays import (
     MIRROR,
     THIN,
     TISSUE,
+    BufferView,
     LitWalls,
-    View,
     follow,
     ray_of,
     wanted_of,
@@ -91,7 +91,7 @@ class Scene:
 
     def added(self, *edges: int) -> NDArray[np.float32]:
         radiance = self.radiance.copy()
-        view = View(
+        view = BufferView(
             self.depth, self.normal, self.coverage, self.material, self.lens, self.axes
         )
         for first, last in itertools.pairwise(edges):

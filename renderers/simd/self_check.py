@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.cell_reads import cell4
-from renderers.lanes.functions import (
+from renderers.simd.cell_reads import cell4
+from renderers.simd.functions import (
     absolute,
     any_,
     as_f32,
@@ -34,7 +34,7 @@ from renderers.lanes.functions import (
     select,
     sqrt,
 )
-from renderers.lanes.load_store import (
+from renderers.simd.load_store import (
     gather,
     gather_u8,
     load,
@@ -42,7 +42,7 @@ from renderers.lanes.load_store import (
     prefetch,
     store,
 )
-from renderers.lanes.records import put_rows4, rows4
+from renderers.simd.records import put_rows4, rows4
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]

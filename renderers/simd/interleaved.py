@@ -12,9 +12,9 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import gather_lanes, stored
-from renderers.lanes.records import byte_offsets, is_rows, row_type
-from renderers.lanes.vector import (
+from renderers.simd.load_store import gather_lanes, stored
+from renderers.simd.records import byte_offsets, is_rows, row_type
+from renderers.simd.vector import (
     BYTE,
     Vector,
     ir,

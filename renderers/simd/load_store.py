@@ -10,7 +10,7 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.vector import (
+from renderers.simd.vector import (
     BYTE,
     ELEMENTS,
     I32,

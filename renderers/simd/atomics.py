@@ -9,8 +9,8 @@ from typing import Any
 from numba import njit, types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.arrays import Longs
-from renderers.lanes.vector import I64, call_llvm, ir, vector_function
+from renderers.simd.arrays import Longs
+from renderers.simd.vector import I64, call_llvm, ir, vector_function
 
 
 def _changed_by(counter: Any, operation: str, order: str) -> Any:

@@ -4,11 +4,11 @@ A vector has a fixed number of lanes of ``f32 f64 i32 i64`` or of a mask; operat
 and the functions here work lane by lane, numbers are spread over the lanes. Nothing is
 reordered, and nothing fused but by `fma`: the same bits for any width and, but for
 `fma`, on any processor. Import this in files of kernels only; whoever calls these
-first demands of `renderers.lanes.self_check` that vectors compile here.
+first demands of `renderers.simd.self_check` that vectors compile here.
 """
 
-from renderers.lanes.cell_reads import cell1, cell4
-from renderers.lanes.functions import (
+from renderers.simd.cell_reads import cell1, cell4
+from renderers.simd.functions import (
     absolute,
     all_,
     any_,
@@ -33,7 +33,7 @@ from renderers.lanes.functions import (
     select,
     sqrt,
 )
-from renderers.lanes.interleaved import (
+from renderers.simd.interleaved import (
     copy_rows4,
     gather_pairs,
     rows_alike,
@@ -41,7 +41,7 @@ from renderers.lanes.interleaved import (
     unzip3,
     zip3,
 )
-from renderers.lanes.load_store import (
+from renderers.simd.load_store import (
     gather,
     gather_u8,
     load,
@@ -51,8 +51,8 @@ from renderers.lanes.load_store import (
     store,
     store_where,
 )
-from renderers.lanes.packing import store_packed
-from renderers.lanes.records import (
+from renderers.simd.packing import store_packed
+from renderers.simd.records import (
     load_triples,
     put_rows4,
     row,
@@ -63,7 +63,7 @@ from renderers.lanes.records import (
     store_spread,
     store_triples,
 )
-from renderers.lanes.vector import Vector
+from renderers.simd.vector import Vector
 
 __all__ = [
     "Vector",

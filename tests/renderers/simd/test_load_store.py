@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from renderers.lanes import (
+from renderers.simd import (
     gather,
     gather_u8,
     i64,

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from renderers.lanes import (
+from renderers.simd import (
     absolute,
     all_,
     any_,

@@ -8,7 +8,7 @@ from numba import njit
 from numba.core.errors import TypingError
 from numpy.testing import assert_array_equal
 
-from renderers.lanes import (
+from renderers.simd import (
     copy_rows4,
     gather_pairs,
     load,

@@ -5,9 +5,9 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import stored
-from renderers.lanes.records import byte_offsets, load_part, spread_in_groups, transpose
-from renderers.lanes.vector import (
+from renderers.simd.load_store import stored
+from renderers.simd.records import byte_offsets, load_part, spread_in_groups, transpose
+from renderers.simd.vector import (
     BYTE,
     ELEMENTS,
     I32,

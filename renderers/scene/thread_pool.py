@@ -1,10 +1,10 @@
-"""A team of threads that share out the parts of one picture.
+"""A pool of threads that share out the parts of one picture.
 
 The calling thread works too, and each thread takes part after part from one shared
 counter. A picture is a dozen maps of a millisecond and less, and a thread that sleeps
 takes fifty microseconds and more to wake: those who wait look around for a while first.
 
-What is not wanted at once is an errand: one of the others does it while the rest go on
+What is not wanted at once is a future: one of the others does it while the rest go on
 sharing out parts.
 """
 
@@ -18,7 +18,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import count_up, leave_and_wait, wait_for_change
+from renderers.simd.atomics import count_up, leave_and_wait, wait_for_change
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -27,10 +27,10 @@ LOOKS = 12000
 """Times that a thread looks around before it sleeps: some tenths of a millisecond."""
 
 NAP_S = 1.0
-"""After which who sleeps looks up: a team that ends may not be able to wake them."""
+"""After which who sleeps looks up: a pool that ends may not be able to wake them."""
 
 
-class Errand(Generic[Result]):
+class Future(Generic[Result]):
     """Hold one piece of work that is done beside the rest; ask for its result once."""
 
     def __init__(self, work: Callable[[], Result], board: "_Board") -> None:
@@ -62,7 +62,7 @@ class Errand(Generic[Result]):
         self._board.tell(self._done)
 
 
-class ThreadTeam:
+class ThreadPool:
     """Run work on `threads` threads, the caller's among them.
 
     Raises ValueError for a count below one.
@@ -79,9 +79,9 @@ class ThreadTeam:
         weakref.finalize(self, self._board.end)
 
     @classmethod
-    def of(cls, threads: "int | ThreadTeam") -> "ThreadTeam":
-        """Return a team of so many threads, or the team itself."""
-        return threads if isinstance(threads, ThreadTeam) else cls(threads)
+    def of(cls, threads: "int | ThreadPool") -> "ThreadPool":
+        """Return a pool of so many threads, or the pool itself."""
+        return threads if isinstance(threads, ThreadPool) else cls(threads)
 
     @property
     def busy(self) -> NDArray[np.int64]:
@@ -93,7 +93,7 @@ class ThreadTeam:
     ) -> list[Result]:
         """Return `work(part)` of all parts in their order; the first error is raised.
 
-        Where the team is at work already, or closed, the caller works alone.
+        Where the pool is at work already, or closed, the caller works alone.
         """
         results: dict[int, Result] = {}
         errors: list[BaseException] = []
@@ -121,23 +121,23 @@ class ThreadTeam:
             raise errors[0]
         return [results[turn] for turn in range(len(parts))]
 
-    def start(self, work: Callable[[], Result]) -> Errand[Result]:
+    def start(self, work: Callable[[], Result]) -> Future[Result]:
         """Have one of the others do `work` while the caller goes on.
 
-        They join in maps again when it is done. In a team of one the caller does it
-        here; in a closed team, when the result is asked for.
+        They join in maps again when it is done. In a pool of one the caller does it
+        here; in a closed pool, when the result is asked for.
         """
-        errand = self.errand(work)
+        future = self.future(work)
         if self.threads == 1:
-            errand.help()
+            future.help()
         else:
             self._start()
-            self._board.hang_up(errand)
-        return errand
+            self._board.hang_up(future)
+        return future
 
-    def errand(self, work: Callable[[], Result]) -> Errand[Result]:
-        """Return an errand that nobody is called for: who comes by first does it."""
-        return Errand(work, self._board)
+    def future(self, work: Callable[[], Result]) -> Future[Result]:
+        """Return a future that nobody is called for: who comes by first does it."""
+        return Future(work, self._board)
 
     def rouse(self) -> None:
         """Tell those who sleep that a map is a tenth of a millisecond away.
@@ -157,9 +157,9 @@ class ThreadTeam:
     def _start(self) -> None:
         with self._starting:
             while len(self._helpers) < self.threads - 1:
-                # the board and not the team: a thread would keep that alive
+                # the board and not the pool: a thread would keep that alive
                 helper = threading.Thread(
-                    target=self._board.serve, name="team", daemon=True
+                    target=self._board.serve, name="pool", daemon=True
                 )
                 helper.start()
                 self._helpers.append(helper)
@@ -176,7 +176,7 @@ class ThreadTeam:
 
 
 class _Board:
-    """Hold what the threads of a team tell each other.
+    """Hold what the threads of a pool tell each other.
 
     calls: how often something was put up. busy: helpers that have begun and not ended.
     """
@@ -187,7 +187,7 @@ class _Board:
         self._changed = threading.Condition(threading.Lock())
         self._sleeping = 0
         self._work: Callable[[], None] | None = None
-        self._errands: deque[Errand[Any]] = deque()
+        self._futures: deque[Future[Any]] = deque()
         self.is_ended = False
 
     def put_up(self, work: Callable[[], None]) -> None:
@@ -211,24 +211,24 @@ class _Board:
             self.wait(self.busy, busy)
             busy = int(self.busy[0])
 
-    def hang_up(self, errand: Errand[Any]) -> None:
-        """Leave an errand to the next helper who is free."""
+    def hang_up(self, future: Future[Any]) -> None:
+        """Leave a future to the next helper who is free."""
         with self._changed:
-            self._errands.append(errand)
+            self._futures.append(future)
             self._call()
 
-    def claim(self, errand: Errand[Result]) -> Callable[[], Result] | None:
+    def claim(self, future: Future[Result]) -> Callable[[], Result] | None:
         """Take what is to be done from one who has not begun it; None is too late."""
         with self._changed:
-            work, errand.work = errand.work, None
-            if errand in self._errands:
-                self._errands.remove(errand)
+            work, future.work = future.work, None
+            if future in self._futures:
+                self._futures.remove(future)
         return work
 
     def end(self) -> None:
         """Send the helpers home.
 
-        A team that nobody holds any more is ended by whatever thread its memory is
+        A pool that nobody holds any more is ended by whatever thread its memory is
         freed in, and that may be one that has the lock: it must not be waited for.
         """
         self.is_ended = True
@@ -247,14 +247,14 @@ class _Board:
                 # after the calls were read: an end that comes later is one more
                 if self.is_ended:
                     return
-                errand = self._errands.popleft() if self._errands else None
-                if errand is None and answered != calls:
+                future = self._futures.popleft() if self._futures else None
+                if future is None and answered != calls:
                     answered = calls
                     work = self._work
                     if work is not None:
                         count_up(self.busy)
-            if errand is not None:
-                errand.help()
+            if future is not None:
+                future.help()
             elif work is not None:
                 work()
                 # told in compiled code: who waits for it finds the interpreter's lock
@@ -266,7 +266,7 @@ class _Board:
             else:
                 self.wait(self.calls, calls)
             # nothing of the picture is kept until the next
-            errand = work = None
+            future = work = None
 
     def tell(self, done: NDArray[np.int64]) -> None:
         """Set the number to one for those who wait for it."""

@@ -12,7 +12,7 @@ from typing import Any
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from renderers.lanes.vector import INTEGERS, NUMBERS, REALS, Vector, shared_vector
+from renderers.simd.vector import INTEGERS, NUMBERS, REALS, Vector, shared_vector
 
 Emit = Callable[[Any, Vector, list[Any]], Any]
 

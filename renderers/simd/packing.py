@@ -6,8 +6,8 @@ from numba import types
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic
 
-from renderers.lanes.load_store import bytes_of, is_plain
-from renderers.lanes.vector import (
+from renderers.simd.load_store import bytes_of, is_plain
+from renderers.simd.vector import (
     BYTE,
     ELEMENTS,
     I32,

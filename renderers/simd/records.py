@@ -12,8 +12,8 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-from renderers.lanes.load_store import stored
-from renderers.lanes.vector import (
+from renderers.simd.load_store import stored
+from renderers.simd.vector import (
     BYTE,
     ELEMENTS,
     I32,

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes.atomics import count_up, fetch_add, leave_and_wait, wait_for_change
+from renderers.simd.atomics import count_up, fetch_add, leave_and_wait, wait_for_change
 
 
 @njit(nogil=True)

@@ -9,7 +9,7 @@ import pytest
 from llvmlite.binding import get_host_cpu_features
 from numba import njit
 
-from renderers.lanes import load, store_packed
+from renderers.simd import load, store_packed
 
 
 @njit
@@ -33,7 +33,7 @@ def test_chosen_lanes_are_packed_and_nothing_else_is_touched(
 PACK = """
 import numpy as np
 from numba import njit
-from renderers.lanes import bits, load, store_packed
+from renderers.simd import bits, load, store_packed
 
 @njit
 def pack(x, keep, out):

@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes import full, load, select, store
+from renderers.simd import full, load, select, store
 
 WIDTHS = (4, 8, 16, 32)
 COUNT = 64

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from renderers.lanes import (
+from renderers.simd import (
     load,
     load_triples,
     put_rows4,

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from renderers.lanes import self_check as check
-from renderers.lanes.self_check import VectorError, demand_vectors, vector_problem
+from renderers.simd import self_check as check
+from renderers.simd.self_check import VectorError, demand_vectors, vector_problem
 
 
 @pytest.fixture(autouse=True)

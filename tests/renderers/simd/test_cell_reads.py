@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from renderers.lanes import cell1, cell4, load, store
+from renderers.simd import cell1, cell4, load, store
 
 SHAPE = (5, 6, 7)
 

@@ -13,8 +13,8 @@ from typing import Any
 from numba import types
 from numba.core.typing.templates import signature
 
-import renderers.lanes.operators  # noqa: F401
-from renderers.lanes.vector import (
+import renderers.simd.operators  # noqa: F401
+from renderers.simd.vector import (
     ELEMENTS,
     I32,
     I64,
