@@ -51,7 +51,7 @@ _READ_BYTES = 65536
 
 
 class OpenIGTLinkSource(QueuedSource):
-    """Poses of one tool of a peer; see ``LiveSource``.
+    """Poses of one tool of a peer; see ``QueuedSource``.
 
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
     peer's time stamps, set to the host's monotonic clock at the first message, and
