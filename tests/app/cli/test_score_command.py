@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
@@ -16,13 +15,11 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
-from devices import Registration
 from paravol.patient import load_patient, no_progress
-from paravol.session_setup import build_session, describe_session
 from scenarios import Sample, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
 from scenarios.instrument_state import EMPTY_HAND
 from tests.mpi.launching import LAUNCHER, NEEDS_RANKS
+from tests.recorded_flight import record
 
 COUNT = 3
 """Sessions of each group."""
@@ -36,27 +33,20 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     head = msgspec.structs.replace(scenario.head, spacing_mm=1.0)
     scenario = msgspec.structs.replace(scenario, head=head)
     patient = load_patient(scenario, no_progress)
-    registration = Registration(np.eye(4), 0.2, np.zeros(0))
-    info = describe_session(
-        scenario, patient, registration, size=32, has_instrument=False
-    )
-    info = msgspec.structs.replace(info, operated=False)
     way, middle = np.array([0.0, 1.0, 0.0]), patient.scene.volume.center_mm
     for group, shake_mm in (("experts", 0.1), ("novices", 1.0)):
         for number in range(COUNT):
             rng = np.random.default_rng([number, round(10 * shake_mm)])
-            session = build_session(scenario, patient, np.eye(4), (32, 32))
             folder = place / group / f"{number}.paravol"
             folder.parent.mkdir(exist_ok=True)
-            with SessionRecorder(folder, info) as recorder:
-                for n in range(60):
-                    off = np.cumsum(rng.normal(size=3)) * shake_mm
-                    tip = middle + off + [0.0, 60 * np.sin(n / 20), 0.0]
-                    frame = tip_frame(tip, way)
-                    sample = Sample(0.05 * n, frame, 0.0, 0 * way, way, 0, EMPTY_HAND)
-                    session.step(sample)
-                    recorder.add(SampleRecord.of(sample))
-                recorder.close({"score": asdict(session.score())})
+            samples = []
+            for n in range(60):
+                off = np.cumsum(rng.normal(size=3)) * shake_mm
+                frame = tip_frame(middle + off + [0.0, 60 * np.sin(n / 20), 0.0], way)
+                samples.append(
+                    Sample(0.05 * n, frame, 0.0, 0 * way, way, 0, EMPTY_HAND)
+                )
+            record(folder, scenario, patient, samples, operates=False)
     return place
 
 

@@ -23,12 +23,11 @@ from anatomy.phantom.phantom import build_phantom
 from app.__main__ import main
 from devices import load_probe_path
 from paravol.case_scenario import scenario_of_case
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import load_patient
-from paravol.session_setup import describe_session
 from paravol.snapshots.view_file import ViewFile
 from scenarios import Sample, load_scenario, tip_frame
-from scenarios.bundle import SampleRecord, SessionRecorder
+from scenarios.bundle import SampleRecord
+from tests.recorded_flight import info_of, write_records
 
 SIZE = 48
 
@@ -49,13 +48,8 @@ def session_through(case: Path, folder: Path) -> Path:
     sample = Sample(
         1.0, tip_frame(at.tip_mm, at.axis), at.roll_deg, at.tip_mm, at.axis, 0
     )
-    info = describe_session(
-        scenario, patient, in_the_patient(), size=SIZE, has_instrument=False
-    )
-    with SessionRecorder(folder, info) as recorder:
-        recorder.add(SampleRecord.of(sample))
-        recorder.close({})
-    return folder
+    info = info_of(scenario, patient, size=SIZE, operates=False)
+    return write_records(folder, info, [SampleRecord.of(sample)])
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """Flights that end as people's do: nothing done, one task of many, somebody hurt."""
 
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 
@@ -11,20 +10,18 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from app.window.result.result_page import ResultPage
 from paravol.flight_events import FlightEnd
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.scripted_hand import ScriptedHand
-from paravol.session_setup import build_session, describe_session, operate_on
 from paravol.trainee.session_result import (
     ResultOrder,
     SessionResult,
     result_of_session,
 )
 from scenarios import Sample, Scenario, load_scenario, tip_frame
-from scenarios.bundle import EditRecord, EventRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import InstrumentState
 from scenarios.tasks.task import KeepAway, Limits, Remove
 from tests.paravol.operated_head import head_round_an_orbit
+from tests.recorded_flight import record
 
 
 class FlownEnd:
@@ -38,23 +35,8 @@ class FlownEnd:
         samples: list[Sample],
     ) -> None:
         self.scenario, self.patient, self.folder = scenario, patient, folder
-        info = describe_session(
-            scenario, patient, in_the_patient(), size=32, has_instrument=True
-        )
-        operated, operation = operate_on(patient)
-        session = build_session(scenario, operated, np.eye(4), (32, 32), operation)
-        with SessionRecorder(folder, info) as recorder:
-            for sample in samples:
-                session.step(sample)
-                recorder.add(SampleRecord.of(sample))
-                for edit in operation.take_edits():
-                    recorder.add(EditRecord.of(edit))
-                for injury in operation.take_injuries():
-                    at_s, what = injury.time_s, injury.structure
-                    recorder.add(EventRecord(at_s, "injury", what))
-                operation.take_changes()
-            recorder.close({"score": asdict(session.score()), "timing": {}})
-        self.end = FlightEnd("The flight is over", session.score(), folder, True)
+        score = record(folder, scenario, patient, samples).score
+        self.end = FlightEnd("The flight is over", score, folder, True)
 
     @cached_property
     def result(self) -> SessionResult:
