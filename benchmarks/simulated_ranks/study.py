@@ -192,10 +192,7 @@ def _cell_lots(
                 cache.own(cell)
         work = ReplayWork(cache, slice_s=setup.costs.slice_s, checks=migrates)
         place = Directory(
-            rank,
-            np.full(orbit.cells, rank) if alone else home,
-            owner,
-            torus.distances,
+            rank, np.full(orbit.cells, rank) if alone else home, owner, torus.distances
         )
         node = Node(
             work,

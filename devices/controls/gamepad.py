@@ -41,12 +41,7 @@ PAD_AXES = {
 }
 """Sticks: the kernel counts right and towards the hand as positive."""
 
-OTHER_AXES = {
-    X: PAD_AXES[X],
-    Y: PAD_AXES[Y],
-    Z: PAD_AXES[RX],
-    RZ: PAD_AXES[RY],
-}
+OTHER_AXES = {X: PAD_AXES[X], Y: PAD_AXES[Y], Z: PAD_AXES[RX], RZ: PAD_AXES[RY]}
 """The right stick of a pad without a driver; `RX` and `RY` may be its triggers."""
 
 MOUSE_AXES = {

@@ -18,9 +18,7 @@ events = st.lists(
 
 
 @given(events)
-def test_only_who_has_the_hand_is_asked(
-    script: list[tuple[str, Axis, float]],
-) -> None:
+def test_only_who_has_the_hand_is_asked(script: list[tuple[str, Axis, float]]) -> None:
     hands = Handover()
     for step, (what, axis, size) in enumerate(script):
         if what == "give":

@@ -67,10 +67,7 @@ class Rehearsal:
         return port
 
     def connect(
-        self,
-        settings: ArmSettings | None = None,
-        *,
-        replug: bool = False,
+        self, settings: ArmSettings | None = None, *, replug: bool = False
     ) -> ConnectionSupervisor:
         chosen = settings or ArmSettings(rates=(115200,), reports=self.reports)
         port = self.open(self.line.name)

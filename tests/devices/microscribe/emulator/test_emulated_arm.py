@@ -9,14 +9,8 @@ from hypothesis import strategies as st
 from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
-from devices.microscribe.kinematics.profiles import (
-    DX40937,
-    G2_UNHOMED,
-)
-from tests.devices.microscribe.rare_faults import (
-    EVERY_FAULT,
-    parse_any_fault,
-)
+from devices.microscribe.kinematics.profiles import DX40937, G2_UNHOMED
+from tests.devices.microscribe.rare_faults import EVERY_FAULT, parse_any_fault
 
 Connect = Callable[..., Any]
 
