@@ -7,13 +7,7 @@ from numpy.typing import NDArray
 
 from anatomy import Phantom, classic_transfer_function
 from renderers.scene import AirSurface, Camera, GBuffer, Scene
-from renderers.scene.deflection import (
-    Cut,
-    Deflection,
-    Rotation,
-    Scaling,
-    Translation,
-)
+from renderers.scene.deflection import Cut, Deflection, Rotation, Scaling, Translation
 from renderers.shading import (
     CameraPass,
     Caster,

@@ -14,10 +14,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from app.cli.terminal import Stages
 from benchmarks.machine import commit, is_same_machine, machine
-from benchmarks.plan import SUITES, Task
+from benchmarks.plan import ProgressReporter, Task
 from benchmarks.ratios import (
+    RELEASED,
     Key,
     Ratio,
     Ratios,
@@ -27,7 +27,7 @@ from benchmarks.ratios import (
     save_ratios,
 )
 from benchmarks.report import LOG_WIDTH
-from benchmarks.runner import Runner
+from benchmarks.runner import Runner, suites_named
 from benchmarks.schema import Results
 from disk import UserError
 
@@ -140,44 +140,51 @@ def _among(keys: Collection[Key]) -> Callable[[Task], bool]:
     return lambda task: task.key in keys
 
 
-def run_guard(*, suites: tuple[str, ...], file: Path, out: Path, store: bool) -> int:
-    """Compare with a release, or store what the next ones are compared with.
+def run_guard(
+    suites: tuple[str, ...],
+    file: Path | None,
+    *,
+    out: Path,
+    store: bool,
+    progress: ProgressReporter,
+) -> Verdict | None:
+    """Compare with a release; None where `store` keeps what later ones are held to.
 
-    suites: names; empty for the release's, or those of pictures. Quick sizes are
-    measured. Gives 1 where a row has failed. Raises ValueError for an unknown suite and
-    for a file that is absent or none.
+    suites: names; empty for the release's, or those of pictures. file: the release's
+    ratios, None for those kept beside the sources. Quick sizes are measured. Raises
+    UserError for an unknown suite and for a file that is absent or none.
     """
+    file = file or RELEASED
     released = None if store else load_ratios(file)
     known = [] if released is None else released.rows
     rows = [row for row in known if not suites or row.suite in suites]
-    chosen = suites or tuple(dict.fromkeys(row.suite for row in rows)) or GUARDED
-    unknown = [name for name in chosen if name not in SUITES]
-    if unknown:
-        raise UserError(f"there is no benchmark suite {unknown[0]!r}")
-    with Stages() as stages:
+    chosen = suites_named(suites or dict.fromkeys(r.suite for r in rows) or GUARDED)
 
-        def measure(wants: Callable[[Task], bool] | None) -> Results:
-            results = Results()
-            runner = Runner(results, out / "guard.json", stages, wants=wants)
-            for name in chosen:
-                runner.run_suite(name, SUITES[name], quick=True)
-            return results
+    def measure(wants: Callable[[Task], bool] | None) -> Results:
+        results = Results()
+        runner = Runner(results, out / "guard.json", progress, wants=wants)
+        for name, suite in chosen.items():
+            runner.run_suite(name, suite, quick=True)
+        return results
 
-        if released is None:
-            kept = middle_of([measure(None) for _ in range(ROUNDS)])
-            save_ratios(Ratios(machine=machine(), commit=commit(), rows=kept), file)
-            stages.say(f"{file}: {len(kept)} rows to compare later sources with.")
-            return 0
-        verdict = judge(rows, measure)
-    console = Console(width=LOG_WIDTH)
+    if released is None:
+        kept = middle_of([measure(None) for _ in range(ROUNDS)])
+        save_ratios(Ratios(machine=machine(), commit=commit(), rows=kept), file)
+        progress.say(f"{file}: {len(kept)} rows to compare later sources with.")
+        return None
     if not is_same_machine(released.machine, machine()):
-        console.print(f"The release was measured elsewhere: {released.machine.cpu}.")
-    print_verdict(verdict, console)
-    return 1 if verdict.failures else 0
+        progress.say(f"The release was measured elsewhere: {released.machine.cpu}.")
+    return judge(rows, measure)
 
 
-def print_verdict(verdict: Verdict, console: Console) -> None:
-    """Tell what failed in a table, then what could not be compared."""
+def print_verdict(verdict: Verdict | None) -> int:
+    """Tell what failed in a table, then what could not be compared; 1 for a failure.
+
+    verdict: None where nothing was to be compared.
+    """
+    if verdict is None:
+        return 0
+    console = Console(width=LOG_WIDTH)
     if verdict.failures:
         table = Table(title="Slower, or less right, than the release", expand=True)
         for name in ("row", "what", "release", "now", "change"):
@@ -197,6 +204,7 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
         f"{verdict.compared} rows compared, {len(verdict.failures)} failed, "
         f"{len(verdict.missing)} missing, {len(verdict.new)} new."
     )
+    return 1 if verdict.failures else 0
 
 
 def failure_cells(failure: Failure) -> tuple[str, str, str, str, str]:

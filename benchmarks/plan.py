@@ -4,12 +4,24 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
 from disk import UserError
 from renderers.scene import ImageError
+
+
+class ProgressReporter(Protocol):
+    """Show how far a run is to whoever waits for it."""
+
+    def __call__(self, stage: str, share: float) -> None:
+        """Set a stage's done share, 0 to 1."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Tell one line."""
+        ...
 
 
 class UnavailableError(UserError):

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.schema import Results, Row
+from benchmarks.schema import Results, Row, results_text
 
 COLUMNS = ("mode", "min ms", "median ms", "CPU ms", "ratio", "RMSE", "p99.9", "in")
 LOG_WIDTH = 140
@@ -63,8 +63,16 @@ def results_table(results: Results) -> Table:
     return table
 
 
-def print_results(results: Results, path: Path, charts: list[Path]) -> None:
-    """Print the table, what was skipped and why, and where everything is."""
+def print_results(
+    results: Results, written: list[Path], *, as_json: bool = False
+) -> None:
+    """Print the table, what was skipped and why, and where everything is.
+
+    as_json: print what the results file says instead.
+    """
+    if as_json:
+        print(results_text(results), end="")
+        return
     console = Console(width=None if sys.stdout.isatty() else LOG_WIDTH)
     console.print(results_table(results), highlight=False)
     reasons: dict[tuple[str, str], int] = {}
@@ -75,5 +83,5 @@ def print_results(results: Results, path: Path, charts: list[Path]) -> None:
         f"{suite}: {count} skipped: {reason}"
         for (suite, reason), count in reasons.items()
     ]
-    for line in (*lines, str(path), *map(str, charts)):
+    for line in (*lines, *map(str, written)):
         console.print(line, highlight=False, soft_wrap=True)

@@ -1,17 +1,22 @@
 """Run suites, keep what is finished, compare with baselines measured alongside."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from functools import partial
 from pathlib import Path
 
 import benchmarks.suites  # noqa: F401 (importing them fills `SUITES`)
-from app.cli.terminal import Stages
 from benchmarks.machine import commit, is_same_machine, machine
-from benchmarks.plan import SUITES, Measured, Suite, Task, UnavailableError
+from benchmarks.plan import (
+    SUITES,
+    Measured,
+    ProgressReporter,
+    Suite,
+    Task,
+    UnavailableError,
+)
 from benchmarks.ranks.scaling_report import report_scaling
-from benchmarks.report import print_results
 from benchmarks.reporting import write_report
 from benchmarks.schema import (
     Results,
@@ -20,7 +25,6 @@ from benchmarks.schema import (
     Times,
     load_results,
     ratio_of,
-    results_text,
     save_results,
 )
 from disk import UserError
@@ -40,42 +44,40 @@ def run_bench(
     quick: bool,
     out: Path,
     fresh: bool,
-    as_json: bool,
+    progress: ProgressReporter,
     only: str = "",
-) -> int:
+) -> tuple[Results, list[Path]]:
     """Measure, going on from what an interrupted run left in `out`.
 
     suites: names; empty for all. only: a text that a row's case/mode must hold. Rows of
     the same sources, machine and settings are kept. Ctrl-C leaves the rows finished so
-    far. Raises ValueError for an unknown suite or a file in the way.
+    far. Gives the results and the files written beside them. Raises UserError for an
+    unknown suite or a file in the way.
     """
-    unknown = [name for name in suites if name not in SUITES]
-    if unknown:
-        raise UserError(
-            f"there is no benchmark suite {unknown[0]!r}; there are {', '.join(SUITES)}"
-        )
-    chosen = {name: SUITES[name] for name in suites or SUITES}
+    chosen = suites_named(suites)
     path = out / RESULTS_FILE
     results = Results() if fresh else load_results(path)
-    with Stages(quiet=as_json) as stages:
-        limit_s = QUICK_LIMIT_S if quick else None
-        wants = partial(holds, only)
-        runner = Runner(results, path, stages, limit_s=limit_s, wants=wants)
-        try:
-            for done, (name, suite) in enumerate(chosen.items(), start=1):
-                runner.run_suite(name, suite, quick, share=done / len(chosen))
-        except KeyboardInterrupt:
-            stages.say(
-                f"Interrupted; {path} has {len(results.rows)} rows to go on from."
-            )
-            raise
-    charts = report_scaling(results.rows, out)
-    charts.append(write_report(results, out / REPORT_FILE))
-    if as_json:
-        print(results_text(results), end="")
-    else:
-        print_results(results, path, charts)
-    return 0
+    limit_s = QUICK_LIMIT_S if quick else None
+    wants = partial(holds, only)
+    runner = Runner(results, path, progress, limit_s=limit_s, wants=wants)
+    try:
+        for done, (name, suite) in enumerate(chosen.items(), start=1):
+            runner.run_suite(name, suite, quick, share=done / len(chosen))
+    except KeyboardInterrupt:
+        progress.say(f"Interrupted; {path} has {len(results.rows)} rows to go on from.")
+        raise
+    written = report_scaling(results.rows, out)
+    return results, [path, *written, write_report(results, out / REPORT_FILE)]
+
+
+def suites_named(names: Iterable[str]) -> dict[str, Suite]:
+    """Return the suites of these names, all for none; UserError for an unknown one."""
+    chosen = tuple(names) or tuple(SUITES)
+    for name in chosen:
+        if name not in SUITES:
+            known = ", ".join(SUITES)
+            raise UserError(f"there is no benchmark suite {name!r}; there are {known}")
+    return {name: SUITES[name] for name in chosen}
 
 
 def holds(text: str, task: Task) -> bool:
@@ -90,7 +92,7 @@ class Runner:
         self,
         results: Results,
         path: Path,
-        stages: Stages,
+        progress: ProgressReporter,
         *,
         limit_s: float | None = None,
         wants: Callable[[Task], bool] | None = None,
@@ -109,7 +111,7 @@ class Runner:
         ]
         self._results = results
         self._path = path
-        self._stages = stages
+        self._progress = progress
         self._clock = clock
         self._limit_s = limit_s
         self._wants = wants
@@ -130,10 +132,10 @@ class Runner:
             finished = {row.key for row in self._results.rows}
             wants = self._wants
             for done, task in enumerate(tasks):
-                self._stages(f"Suite {name}", done / len(tasks))
+                self._progress(f"Suite {name}", done / len(tasks))
                 if task.key not in finished and (not wants or wants(task)):
                     self._measure(task, tasks)
-        self._stages(f"Suite {name}", 1.0)
+        self._progress(f"Suite {name}", 1.0)
 
     def _measure(self, task: Task, tasks: list[Task]) -> None:
         if self._key(task) in self._measured:

@@ -79,7 +79,7 @@ class PoseQueue:
         self._wake()
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise as ``LiveSource.read`` does."""
+        """Return the next pose; raise as ``QueuedSource.read`` does."""
         self._confess()
         if self._vain_s is None:
             self._vain_s = time.monotonic()

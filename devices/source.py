@@ -4,7 +4,6 @@ import math
 import threading
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import Protocol
 
 from devices.port import Clock, Closing, HostClock
 from devices.pose import Pose
@@ -14,45 +13,12 @@ SLICE_S = 0.02
 """Longest sleep at a stretch: a source may be closed or changed meanwhile."""
 
 
-class LiveSource(Protocol):
+class QueuedSource(Closing):
     """Poses in the order in which they are measured, whether anybody reads or not.
 
     ``read``, iteration and ``drain`` give every pose once and in order; ``latest``
     gives the newest for a live picture. The two do not disturb one another.
     """
-
-    def read(self, timeout_s: float) -> Pose:
-        """Return the next pose, none lost.
-
-        Raise TimeoutError when none came in time, EOFError when no more will come and
-        DeviceError when the device failed or more than 16384 poses were left unread.
-        Poses measured before a failure come first.
-        """
-        ...
-
-    def drain(self) -> list[Pose]:
-        """Return every pose that is waiting, oldest first; raise as ``read`` does."""
-        ...
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first; raise if the device failed."""
-        ...
-
-    def pose_age_s(self) -> float:
-        """Return seconds since the newest pose was measured, inf before it."""
-        ...
-
-    def close(self) -> None:
-        """Let go of the device; harmless when repeated."""
-        ...
-
-    def __iter__(self) -> Iterator[Pose]:
-        """Iterate over poses until the source ends; raise if it fails."""
-        ...
-
-
-class QueuedSource(Closing):
-    """A live source whose poses come from a queue; see ``LiveSource``."""
 
     _queue: PoseQueue
     _clock: Clock = HostClock()
@@ -63,7 +29,12 @@ class QueuedSource(Closing):
         """Bring the queue up to date, where no thread does."""
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise as ``LiveSource.read`` does."""
+        """Return the next pose, none lost.
+
+        Raise TimeoutError when none came in time, EOFError when no more will come and
+        DeviceError when the device failed or more than 16384 poses were left unread.
+        Poses measured before a failure come first.
+        """
         return self._queue.read(timeout_s)
 
     def drain(self) -> list[Pose]:
@@ -118,7 +89,7 @@ class PulledSource(QueuedSource):
         return False
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise as ``LiveSource.read`` does."""
+        """Return the next pose; raise as ``QueuedSource.read`` does."""
         now = self._clock.now()
         until = now + timeout_s
         while True:

@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +10,17 @@ import numpy as np
 import pytest
 
 import paravol
-from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import load_phantom, no_progress
 from paravol.session_setup import (
     LIVE_TIER,
     SEED,
     build_session,
     build_view,
-    describe_session,
-    operate_on,
 )
 from scenarios import Sample, Scenario
-from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
+from tests.recorded_flight import Flight
 
 ROOT = Path(__file__).parents[1]
 SIZE = 48
@@ -33,30 +29,13 @@ SIZE = 48
 def record_flight(folder: Path, frames: int = 3) -> None:
     """Record a few frames along the bundled path, as a flight does."""
     scenario = Scenario("short", "Short", head=Head(seed=1, spacing_mm=1.0))
-    patient, operation = operate_on(load_phantom(1, 1.0, no_progress))
-    registration = in_the_patient()
-    info = describe_session(
-        scenario, patient, registration, size=SIZE, has_instrument=False
-    )
-    session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE), operation)
-    view = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=False, threads=1
-    )
-    with SessionRecorder(folder, info) as recorder:
+    flight = Flight(scenario, load_phantom(1, 1.0, no_progress), size=SIZE)
+    with flight.recorded(folder):
         for number in range(frames):
             pose, _ = paravol.flight_pose(9.0 + 0.1 * number)
-            sample = Sample(
-                0.1 * number, pose, 0.0, np.zeros(3), np.eye(3)[1], 0, EMPTY_HAND
-            )
-            session.step(sample)
-            seen = session.view(sample)
-            frame = view.draw(seen, number=number, elapsed_s=0.1)
-            recorder.add(SampleRecord.of(sample))
-            record = FrameRecord(
-                number, number, frame.gain, seen.clearance_mm, frame.fingerprint()
-            )
-            recorder.add(record)
-        recorder.close({"score": asdict(session.score())})
+            at_s, ahead = 0.1 * number, np.eye(3)[1]
+            flight.step(Sample(at_s, pose, 0.0, np.zeros(3), ahead, 0, EMPTY_HAND))
+            flight.show(SIZE, elapsed_s=0.1)
 
 
 @pytest.mark.parametrize(

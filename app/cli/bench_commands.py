@@ -5,6 +5,7 @@ from pathlib import Path
 from cyclopts import App
 
 from app.cli.root import Flag, Json
+from app.cli.terminal import Stages
 
 bench = App(
     name="bench",
@@ -37,11 +38,15 @@ def measure(
     fresh
         Start over instead of going on.
     """
+    from benchmarks.report import print_results
     from benchmarks.runner import run_bench
 
-    return run_bench(
-        suites=suite, quick=quick, out=out, fresh=fresh, as_json=json, only=only
-    )
+    with Stages(quiet=json) as stages:
+        results, written = run_bench(
+            suites=suite, quick=quick, out=out, fresh=fresh, progress=stages, only=only
+        )
+    print_results(results, written, as_json=json)
+    return 0
 
 
 @bench.command
@@ -58,19 +63,10 @@ def report(results: Path, *, out: Path | None = None, write_docs: Flag = False) 
         Also keep the results beside the sources, and write the documents that quote
         them: docs/measurements.md and the figures of README.md.
     """
-    from benchmarks.reporting import write_documents, write_report
-    from benchmarks.schema import load_results
-    from disk import UserError, demand_place
+    from benchmarks.reporting import report_results
 
-    page = out or results.with_name("report.html")
-    demand_place(page)
-    if not results.is_file():
-        raise UserError(f"{results} is not there; paravol bench makes it")
-    found = load_results(results)
-    print(f"{write_report(found, page)}: {len(found.rows)} rows in one file.")
-    if write_docs:
-        for path in write_documents(found):
-            print(path)
+    for line in report_results(results, out, write_docs=write_docs):
+        print(line)
     return 0
 
 
@@ -85,7 +81,7 @@ def guard(
     """Compare with the last release; 1 where a row is slower or less right.
 
     Every row is compared with its baseline of the same run, and that ratio with the
-    release's: more than 10 % slower fails, twice measured, and any growth of an error.
+    release's: more than 10 % slower fails, measured thrice, and any growth of an error.
 
     Parameters
     ----------
@@ -96,9 +92,10 @@ def guard(
     out
         Folder for what is measured.
     store
-        Measure twice and keep the ratios for later instead, as for a release.
+        Measure five times and keep the ratios for later instead, as for a release.
     """
-    from benchmarks.guard import run_guard
-    from benchmarks.ratios import RELEASED
+    from benchmarks.guard import print_verdict, run_guard
 
-    return run_guard(suites=suite, file=file or RELEASED, out=out, store=store)
+    with Stages() as stages:
+        verdict = run_guard(suite, file, out=out, store=store, progress=stages)
+    return print_verdict(verdict)

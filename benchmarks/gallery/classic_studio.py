@@ -18,13 +18,7 @@ from benchmarks.references import REFERENCE_NAME, REFERENCE_QUALITY, rgb_over_bl
 from benchmarks.timing import Timing, measure, once
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer, SplatMode
-from renderers.scene import (
-    Camera,
-    PhongMaterial,
-    Scene,
-    TransferFunction,
-    image_error,
-)
+from renderers.scene import Camera, PhongMaterial, Scene, TransferFunction, image_error
 
 Linear = NDArray[np.float32]
 

@@ -19,17 +19,12 @@ COLUMNS = {
     "cold frame s": ("cold_frame_s", "{:.3g}"),
     "efficiency": ("efficiency", "{:.1%}"),
     "paper": ("paper_efficiency", "{:.1%}"),
-    "frames drawn": ("frames_efficiency", "{:.1%}"),
-    "cold": ("cold_efficiency", "{:.1%}"),
-    "warm": ("warm_efficiency", "{:.1%}"),
-    "balance allows": ("balance_limit", "{:.1%}"),
     "overhead": ("overhead", "{:.2%}"),
     "LRU, counted (paper 2.5 %)": ("share_lru", "{:.1%}"),
     "scan": ("share_scan", "{:.1%}"),
     "idle": ("share_idle", "{:.1%}"),
     "fetches a frame": ("cells_fetched_a_frame", "{:.0f}"),
     "owners moved": ("owners_moved", "{:.0f}"),
-    "rays sent": ("rays_sent_a_frame", "{:.0f}"),
     "messages a frame": ("messages_a_frame", "{:.0f}"),
     "MB a frame": ("mb_a_frame", "{:.1f}"),
     "hops a cell": ("hops_a_cell", "{:.2f}"),
@@ -68,7 +63,7 @@ def knee(rows: list[Row]) -> float:
 def _report(cases: dict[str, list[Row]]) -> str:
     parts = [
         "# Ranks on simulated machines\n\nAll seconds are simulated; `t3d` is the "
-        "paper's machine, `today` a cluster of today's cores.\n"
+        "paper's machine.\n"
     ]
     for case, rows in cases.items():
         shared = dict(rows[0].settings)
@@ -105,8 +100,8 @@ def _table(rows: list[Row]) -> str:
 def _figure(cases: dict[str, list[Row]]) -> Any:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.4, 3.8), layout="constrained")
-    caches, speeds, many = figure.subplots(1, 3)
+    figure = Figure(figsize=(7.6, 3.8), layout="constrained")
+    caches, speeds = figure.subplots(1, 2)
     for case, rows in cases.items():
         kind, what, _ = case.split("/")
         if kind == "figure4":
@@ -120,8 +115,6 @@ def _figure(cases: dict[str, list[Row]]) -> Any:
                 y = [n * r.counters[name] for n, r in zip(x, rows, strict=True)]
                 label = f"{side}³{', paper' if name.startswith('paper') else ''}"
                 speeds.plot(x, y, style, label=label)
-        elif kind in ("strong", "weak"):
-            many.plot(x, [r.counters["efficiency"] for r in rows], "o-", label=kind)
     caches.axhline(PAPER_PLATEAU_S, color="#999999", linewidth=0.8)
     caches.axvline(PAPER_KNEE, color="#999999", linewidth=0.8)
     caches.set(
@@ -131,9 +124,7 @@ def _figure(cases: dict[str, list[Row]]) -> Any:
     )
     speeds.plot([1, 16], [1, 16], color="#999999", linewidth=0.8)
     speeds.set(title="Figure 5: speed-up", xlabel="ranks", ylabel="speed-up")
-    many.set(title="Many ranks", xlabel="ranks", ylabel="efficiency", xscale="log")
-    many.set_ylim(0, 1.05)
-    for axes in (caches, speeds, many):
+    for axes in (caches, speeds):
         axes.grid(visible=True, linewidth=0.3, color="#dddddd")
         if axes.get_legend_handles_labels()[0]:
             axes.legend(fontsize=7, frameon=False)

@@ -4,6 +4,6 @@
 """
 
 from benchmarks.reporting.pages import write_report
-from benchmarks.reporting.published import write_documents
+from benchmarks.reporting.published import report_results, write_documents
 
-__all__ = ["write_documents", "write_report"]
+__all__ = ["report_results", "write_documents", "write_report"]

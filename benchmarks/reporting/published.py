@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from benchmarks.machine import ROOT
-from benchmarks.reporting.pages import measurements_page
+from benchmarks.reporting.pages import measurements_page, write_report
 from benchmarks.reporting.quotes import filled
 from benchmarks.schema import Results, load_results, save_results
-from disk import UserError, whole_file
+from disk import UserError, demand_place, whole_file
 
 PUBLISHED = ROOT / "benchmarks" / "results" / "published.json"
 MEASUREMENTS, README = "docs/measurements.md", "README.md"
@@ -39,3 +39,21 @@ def write_documents(
         with whole_file(path) as beside:
             beside.write_text(text, encoding="utf-8")
     return [published, *said]
+
+
+def report_results(
+    results: Path, page: Path | None = None, *, write_docs: bool = False
+) -> list[str]:
+    """Write the page of a results file, beside it or where asked; say what was written.
+
+    write_docs: see `write_documents`, too. Raises UserError where there is no file.
+    """
+    page = page or results.with_name("report.html")
+    demand_place(page)
+    if not results.is_file():
+        raise UserError(f"{results} is not there; paravol bench makes it")
+    found = load_results(results)
+    told = [f"{write_report(found, page)}: {len(found.rows)} rows in one file."]
+    if write_docs:
+        told += map(str, write_documents(found))
+    return told

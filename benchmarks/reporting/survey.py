@@ -78,7 +78,7 @@ def _errors(compared: Sequence[Comparison]) -> Section:
             "Lower left is better. Time: CPU time of one picture on one thread; wall "
             "clock for more threads, which are no part of the front. Error: root mean "
             "square against the reference named, in the unit named. Dotted: errors "
-            "that fall with the first and the second power of the time.",
+            "that fall with the first and the second power of the time."
         ],
     )
     for panel in compared:
@@ -135,7 +135,7 @@ def _growth(found: Sequence[Sweep]) -> Section:
         [
             "A power of the amount fitted to the least times: 1 is in proportion. The "
             f"interval has {CONFIDENCE:.0%} confidence, from how the points scatter "
-            "about the fit; two points give none.",
+            "about the fit; two points give none."
         ],
     )
     by_amount = sorted(found, key=lambda sweep: sweep.grows_with)

@@ -14,12 +14,9 @@ from renderers.art.ranks.messages import (
     ProtocolError,
 )
 from renderers.art.ranks.node import Node
-from renderers.art.ranks.ray_node import RayNode
 
 AT_HOME = (MessageKind.REQUEST, MessageKind.INVALIDATE_REQUEST, MessageKind.ADOPTED)
 """What a cell's home is told: the directory's work."""
-
-SimulatedNode = Node[Any] | RayNode[Any, Any]
 
 
 class Spender(Protocol):
@@ -31,7 +28,7 @@ class Spender(Protocol):
         ...
 
 
-SimulatedRank = tuple[SimulatedNode, Spender, list[list[Any]]]
+SimulatedRank = tuple[Node[Any], Spender, list[list[Any]]]
 """A rank's node, its work, and its packets by frame."""
 
 _DATA = MessageKind.DATA
@@ -89,23 +86,6 @@ T3D = Costs(
 ray; the rest are assumptions for a processor of 150 MHz."""
 
 
-TODAY = Costs(
-    send_s=5e-6,
-    receive_s=5e-6,
-    handle_s=10e-6,
-    copy_s=1 / 3e9,
-    poll_s=0.4e-6,
-    scan_s=0.0,
-    slice_s=75e-6,
-    link=1e9,
-    hop_s=1e-6,
-)
-"""Today's cores with these nodes in Python. Measured on two 2.5 GHz cores (mpi4py
-4.1, MPICH 5.0): writing a message of a cell 3.1 us, reading it 6.6, what a node does
-about one 3.3 (2.3 to 5.3), an empty poll .4, one way up to 2 KiB 4 to 26. The network
-between machines is an assumption."""
-
-
 @dataclass(slots=True)
 class Ledger:
     """Say where a rank's time went, seconds; the parts sum to the whole."""
@@ -126,7 +106,7 @@ class Ledger:
 
 @dataclass(slots=True)
 class _Rank:
-    node: SimulatedNode
+    node: Node[Any]
     work: Spender
     frames: list[list[Any]]
     inbox: list[tuple[float, int, Message]] = field(default_factory=list)
@@ -228,7 +208,7 @@ class Machine:
             rank.ledger.render += spent * (1 - self._lru_share)
             rank.ledger.lru += spent * self._lru_share
             now += spent
-            if costs.scan_s and isinstance(node, Node):
+            if costs.scan_s:
                 scan = costs.scan_s * node.waiting_packets
                 rank.ledger.scan += scan
                 now += scan

@@ -1,11 +1,9 @@
 """An orbit drawn by simulated ranks, set up as the paper's measurements were."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.simulated_ranks.audit import audit
 from benchmarks.simulated_ranks.replay import ReplayWork, Visits
@@ -13,17 +11,9 @@ from benchmarks.simulated_ranks.simulated_machine import (
     Costs,
     Ledger,
     Machine,
-    SimulatedRank,
 )
 from benchmarks.simulated_ranks.torus import Torus
 from benchmarks.simulated_ranks.trace import FrameTrace, Orbit
-from benchmarks.simulated_ranks.trips import (
-    Begun,
-    Strand,
-    StrandPacket,
-    StrandRayNode,
-    StrandTravel,
-)
 from renderers.art.cells.cache import CellCache
 from renderers.art.ranks.directory import Directory, deal_owners, homes
 from renderers.art.ranks.messages import Message, MessageKind
@@ -31,8 +21,6 @@ from renderers.art.ranks.node import MOST_PENDING, Node
 from renderers.art.ranks.policy import Dataflow
 from renderers.art.ranks.prepare import MOST_WORKING
 from renderers.art.regions import skew_of
-
-T = TypeVar("T")
 
 PAPER_S = {
     128: {1: 2153, 2: 1062, 4: 557, 8: 281, 16: 142},
@@ -45,21 +33,12 @@ _STORY = 32
 """Messages a simulated rank remembers; thousands of ranks share this memory."""
 
 
-def morton_number(column: int, row: int) -> int:
-    """Return a square's number on the Morton curve: near there is near on screen."""
-    key = 0
-    for bit in range(max(column, row).bit_length()):
-        key |= (column >> bit & 1) << 2 * bit | (row >> bit & 1) << 2 * bit + 1
-    return key
-
-
 @dataclass(frozen=True, slots=True)
 class Setup:
     """Set one simulated run.
 
     cache: cells all ranks together can hold, in volumes. tile: pixels along a region of
-    the screen. by_curve: each rank has one run of packets along a Morton curve, all
-    runs with equal work; else regions in skewed cyclic order.
+    the screen; regions are dealt in skewed cyclic order.
     """
 
     ranks: int
@@ -71,7 +50,6 @@ class Setup:
     tile: int = 32
     dataflow: Dataflow = Dataflow.MIGRATING
     most_pending: int = MOST_PENDING
-    by_curve: bool = False
     validate: bool = False
 
 
@@ -80,7 +58,7 @@ class Outcome:
     """Say what a simulated run found.
 
     seconds: of the whole; frame_s: by frame, from the last rank's end to the last
-    rank's end. cells_fetched, rays_sent: by all ranks. slots: a rank's.
+    rank's end. cells_fetched: by all ranks. slots: a rank's.
     """
 
     setup: Setup
@@ -91,7 +69,6 @@ class Outcome:
     bytes_sent: int
     data_by_hops: dict[int, int]
     cells_fetched: int
-    rays_sent: int
     owners_moved: int
     slots: int
 
@@ -133,80 +110,23 @@ class Traces:
         touches = sum(self.frame(k).crossings for k in range(frames))
         return touches * touch_s / (self.samples(frames) * sample_s)
 
-    def deal_strands(self, setup: Setup) -> list[list[list[StrandPacket]]]:
-        """Deal each rank its packets as strands, by frame."""
-        dealt: list[list[list[StrandPacket]]] = [[] for _ in range(setup.ranks)]
-        for number in range(setup.frames):
-            packets = (
-                (packet, [_strand(*each, setup.sample_s) for each in rays.items()])
-                for packet, rays in self.orbit.strands(number)
-            )
-            _deal_tiles(setup, packets, dealt)
-        return dealt
-
     def deal(self, setup: Setup) -> list[list[list[Visits]]]:
-        """Deal each rank its packets, by frame."""
+        """Deal each rank its packets, by frame: tiles of the screen in cyclic order."""
+        orbit, skew = self.orbit, skew_of(setup.ranks)
+        wide = orbit.image // orbit.packet
+        tile = max(setup.tile // orbit.packet, 1)
         dealt: list[list[list[Visits]]] = [[] for _ in range(setup.ranks)]
         for number in range(setup.frames):
-            packets = (
-                (packet, Visits(cells, (samples * setup.sample_s).tolist()))
-                for packet, cells, samples in self.frame(number)
-            )
-            if setup.by_curve:
-                self._deal_runs(setup, number, dealt)
-            else:
-                _deal_tiles(setup, packets, dealt)
+            by_tile: dict[tuple[int, int], list[Visits]] = {}
+            for packet, cells, samples in self.frame(number):
+                row, column = divmod(packet, wide)
+                lot = by_tile.setdefault((row // tile, column // tile), [])
+                lot.append(Visits(cells, (samples * setup.sample_s).tolist()))
+            for frames in dealt:
+                frames.append([])
+            for (ty, tx), lot in sorted(by_tile.items()):
+                dealt[(tx + skew * ty) % setup.ranks][-1].extend(lot)
         return dealt
-
-    def _deal_runs(
-        self, setup: Setup, number: int, dealt: list[list[list[Visits]]]
-    ) -> None:
-        """Cut the curve where the work, which rays' lengths tell, is equal."""
-        for frames in dealt:
-            frames.append([])
-        wide = self.orbit.image // self.orbit.packet
-        frame = self.frame(number)
-        whole, done = frame.samples, 0
-        packets = sorted(frame, key=lambda p: morton_number(p[0] % wide, p[0] // wide))
-        for _, cells, samples in packets:
-            work = int(samples.sum())
-            rank = (2 * done + work) * setup.ranks // (2 * whole)
-            done += work
-            visits = Visits(cells, (samples * setup.sample_s).tolist())
-            dealt[min(rank, setup.ranks - 1)][number].append(visits)
-
-    def balance(self, setup: Setup) -> float:
-        """Return the mean load of a rank over the largest, frame by frame.
-
-        No more efficiency is possible for this deal of the screen.
-        """
-        loads = np.zeros((setup.ranks, setup.frames))
-        for rank, frames in enumerate(self.deal(replace(setup, sample_s=1.0))):
-            loads[rank] = [sum(sum(p.seconds) for p in f) for f in frames]
-        return float(loads.sum() / (loads.max(axis=0).sum() * setup.ranks))
-
-
-def _strand(
-    cells: tuple[int, ...], numbers: NDArray[np.float64], sample_s: float
-) -> Strand:
-    return Strand(cells, (numbers[:-1] * sample_s).tolist(), int(numbers[-1]))
-
-
-def _deal_tiles(
-    setup: Setup, packets: Iterable[tuple[int, T]], dealt: list[list[list[T]]]
-) -> None:
-    """Deal a frame's packets by tiles of the screen, in skewed cyclic order."""
-    wide = setup.orbit.image // setup.orbit.packet
-    tile = max(setup.tile // setup.orbit.packet, 1)
-    by_tile: dict[tuple[int, int], list[T]] = {}
-    for number, packet in packets:
-        row, column = divmod(number, wide)
-        by_tile.setdefault((row // tile, column // tile), []).append(packet)
-    for frames in dealt:
-        frames.append([])
-    skew = skew_of(setup.ranks)
-    for (ty, tx), lot in sorted(by_tile.items()):
-        dealt[(tx + skew * ty) % setup.ranks][-1].extend(lot)
 
 
 def payload_bytes(orbit: Orbit) -> int:
@@ -218,21 +138,13 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
     """Run the nodes that ship on a simulated machine."""
     orbit, costs = setup.orbit, setup.costs
     torus = Torus(setup.ranks, costs.link, costs.hop_s)
-    nodes: list[Node[Visits]] = []
     watch: Callable[[Machine, Message], None] | None = None
-    if setup.dataflow is Dataflow.RAYS:
-        lots, slots = _ray_lots(setup, traces), -(-orbit.cells // setup.ranks)
-    else:
-        if setup.dataflow is Dataflow.REPLICATED:
-            setup = replace(setup, cache=float(setup.ranks))
-        slots = simulated_slots(setup)[0]
-        lots = []
-        for node, work, frames in _cell_lots(setup, traces, torus):
-            nodes.append(node)
-            lots.append((node, work, frames))
-    if setup.dataflow in (Dataflow.RAYS, Dataflow.REPLICATED):
+    if setup.dataflow is Dataflow.REPLICATED:
         # No cell ever goes, and so nobody asks which was used last.
+        setup = replace(setup, cache=float(setup.ranks))
         costs = replace(costs, touch_s=0.0)
+    lots = list(_cell_lots(setup, traces, torus))
+    nodes = [node for node, _, _ in lots]
     migrates = setup.dataflow is Dataflow.MIGRATING and setup.ranks > 1
     if setup.validate and migrates:
 
@@ -261,9 +173,8 @@ def simulate(setup: Setup, traces: Traces) -> Outcome:
         machine.bytes,
         dict(sorted(machine.data_by_hops.items())),
         sum(node.cache.fetches for node in nodes),
-        sum(lot[0].tally().get("rays_sent", 0) for lot in lots),
         sum(node.directory.moves for node in nodes),
-        slots,
+        simulated_slots(setup)[0],
     )
 
 
@@ -284,10 +195,7 @@ def _cell_lots(
                 cache.own(cell)
         work = ReplayWork(cache, slice_s=setup.costs.slice_s, checks=migrates)
         place = Directory(
-            rank,
-            np.full(orbit.cells, rank) if alone else home,
-            owner,
-            torus.distances,
+            rank, np.full(orbit.cells, rank) if alone else home, owner, torus.distances
         )
         node = Node(
             work,
@@ -299,17 +207,6 @@ def _cell_lots(
             validate=setup.validate,
         )
         yield node, work, frames
-
-
-def _ray_lots(setup: Setup, traces: Traces) -> list[SimulatedRank]:
-    """Make ranks between which rays travel, each with its share of the volume."""
-    owner = deal_owners(np.ones(setup.orbit.cells, np.bool_), setup.ranks)
-    begun: Begun = {}
-    lots: list[SimulatedRank] = []
-    for rank, frames in enumerate(traces.deal_strands(setup)):
-        travel = StrandTravel(rank, owner, begun, slice_s=setup.costs.slice_s)
-        lots.append((StrandRayNode(travel, rank), travel, frames))
-    return lots
 
 
 def simulated_slots(setup: Setup) -> tuple[int, int]:

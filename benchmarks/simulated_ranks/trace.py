@@ -7,9 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_MOST_BINS = 4_000_000
-"""Beyond this sorting is quicker than counting into bins."""
-
 
 @dataclass(frozen=True, slots=True)
 class Orbit:
@@ -19,7 +16,7 @@ class Orbit:
     `spread` times the volume's edge: by default the whole of it from all around.
     packet: pixels along a packet. step_deg: turn from frame to frame. Nothing is empty
     and rays do not end early. thin: of so many rays each way, and voxels along them,
-    one is followed; it stands for all. start_deg: where the orbit begins.
+    one is followed; it stands for all.
     """
 
     side: int = 128
@@ -30,7 +27,6 @@ class Orbit:
     elevation_deg: float = 20.0
     spread: float = math.sqrt(2)
     thin: int = 2
-    start_deg: float = 0.0
 
     @property
     def cells(self) -> int:
@@ -51,34 +47,8 @@ class Orbit:
         depth = (x * forward[0] + y * forward[1] + z * forward[2]).ravel()
         return FrameTrace(*self._visits(right, up, forward), depth)
 
-    def strands(
-        self, number: int
-    ) -> Iterator[tuple[int, dict[tuple[int, ...], NDArray[np.float64]]]]:
-        """Return each packet that meets the volume: number, and its rays by the cells
-        they meet, in order. Of each cell the samples, then the number of rays."""
-        wide = self.image // self.packet
-        each, samples_each = self.thin**2, self.thin**3 / 2
-        for row, index, within in self._rows(*self._axes(number)):
-            for column in range(wide):
-                found: dict[tuple[int, ...], NDArray[np.float64]] = {}
-                for cells, inside in zip(
-                    index[column].reshape(-1, index.shape[-1]),
-                    within[column].reshape(-1, index.shape[-1]),
-                    strict=True,
-                ):
-                    met = cells[inside]
-                    if not met.size:
-                        continue
-                    starts = np.flatnonzero(np.diff(met, prepend=-1))
-                    samples = np.diff(starts, append=met.size) * samples_each
-                    key = tuple(met[starts].tolist())
-                    numbers = np.append(samples, each)
-                    found[key] = found[key] + numbers if key in found else numbers
-                if found:
-                    yield row * wide + column, found
-
     def _axes(self, number: int) -> tuple[NDArray[np.float64], ...]:
-        turn = math.radians(self.start_deg + number * self.step_deg)
+        turn = math.radians(number * self.step_deg)
         high = math.radians(self.elevation_deg)
         forward = np.array(
             [
@@ -107,14 +77,10 @@ class Orbit:
             crossings += int(entered.sum()) * thin * thin
             packet = np.broadcast_to(np.arange(wide)[:, None, None, None], index.shape)
             key = packet[within].astype(np.int64) * self.cells + index[within]
-            if wide * self.cells <= _MOST_BINS:
-                counts = np.bincount(key, minlength=wide * self.cells)
-                hit = np.flatnonzero(counts)
-                counts = counts[hit]
-            else:
-                hit, counts = np.unique(key, return_counts=True)
+            counts = np.bincount(key, minlength=wide * self.cells)
+            hit = np.flatnonzero(counts)
             numbers = hit // self.cells + row * wide
-            found.append((numbers, hit % self.cells, counts * thin**3 // 2))
+            found.append((numbers, hit % self.cells, counts[hit] * thin**3 // 2))
         packets, cells, samples = (
             np.concatenate(part) for part in zip(*found, strict=True)
         )

@@ -4,14 +4,12 @@ Every time here is simulated, except that the row's own says how long the simula
 took. The nodes are those that ship; the machine is simulated.
 """
 
-import statistics
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
-from benchmarks.simulated_ranks.simulated_machine import T3D, TODAY, Costs
+from benchmarks.simulated_ranks.simulated_machine import T3D, Costs
 from benchmarks.simulated_ranks.study import (
     PAPER_S,
     Outcome,
@@ -31,20 +29,6 @@ SCAN_S = 64 * 64 * 0.1e-6
 """Passing over a packet that waits, where each of 64 stopped rays looks through a stack
 of single rays: .1 us a ray, an assumption of 15 cycles at 150 MHz."""
 
-TODAY_SAMPLE_S = 15e-9
-"""A sample with four lights, all in all, on one 2.5 GHz core (14.6 ns measured)."""
-
-
-PAPER_FRAMES = 30
-
-LARGE_FRAMES = 3
-ORBIT_STARTS_DEG: tuple[float, ...] = (0.0, 37.0, 71.0)
-"""Where the repeated orbits of the large runs begin; all else is determined."""
-
-HUGE_RANKS = 4096
-HUGE_FRAMES = 2
-"""Of one orbit: so many ranks take six minutes a frame."""
-
 
 def tile_of(ranks: int) -> int:
     """Return the region's edge: 8 ranks balance with 32 pixels, 16 only with 16."""
@@ -60,7 +44,7 @@ class ScalingPlan(Plan, suite="art-scaling"):
         self._frames = 3 if quick else 30
 
     def tasks(self) -> list[Task]:
-        """List the runs: Table 1, Figure 4, ways of the literature, many ranks."""
+        """List the runs: Table 1, Figure 4, other dataflows."""
         small, large = Orbit(), Orbit(side=256, image=512)
         found = [self._table(small, ranks, self._frames) for ranks in PAPER_S[128]]
         if not self.quick:
@@ -71,11 +55,7 @@ class ScalingPlan(Plan, suite="art-scaling"):
         for scan_s, name in ((SCAN_S, "stack scanned"), (0.0, "packets by cell")):
             for cache in CACHES[:: 3 if self.quick else 1]:
                 found.append(self._cache(small, cache, scan_s, name))
-        for machine, costs in (("t3d", T3D), ("today", TODAY)):
-            found += self._ways(small, machine, costs)
-        if not self.quick:
-            found += self._many()
-        return found
+        return found + self._dataflows(small)
 
     def _of(self, orbit: Orbit) -> Traces:
         return self._traces.setdefault(orbit, Traces(orbit))
@@ -106,77 +86,24 @@ class ScalingPlan(Plan, suite="art-scaling"):
 
         return self._task(f"figure4/{name}/t3d", f"cache {cache:g}", setup, judge)
 
-    def _ways(self, orbit: Orbit, machine: str, costs: Costs) -> list[Task]:
-        ranks, frames = 16, 2 if self.quick else 6
-        base = self._setup(ranks, orbit, frames, costs)
-        ways = {
+    def _dataflows(self, orbit: Orbit) -> list[Task]:
+        base = self._setup(16, orbit, 2 if self.quick else 6, T3D)
+        setups = {
             "replicated": replace(base, dataflow=Dataflow.REPLICATED),
             "static homes": replace(base, dataflow=Dataflow.STATIC),
             "migrating": base,
             "migrating, one request at a time": replace(base, most_pending=1),
-            "rays": replace(base, dataflow=Dataflow.RAYS),
         }
-        case = f"ways/16 ranks, cache 3/{machine}"
-        tight = f"ways/16 ranks, cache 1.5/{machine}"
         return [
-            self._task(place, name, replace(setup, cache=cache), _nothing)
-            for place, cache in ((case, 3.0), (tight, 1.5))
-            for name, setup in ways.items()
+            self._task(
+                f"ways/16 ranks, cache {cache:g}/t3d",
+                name,
+                replace(setup, cache=cache),
+                lambda _: {},
+            )
+            for cache in (3.0, 1.5)
+            for name, setup in setups.items()
         ]
-
-    def _many(self) -> list[Task]:
-        strong = Orbit(side=512, cell=16, image=1024, packet=4, thin=4)
-        case = "strong/512, 1024 x 1024 pixels/t3d"
-        found = [
-            self._large(case, f"{ranks} ranks", ranks, strong)
-            for ranks in (64, 256, 1024, 4096)
-        ]
-        case = "weak/volume and picture grow/t3d"
-        for ranks, side in ((16, 256), (128, 512), (1024, 1024), (4096, 1632)):
-            orbit = Orbit(side=side, cell=32, image=2 * side, thin=4)
-            found.append(self._large(case, f"{ranks} ranks", ranks, orbit))
-        orbit = Orbit(side=1024, cell=32, image=2048, thin=4)
-        changes: dict[str, dict[str, Any]] = {
-            "caches of 8 volumes": {"cache": 8.0},
-            "tiles of 16 pixels, skewed": {"by_curve": False, "tile": 16},
-        }
-        for name, change in changes.items():
-            mode = f"1024 ranks, {name}"
-            found.append(self._large(case, mode, 1024, orbit, **change))
-        return found
-
-    def _large(
-        self,
-        case: str,
-        mode: str,
-        ranks: int,
-        orbit: Orbit,
-        **change: Any,
-    ) -> Task:
-        """Draw a few frames of several orbits; compare with one rank of no overhead."""
-        frames, starts = LARGE_FRAMES, ORBIT_STARTS_DEG
-        if ranks >= HUGE_RANKS:
-            frames, starts = HUGE_FRAMES, starts[:1]
-        base = self._setup(ranks, orbit, frames, T3D)
-        setup = replace(base, **({"by_curve": True} | change))
-
-        def draw() -> list[dict[str, float]]:
-            found = []
-            for start in starts:
-                traces = Traces(replace(orbit, start_deg=start))
-                ready = replace(
-                    setup, orbit=traces.orbit, sample_s=self._sample_s(setup)
-                )
-                outcome = simulate(ready, traces)
-                found.append(_counters(outcome) | _alone(outcome, traces))
-            return found
-
-        def run() -> Measured:
-            timing, found = once(draw)
-            return Measured(timing, counters=_spread(found))
-
-        settings = self._settings(setup) | {"deal": "curve" if setup.by_curve else ""}
-        return self.task(case, mode, run, settings, cost_s=ranks / 2)
 
     def _setup(
         self, ranks: int, orbit: Orbit, frames: int, costs: Costs, cache: float = 3.0
@@ -184,12 +111,8 @@ class ScalingPlan(Plan, suite="art-scaling"):
         return Setup(ranks, orbit, frames, costs, 0.0, cache, tile_of(ranks))
 
     def _sample_s(self, setup: Setup) -> float:
-        if setup.costs is TODAY:
-            return TODAY_SAMPLE_S
         orbit = setup.orbit
-        if orbit.side in PAPER_S:
-            return paper_sample_s(self._of(orbit), setup.frames, orbit.side)
-        return paper_sample_s(self._of(Orbit()), setup.frames, 128)
+        return paper_sample_s(self._of(orbit), setup.frames, orbit.side)
 
     def _task(
         self,
@@ -223,38 +146,6 @@ class ScalingPlan(Plan, suite="art-scaling"):
         }
 
 
-def _alone(outcome: Outcome, traces: Traces) -> dict[str, float]:
-    """Compare with one rank of no overhead at all, cold and warm frames apart.
-
-    efficiency: of an animation as long as the paper's, whose later frames cost what
-    the warm ones did. frames_efficiency: of the frames drawn; ranks begin a frame while
-    others finish the one before, so of two frames only this is sure.
-    """
-    setup = outcome.setup
-    one = [traces.frame(k).samples * setup.sample_s for k in range(setup.frames)]
-    cold, warm = outcome.frame_s[0], sum(outcome.frame_s[1:])
-    later = (PAPER_FRAMES - 1) / (setup.frames - 1)
-    whole = (one[0] + later * sum(one[1:])) / setup.ranks
-    return {
-        "efficiency": whole / (cold + later * warm),
-        "frames_efficiency": sum(one) / (outcome.seconds * setup.ranks),
-        "cold_efficiency": one[0] / (cold * setup.ranks),
-        "warm_efficiency": sum(one[1:]) / (warm * setup.ranks),
-        "balance_limit": traces.balance(setup),
-    }
-
-
-def _spread(runs: list[dict[str, float]]) -> dict[str, float]:
-    """Return the median of each figure, and the range of those that runs differ in."""
-    found: dict[str, float] = {}
-    for name in runs[0]:
-        values = [run[name] for run in runs]
-        found[name] = statistics.median(values)
-        if name.endswith("efficiency"):
-            found |= {f"{name}_least": min(values), f"{name}_most": max(values)}
-    return found
-
-
 def _counters(outcome: Outcome) -> dict[str, float]:
     shares = {f"share_{name}": share for name, share in outcome.shares().items()}
     frames = outcome.setup.frames
@@ -264,7 +155,6 @@ def _counters(outcome: Outcome) -> dict[str, float]:
         "simulated_s": outcome.seconds,
         "overhead": outcome.overhead,
         "cells_fetched_a_frame": outcome.cells_fetched / frames,
-        "rays_sent_a_frame": outcome.rays_sent / frames,
         "mb_a_frame": outcome.bytes_sent / frames / 1e6,
         "messages_a_frame": sum(outcome.sent.values()) / frames,
         "hops_a_cell": hops / max(data, 1),
@@ -274,7 +164,3 @@ def _counters(outcome: Outcome) -> dict[str, float]:
         "unexplained": abs(1 - sum(outcome.shares().values())),
         **shares,
     }
-
-
-def _nothing(outcome: Outcome) -> dict[str, float]:
-    return {}

@@ -7,24 +7,13 @@ from functools import partial
 import numpy as np
 
 from benchmarks.plan import Measured, Task
-from benchmarks.references import (
-    SURFACE_NAME,
-    depth_error,
-    surface_counters,
-)
+from benchmarks.references import SURFACE_NAME, depth_error, surface_counters
 from benchmarks.scenes import VIEWS, SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.suites.splat_plan import SplatPlan
 from benchmarks.timing import measure
 from renderers.art import ActiveRayTracer
-from renderers.scene import (
-    Camera,
-    GBuffer,
-    Projection,
-    Renderer,
-    image_error,
-    ssim,
-)
+from renderers.scene import Camera, GBuffer, Projection, Renderer, image_error, ssim
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, Tier, scope_picture
 
 ART_SURFACE = "ART snapshot, step 0.5"

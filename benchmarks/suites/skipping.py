@@ -64,10 +64,7 @@ class SkippingPlan(Plan, suite="skipping"):
         if leaping:
             plain = replace(quality, skip_empty=False)
             _, everywhere = self._drawing(source, view, quantity, plain)
-            counters |= {
-                COMPARED: found.size,
-                DIFFER: differing(found, everywhere()),
-            }
+            counters |= {COMPARED: found.size, DIFFER: differing(found, everywhere())}
         return Measured(timing, counters=counters)
 
     def _drawing(

@@ -316,12 +316,7 @@ class SurgeryPlan(Plan, suite="surgery"):
         head, operation = operate_on(load_patient(scenario, no_progress))
         size = (self._pixels, self._pixels)
         view = build_view(
-            scenario,
-            head,
-            tier=LIVE_TIER,
-            seed=SEED,
-            has_instrument=True,
-            threads=2,
+            scenario, head, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
         )
         view.warm_up(first_views(scenario, head, path, size), no_progress)
         clock, middle = CallClock(), self._pixels // 2

@@ -286,10 +286,7 @@ class FulcrumControl:
         return self._laid is not None
 
     def lay(
-        self,
-        frame: NDArray[np.float64],
-        entry_mm: NDArray[np.float64],
-        drawn_mm: float,
+        self, frame: NDArray[np.float64], entry_mm: NDArray[np.float64], drawn_mm: float
     ) -> None:
         """Bring the shaft to a frame, 4x4, through a place in the nostril, (3,).
 

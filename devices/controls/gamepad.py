@@ -16,7 +16,7 @@ from devices.controls.linux_input import (
     input_devices,
 )
 from devices.controls.rumble import Rumble, open_rumble
-from devices.controls.steering import SWAP_BUTTON, Freedom, SteeringEvents
+from devices.controls.steering import SWAP_BUTTON, Axis, SteeringEvents
 from devices.port import Clock, DeviceError, DeviceReason, HostClock
 
 X, Y, Z, RX, RY, RZ = range(6)
@@ -34,26 +34,21 @@ THROTTLE = 0x06
 MOUSE_BUTTONS = (0x100, 0x101)
 
 PAD_AXES = {
-    X: (Freedom.YAW, 1),
-    Y: (Freedom.PITCH, -1),
-    RX: (Freedom.ROLL, 1),
-    RY: (Freedom.INSERT, -1),
+    X: (Axis.YAW, 1),
+    Y: (Axis.PITCH, -1),
+    RX: (Axis.ROLL, 1),
+    RY: (Axis.INSERT, -1),
 }
 """Sticks: the kernel counts right and towards the hand as positive."""
 
-OTHER_AXES = {
-    X: PAD_AXES[X],
-    Y: PAD_AXES[Y],
-    Z: PAD_AXES[RX],
-    RZ: PAD_AXES[RY],
-}
+OTHER_AXES = {X: PAD_AXES[X], Y: PAD_AXES[Y], Z: PAD_AXES[RX], RZ: PAD_AXES[RY]}
 """The right stick of a pad without a driver; `RX` and `RY` may be its triggers."""
 
 MOUSE_AXES = {
-    Y: (Freedom.INSERT, -1),
-    RX: (Freedom.PITCH, 1),
-    RY: (Freedom.ROLL, -1),
-    RZ: (Freedom.YAW, 1),
+    Y: (Axis.INSERT, -1),
+    RX: (Axis.PITCH, 1),
+    RY: (Axis.ROLL, -1),
+    RZ: (Axis.YAW, 1),
 }
 """A 3D mouse's cap: push it forwards, tip it, lean it, twist it."""
 
@@ -85,7 +80,7 @@ RELATIVE_S = 0.1
 class Layout:
     """Which control does what."""
 
-    axes: dict[int, tuple[Freedom, int]]
+    axes: dict[int, tuple[Axis, int]]
     buttons: dict[int, int]
     help: dict[str, str]
 
@@ -159,8 +154,8 @@ class Gamepad:
             extent = RELATIVE_RANGE
         else:
             extent = self._device.description.absolute.get(event.code, AxisRange(-1, 1))
-        freedom, sign = self.layout.axes[event.code]
-        steering.hold(freedom, sign * deflection(event.value, extent), event.time_s)
+        axis, sign = self.layout.axes[event.code]
+        steering.hold(axis, sign * deflection(event.value, extent), event.time_s)
 
 
 def layout_of(description: InputDescription) -> Layout | None:

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 
-from devices.controls.steering import SWAP_BUTTON, Freedom, Steering
+from devices.controls.steering import SWAP_BUTTON, Axis, Steering
 
 
 def _ignore() -> None:
@@ -31,19 +31,19 @@ class Handover:
         with self._lock:
             if to_tool == self.is_tools:
                 return
-            for freedom in Freedom:
-                self._active.hold(freedom, 0.0, at_s)
+            for axis in Axis:
+                self._active.hold(axis, 0.0, at_s)
             self.is_tools = to_tool
 
-    def hold(self, freedom: Freedom, rate: float, at_s: float) -> None:
+    def hold(self, axis: Axis, rate: float, at_s: float) -> None:
         """Ask whoever has the hand for a share of the rate limit, -1 to 1."""
         with self._lock:
-            self._active.hold(freedom, rate, at_s)
+            self._active.hold(axis, rate, at_s)
 
-    def nudge(self, freedom: Freedom, way: float, at_s: float) -> None:
+    def nudge(self, axis: Axis, way: float, at_s: float) -> None:
         """Ask whoever has the hand for some way at once."""
         with self._lock:
-            self._active.nudge(freedom, way, at_s)
+            self._active.nudge(axis, way, at_s)
 
     def press(self, button: int, is_down: bool, at_s: float) -> None:
         """Press or release the buttons of a bit mask."""

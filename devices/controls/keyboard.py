@@ -2,17 +2,17 @@
 
 from dataclasses import dataclass, field
 
-from devices.controls.steering import Freedom, SteeringEvents
+from devices.controls.steering import Axis, SteeringEvents
 
-MOVES: dict[str, tuple[Freedom, int]] = {
-    "move in": (Freedom.INSERT, 1),
-    "move out": (Freedom.INSERT, -1),
-    "tilt left": (Freedom.YAW, -1),
-    "tilt right": (Freedom.YAW, 1),
-    "tilt up": (Freedom.PITCH, 1),
-    "tilt down": (Freedom.PITCH, -1),
-    "turn right": (Freedom.ROLL, 1),
-    "turn left": (Freedom.ROLL, -1),
+MOVES: dict[str, tuple[Axis, int]] = {
+    "move in": (Axis.INSERT, 1),
+    "move out": (Axis.INSERT, -1),
+    "tilt left": (Axis.YAW, -1),
+    "tilt right": (Axis.YAW, 1),
+    "tilt up": (Axis.PITCH, 1),
+    "tilt down": (Axis.PITCH, -1),
+    "turn right": (Axis.ROLL, 1),
+    "turn left": (Axis.ROLL, -1),
 }
 """What keys ask for while they are down."""
 
@@ -74,8 +74,8 @@ class MouseKeys:
         if name in PEDALS:
             self.steering.press(PEDALS[name], is_down, at_s)
         elif name == FINE:
-            for freedom in Freedom:
-                self._hold(freedom, at_s)
+            for axis in Axis:
+                self._hold(axis, at_s)
         else:
             self._hold(MOVES[name][0], at_s)
         return True
@@ -85,26 +85,26 @@ class MouseKeys:
         right_px *= self.feel.drag
         down_px *= self.feel.drag * self.feel.pitch
         if rolls:
-            self.steering.nudge(Freedom.ROLL, right_px * ROLL_DEG_PER_PIXEL, at_s)
+            self.steering.nudge(Axis.ROLL, right_px * ROLL_DEG_PER_PIXEL, at_s)
             return
-        self.steering.nudge(Freedom.YAW, right_px * TILT_DEG_PER_PIXEL, at_s)
-        self.steering.nudge(Freedom.PITCH, -down_px * TILT_DEG_PER_PIXEL, at_s)
+        self.steering.nudge(Axis.YAW, right_px * TILT_DEG_PER_PIXEL, at_s)
+        self.steering.nudge(Axis.PITCH, -down_px * TILT_DEG_PER_PIXEL, at_s)
 
     def wheel(self, notches: float, at_s: float) -> None:
         """Take a turn of the wheel, positive away from the hand: inwards."""
         way_mm = notches * INSERT_MM_PER_NOTCH * self.feel.wheel
-        self.steering.nudge(Freedom.INSERT, way_mm, at_s)
+        self.steering.nudge(Axis.INSERT, way_mm, at_s)
 
     def release(self, at_s: float) -> None:
         """Let go of every key: whoever looks elsewhere lifts keys unseen."""
         for name in sorted(self._down):
             self.key(name, False, at_s)
 
-    def _hold(self, freedom: Freedom, at_s: float) -> None:
+    def _hold(self, axis: Axis, at_s: float) -> None:
         asked = sum(
             sign
             for name, (what, sign) in MOVES.items()
-            if what == freedom and name in self._down
+            if what == axis and name in self._down
         )
         share = FINE_SHARE if FINE in self._down else 1.0
-        self.steering.hold(freedom, asked * share * self.feel.keys, at_s)
+        self.steering.hold(axis, asked * share * self.feel.keys, at_s)

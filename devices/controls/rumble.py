@@ -110,8 +110,8 @@ class Rumble:
                 effect = _EFFECT.pack(
                     *(FF_RUMBLE, self._effect, 0, 0, 0, length_ms, 0), *union
                 )
-                told = fcntl.ioctl(self._file, _SET_EFFECT, effect)
-                self._effect = _EFFECT.unpack(told)[1]
+                answer = fcntl.ioctl(self._file, _SET_EFFECT, effect)
+                self._effect = _EFFECT.unpack(answer)[1]
             if self._effect != _NEW:
                 event = EVENT.pack(0, 0, EV_FF, self._effect, int(strength > 0.0))
                 os.write(self._file, event)
@@ -141,10 +141,10 @@ def open_rumble(path: Path) -> Rumble | None:
     except OSError:
         return None
     try:
-        told = fcntl.ioctl(file, _GET_EFFECTS, bytes(_MOST_EFFECTS // 8))
+        answer = fcntl.ioctl(file, _GET_EFFECTS, bytes(_MOST_EFFECTS // 8))
     except OSError:
-        told = b""
-    if FF_RUMBLE in bits(told):
+        answer = b""
+    if FF_RUMBLE in bits(answer):
         return Rumble(file)
     os.close(file)
     return None

@@ -41,7 +41,7 @@ class Handset(Protocol):
 
 
 class SteeredArm(PulledSource):
-    """Poses of a scope that pivots about the nostril; see ``LiveSource``.
+    """Poses of a scope that pivots about the nostril; see ``QueuedSource``.
 
     Where nobody reads for `STALL_S` the poses' time stands, so that what was steered
     blindly is not flown at once; `read` tells so, once, by DeviceError(OVERRUN).

@@ -18,8 +18,8 @@ SWAP_BUTTON = 1 << 4
 """Not a pedal: it gives the hand to the tool, or back to the scope."""
 
 
-class Freedom(IntEnum):
-    """A way in which a scope in a nostril can move; the order is that of `Demand`."""
+class Axis(IntEnum):
+    """How a scope in a nostril can move; the order is that of `Demand`."""
 
     INSERT = 0
     YAW = 1
@@ -30,14 +30,14 @@ class Freedom(IntEnum):
 @dataclass(frozen=True, slots=True)
 class _Held:
     at_s: float
-    freedom: Freedom
+    axis: Axis
     rate: float
 
 
 @dataclass(frozen=True, slots=True)
 class _Nudged:
     at_s: float
-    freedom: Freedom
+    axis: Axis
     way: float
 
 
@@ -51,11 +51,11 @@ class _Pressed:
 class SteeringEvents(Protocol):
     """Take what happens to keys, sticks and a mouse; see `Steering`."""
 
-    def hold(self, freedom: Freedom, rate: float, at_s: float) -> None:
+    def hold(self, axis: Axis, rate: float, at_s: float) -> None:
         """Ask for a share of the rate limit, -1 to 1, from that moment on."""
         ...
 
-    def nudge(self, freedom: Freedom, way: float, at_s: float) -> None:
+    def nudge(self, axis: Axis, way: float, at_s: float) -> None:
         """Ask for some way at once: mm for insertion, degrees for the rest."""
         ...
 
@@ -77,13 +77,13 @@ class Steering:
         self._rates = [0.0] * 4
         self._levels = 0
 
-    def hold(self, freedom: Freedom, rate: float, at_s: float) -> None:
+    def hold(self, axis: Axis, rate: float, at_s: float) -> None:
         """Ask for a share of the rate limit, -1 to 1, from that moment on."""
-        self._add(_Held(at_s, freedom, _finite(rate)))
+        self._add(_Held(at_s, axis, _finite(rate)))
 
-    def nudge(self, freedom: Freedom, way: float, at_s: float) -> None:
+    def nudge(self, axis: Axis, way: float, at_s: float) -> None:
         """Ask for some way at once: mm for insertion, degrees for the rest."""
-        self._add(_Nudged(at_s, freedom, _finite(way)))
+        self._add(_Nudged(at_s, axis, _finite(way)))
 
     def press(self, button: int, is_down: bool, at_s: float) -> None:
         """Press or release the buttons of a bit mask; `SWAP_BUTTON` means nothing."""
@@ -105,18 +105,18 @@ class Steering:
             buttons = self._levels
             while self._log and self._log[0].at_s <= until_s:
                 match self._log.popleft():
-                    case _Held(at_s, freedom, rate):
-                        at = max(at_s, since[freedom])
-                        ways[freedom] += self._rates[freedom] * (at - since[freedom])
-                        since[freedom] = at
-                        self._rates[freedom] = rate
-                    case _Nudged(_, freedom, way):
-                        nudges[freedom] += way
+                    case _Held(at_s, axis, rate):
+                        at = max(at_s, since[axis])
+                        ways[axis] += self._rates[axis] * (at - since[axis])
+                        since[axis] = at
+                        self._rates[axis] = rate
+                    case _Nudged(_, axis, way):
+                        nudges[axis] += way
                     case _Pressed(_, button, is_down):
                         self._press(button, is_down)
                         buttons |= self._levels
-            for freedom in Freedom:
-                ways[freedom] += self._rates[freedom] * (until_s - since[freedom])
+            for axis in Axis:
+                ways[axis] += self._rates[axis] * (until_s - since[axis])
         taken = until_s - from_s
         return Demand(*(way / taken for way in ways), *nudges), buttons
 
@@ -134,8 +134,8 @@ class Steering:
     def _forget(self) -> None:
         """Drop the oldest event, but not the key that it says is down."""
         match self._log.popleft():
-            case _Held(_, freedom, rate):
-                self._rates[freedom] = rate
+            case _Held(_, axis, rate):
+                self._rates[axis] = rate
             case _Pressed(_, button, is_down):
                 self._press(button, is_down)
 

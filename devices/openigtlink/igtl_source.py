@@ -51,7 +51,7 @@ _READ_BYTES = 65536
 
 
 class OpenIGTLinkSource(QueuedSource):
-    """Poses of one tool of a peer; see ``LiveSource``.
+    """Poses of one tool of a peer; see ``QueuedSource``.
 
     ``device_from_tip`` is the tool in the peer's world, in LPS. ``time_s`` follows the
     peer's time stamps, set to the host's monotonic clock at the first message, and
@@ -241,8 +241,8 @@ class OpenIGTLinkSource(QueuedSource):
         came += [f"{count} messages {why}" for why, count in reasons.items()]
         others = [name for name in self._names if name != self.tool]
         came += [f"poses of {', '.join(others)}"] * bool(others)
-        told = f"no pose of {tool} came from {self._name} for {time_s:.1f} s"
-        return f"{told}; what came so far: {'; '.join(came) or 'nothing'}"
+        message = f"no pose of {tool} came from {self._name} for {time_s:.1f} s"
+        return f"{message}; what came so far: {'; '.join(came) or 'nothing'}"
 
     def _aligned_s(self, stamp_s: float | None, arrived_s: float) -> float:
         """Bring a peer's stamp onto the host's monotonic clock."""

@@ -13,7 +13,7 @@ from disk import UserError
 
 
 class RecordedArm(PulledSource):
-    """Play recorded poses as an arm would give them; see ``LiveSource``.
+    """Play recorded poses as an arm would give them; see ``QueuedSource``.
 
     Every pose comes back bit for bit, its ``time_s`` included; only ``host_time_s`` is
     new: the moment at which it was due. Due moments are counted from the start, not

@@ -65,9 +65,7 @@ class LandmarkConsistency:
 
 
 def landmark_consistency(
-    points: NDArray[np.float64],
-    missing: NDArray[np.float64],
-    errors: PointErrors,
+    points: NDArray[np.float64], missing: NDArray[np.float64], errors: PointErrors
 ) -> LandmarkConsistency:
     """Judge the residual vectors ``missing`` (n, 3) of rigidly fitted points (n, 3).
 

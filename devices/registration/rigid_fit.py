@@ -64,9 +64,7 @@ def best_other_order(
     return tuple(orders[int(np.argmax(fits))].tolist()) if fits.any() else None
 
 
-def closest_other_order(
-    points: NDArray[np.float64],
-) -> tuple[tuple[int, ...], float]:
+def closest_other_order(points: NDArray[np.float64]) -> tuple[tuple[int, ...], float]:
     """Return the exchange that ``points`` (n, 3) hide best, and its rms residual.
 
     A set that a rotation maps onto itself in another order gives 0: touched in that

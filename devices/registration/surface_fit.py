@@ -17,10 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from devices.registration.fiducial_fit import (
-    RegistrationError,
-    RegistrationReason,
-)
+from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from devices.registration.target_error import moves
 from disk import UserError
 

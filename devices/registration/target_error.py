@@ -18,10 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.registration.fiducial_fit import (
-    RegistrationError,
-    RegistrationReason,
-)
+from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from disk import UserError
 
 # Root sum of 0.1 mm rounding, 0.3 mm constants of the arm, 0.5 mm registration and

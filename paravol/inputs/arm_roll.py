@@ -11,7 +11,7 @@ from devices import DeviceError, Pose
 from devices.controls.roll import EncoderRoll, HorizonRoll, RollSource, SecondDeviceRoll
 from devices.microscribe.wire.link import ArmDescription
 from devices.port import DeviceReason
-from devices.source import LiveSource
+from devices.source import QueuedSource
 from disk import UserError
 from paravol.inputs.flight_input import POST_IS_Y_DEG
 from paravol.inputs.igtl import peer_address
@@ -51,7 +51,7 @@ class FollowedRoll:
     readings: its poses in the patient, on the same clock as those of the arm.
     """
 
-    readings: LiveSource
+    readings: QueuedSource
     _frame: EncoderRoll = field(
         default_factory=lambda: EncoderRoll(np.eye(4), POST_IS_Y_DEG)
     )

@@ -54,7 +54,7 @@ class DrainedPoses(Protocol):
     """A live source, as far as it is asked here."""
 
     def drain(self) -> list[Pose]:
-        """Return every pose that is waiting; raise as `LiveSource.read` does."""
+        """Return every pose that is waiting; raise as `QueuedSource.read` does."""
         ...
 
 

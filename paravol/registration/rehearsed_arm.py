@@ -16,7 +16,7 @@ from devices.microscribe import MicroScribe
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
 from devices.microscribe.emulator.placement import place_arm
-from devices.microscribe.emulator.rehearsed_arm import RehearsedArm
+from devices.microscribe.emulator.script import RehearsedArm
 from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import PARAMETER_NAMES
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile

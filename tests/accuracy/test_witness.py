@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 import serial
 
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.emulator.server import EmulatorServer
 from devices.microscribe.emulator.socket_port import SocketPort
@@ -53,7 +53,9 @@ def witness() -> Any:
 def served(fast: bool, kind: str) -> Iterator[Callable[[], Any]]:
     """Serve an arm at rest; give a function that opens its port."""
     still = StillMotion(DX40937)
-    arm = EmulatedArm(DX40937, still, now_s=time.monotonic(), fast=fast)
+    arm = EmulatedArm(
+        DX40937, still, now_s=time.monotonic(), traits=ArmTraits(fast=fast)
+    )
     port = TerminalPort() if kind == "terminal" else SocketPort(("127.0.0.1", 0))
     with EmulatorServer(arm, port) as server:
 

@@ -16,6 +16,16 @@ from renderers.scene import AirSurface, Scene, Volume
 HERE = Machine(cpu="a", cores=2, memory_gib=8.0, system="Linux", load=0.5)
 
 
+class Unseen:
+    """A reporter of progress that nobody looks at."""
+
+    def __call__(self, stage: str, share: float) -> None:
+        pass
+
+    def say(self, text: str) -> None:
+        pass
+
+
 @pytest.fixture
 def row() -> Row:
     return Row(

@@ -1,13 +1,11 @@
 """The guard fails what got slower or less right, twice, and tells the rest."""
 
-import io
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import pytest
-from rich.console import Console
 
 from benchmarks.guard import (
     ERROR_LEAST,
@@ -23,7 +21,9 @@ from benchmarks.plan import Measured, Plan, Task
 from benchmarks.ratios import RMSE, load_ratios, ratios_of
 from benchmarks.schema import Results, Row
 from benchmarks.timing import Timing
+from disk import UserError
 from renderers.scene import ImageError
+from tests.benchmarks.conftest import Unseen
 
 replace = msgspec.structs.replace
 
@@ -78,17 +78,19 @@ def test_one_value_of_other_bits_fails(row: Row) -> None:
     assert [failure.what for failure in verdict.failures] == [DIFFER]
 
 
-def test_missing_and_new_rows_are_told_and_fail_nothing(row: Row) -> None:
+def test_missing_and_new_rows_are_told_and_fail_nothing(
+    row: Row, capsys: pytest.CaptureFixture[str]
+) -> None:
     other = replace(row, mode="other")
     verdict = compare(ratios_of([row]), ratios_of([other]))
     assert verdict.failures == []
     assert [r.mode for r in verdict.missing] == [row.mode]
     assert [r.mode for r in verdict.new] == ["other"]
-    out = io.StringIO()
-    print_verdict(verdict, Console(file=out, width=140))
-    assert f"Missing: art: phantom/inside/wall/{row.mode}" in out.getvalue()
-    assert "New: art: phantom/inside/wall/other" in out.getvalue()
-    assert "0 failed, 1 missing, 1 new" in out.getvalue()
+    print_verdict(verdict)
+    said = capsys.readouterr().out
+    assert f"Missing: art: phantom/inside/wall/{row.mode}" in said
+    assert "New: art: phantom/inside/wall/other" in said
+    assert "0 failed, 1 missing, 1 new" in said
 
 
 @pytest.mark.parametrize("lost", [{"ratio": None}, {"rmse": None}])
@@ -97,11 +99,12 @@ def test_a_row_without_its_figure_is_missing(row: Row, lost: dict[str, None]) ->
     assert [r.key for r in verdict.missing] == [row.key]
 
 
-def test_failures_are_laid_out_in_a_table(row: Row) -> None:
-    out = io.StringIO()
+def test_failures_are_laid_out_in_a_table(
+    row: Row, capsys: pytest.CaptureFixture[str]
+) -> None:
     worse = replace(slowed(row, 0.25), rmse=2e-3)
-    print_verdict(verdict_on(row, worse), Console(file=out, width=140))
-    said = out.getvalue()
+    print_verdict(verdict_on(row, worse))
+    said = capsys.readouterr().out
     assert "25% slower beside VTK, step 1" in said
     assert "+1.00e-03" in said
     assert "1 rows compared, 2 failed" in said
@@ -109,15 +112,14 @@ def test_failures_are_laid_out_in_a_table(row: Row) -> None:
 
 @pytest.mark.parametrize(("share", "fails"), [(0.31, True), (0.29, False)])
 def test_a_row_that_scattered_is_held_to_its_scatter(
-    row: Row, share: float, fails: bool
+    row: Row, share: float, fails: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (released,) = ratios_of([row])
     released = replace(released, scatter=1.3)
     verdict = compare([released], ratios_of([slowed(row, share)]))
     assert [failure.what for failure in verdict.failures] == ["ratio"] * fails
-    out = io.StringIO()
-    print_verdict(verdict, Console(file=out, width=140))
-    assert "1 of them scattered by more than 10%" in out.getvalue()
+    print_verdict(verdict)
+    assert "1 of them scattered by more than 10%" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("again", "fails"), [(0.2, True), (0.05, False)])
@@ -180,34 +182,37 @@ def paces(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
 
             return self.task("a/b/c", mode, measure, {}, baseline)
 
-    monkeypatch.setattr("benchmarks.guard.SUITES", {"two": TwoTasks})
+    monkeypatch.setattr("benchmarks.runner.SUITES", {"two": TwoTasks})
     return seconds
 
 
-@pytest.fixture
-def guard(tmp_path: Path) -> Iterator[Callable[[bool], int]]:
-    file = tmp_path / "ratios.json"
-    yield lambda store: run_guard(
-        suites=("two",) if store else (), file=file, out=tmp_path / "out", store=store
-    )
-    assert [row.mode for row in load_ratios(file).rows] == ["peer", "own"]
-
-
 def test_a_release_is_stored_and_later_sources_are_held_to_it(
-    paces: dict[str, float],
-    guard: Callable[[bool], int],
-    capsys: pytest.CaptureFixture[str],
+    paces: dict[str, float], tmp_path: Path
 ) -> None:
-    assert guard(True) == 0
-    assert guard(False) == 0
-    assert "2 rows compared, 0 failed" in capsys.readouterr().out
-    paces["own"] *= 1.12
-    assert guard(False) == 1
-    assert "12% slower beside peer" in capsys.readouterr().out
-    paces["peer"] *= 1.12
-    assert guard(False) == 0
+    file = tmp_path / "ratios.json"
+
+    def guard(store: bool) -> Verdict | None:
+        return run_guard(
+            ("two",) if store else (),
+            file,
+            out=tmp_path / "out",
+            store=store,
+            progress=Unseen(),
+        )
+
+    assert guard(True) is None
+    kept = load_ratios(file).rows
+    assert [row.mode for row in kept] == ["peer", "own"]
+    for pace, changes in (("", 0), ("own", 1), ("peer", 0)):
+        if pace:
+            paces[pace] *= 1.12
+        verdict = guard(False)
+        assert verdict is not None
+        assert (verdict.compared, len(verdict.failures)) == (2, changes)
+    assert load_ratios(file).rows == kept
 
 
 def test_an_unknown_suite_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="'tea'"):
-        run_guard(suites=("tea",), file=tmp_path / "r", out=tmp_path, store=True)
+    file = tmp_path / "r"
+    with pytest.raises(UserError, match="'tea'"):
+        run_guard(("tea",), file, out=tmp_path, store=True, progress=Unseen())

@@ -37,7 +37,7 @@ def test_both_errors_of_a_lit_picture_are_told_by_name(
 ) -> None:
     both = {"of the unlit picture": 2e-3, "of the peer's": 3e-3}
     lit = msgspec.structs.replace(row, further_rmse=both)
-    print_results(Results(rows=[lit], skipped=[]), Path("r.json"), [])
+    print_results(Results(rows=[lit], skipped=[]), [])
     out = capsys.readouterr().out
     first = next(line for line in out.splitlines() if row.mode in line)
     assert "1.00e-03" in first
@@ -51,7 +51,7 @@ def test_reasons_and_files_are_named(
     skips = [
         Skipped(suite="fsr", case="c", mode=mode, reason="no OpenGL") for mode in "ab"
     ]
-    print_results(Results(rows=[row], skipped=skips), Path("r.json"), [Path("x.png")])
+    print_results(Results(rows=[row], skipped=skips), [Path("r.json"), Path("x.png")])
     out = capsys.readouterr().out
     assert "fsr: 2 skipped: no OpenGL" in out
     assert row.mode in out

@@ -1,6 +1,5 @@
 """A run goes on where it was killed, and compares only what it measured itself."""
 
-import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -8,12 +7,13 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from app.cli.terminal import Stages
 from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.runner import Runner, holds, make_row, run_bench
 from benchmarks.schema import Results, load_results, save_results
 from benchmarks.timing import Timing
+from disk import UserError
 from renderers.scene import ImageError
+from tests.benchmarks.conftest import Unseen
 
 
 class ThreeTasks(Plan):
@@ -55,12 +55,11 @@ def run(
     clock: Callable[[], float] | None = None,
     only: str = "",
 ) -> Results:
-    with Stages(quiet=True) as stages:
-        extra = {} if clock is None else {"clock": clock}
-        results = load_results(path)
-        wants = partial(holds, only)
-        runner = Runner(results, path, stages, limit_s=limit_s, wants=wants, **extra)
-        runner.run_suite("s", suite, quick=True)
+    extra = {} if clock is None else {"clock": clock}
+    results = load_results(path)
+    wants = partial(holds, only)
+    runner = Runner(results, path, Unseen(), limit_s=limit_s, wants=wants, **extra)
+    runner.run_suite("s", suite, quick=True)
     return load_results(path)
 
 
@@ -177,21 +176,20 @@ def test_rows_are_chosen_by_a_text_with_their_baselines(
 
 
 def test_an_unknown_suite_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"'tea'.*art, .*fsr, .*startup"):
-        run_bench(suites=("tea",), quick=True, out=tmp_path, fresh=False, as_json=True)
+    with pytest.raises(UserError, match=r"'tea'.*art, .*fsr, .*startup"):
+        run_bench(
+            suites=("tea",), quick=True, out=tmp_path, fresh=False, progress=Unseen()
+        )
 
 
 @pytest.mark.slow
 def test_the_startup_suite_runs_from_end_to_end(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("benchmarks.runner.QUICK_LIMIT_S", 20.0)
-    status = run_bench(
-        suites=("startup",), quick=True, out=tmp_path, fresh=True, as_json=True
+    results, (stored, page) = run_bench(
+        suites=("startup",), quick=True, out=tmp_path, fresh=True, progress=Unseen()
     )
-    printed = json.loads(capsys.readouterr().out)
-    assert status == 0
-    stored = json.loads((tmp_path / "results.json").read_text())
-    assert printed == stored
-    modes = {row["mode"] for row in stored["rows"]}
-    assert {"python alone", "paravol --help"} <= modes
+    assert load_results(stored) == results
+    assert page.is_file()
+    assert {"python alone", "paravol --help"} <= {row.mode for row in results.rows}

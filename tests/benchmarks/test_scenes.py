@@ -49,7 +49,7 @@ def test_a_scan_is_turned_upright_onto_cubes(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_inside_is_in_the_air_and_outside_is_outside() -> None:
     subject = phantom_subject(3.0)
-    assert tuple(subject.views) == VIEWS
+    assert {*VIEWS} < subject.views.keys()
     assert subject.scene.surface is not None
     distance = subject.scene.surface.distance
     assert distance.sample(subject.views["inside"].eye_mm) < 0

@@ -79,11 +79,7 @@ def test_json(text: str, line: int, told: str) -> None:
             6,
             'shapes[1].radius_mm must be a number, got "wide"',
         ),
-        (
-            'title = "a"\nplace = [\n1,\n"b", 2]',
-            2,
-            "place[1] must be a number, got",
-        ),
+        ('title = "a"\nplace = [\n1,\n"b", 2]', 2, "place[1] must be a number, got"),
     ],
 )
 def test_toml(text: str, line: int, told: str) -> None:

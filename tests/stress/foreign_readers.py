@@ -57,13 +57,14 @@ from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.data_store import DataStore
 from renderers.snapshots.request import decode_request
 from scenarios import load_scenario
-from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder, read_recording
+from scenarios.bundle import FrameRecord, Record, SampleRecord, read_recording
 from scenarios.bundle.notes import add_note, read_notes
 from scenarios.metrics.settings import load_settings
 from scenarios.rubrics.population import bundled_populations, load_population
 from scenarios.rubrics.rubric import SHIPPED, load_rubric
 from tests.dicom_files import write_stack
 from tests.paravol.exchange.made_motion import motions
+from tests.recorded_flight import write_records
 from tests.scenarios.session_info import INFO
 
 Read = Callable[[Path], object]
@@ -222,12 +223,14 @@ def paths_of_light(file: Path) -> Read:
 
 def session(file: Path) -> Read:
     """The stream, or the description beside it."""
-    folder = file.parent / "made"
-    with SessionRecorder(folder, INFO) as recorder:
-        for i in range(120):
-            numbers = np.eye(4).ravel().tolist()
-            recorder.add(SampleRecord(i * 0.01, numbers, 0.0, [0.0] * 3, [0.0] * 3, 0))
-            recorder.add(FrameRecord(i, i, 1.0, 0.25, "a" * 32))
+    folder, numbers = file.parent / "made", np.eye(4).ravel().tolist()
+    records: list[Record] = []
+    for i in range(120):
+        records += [
+            SampleRecord(i * 0.01, numbers, 0.0, [0.0] * 3, [0.0] * 3, 0),
+            FrameRecord(i, i, 1.0, 0.25, "a" * 32),
+        ]
+    write_records(folder, INFO, records)
     for made in ("stream.mcap", "session.json"):
         (file.parent / made).write_bytes((folder / made).read_bytes())
     read_recording(file.parent)

@@ -93,11 +93,11 @@ def changes(known: KnownArm, arm: ArmDescription) -> list[str]:
         ArmGeometry.from_words(known.words[:18], known.words[18])
     )
     after = constants_by_name(arm.geometry)
-    told = [
+    messages = [
         f"{name} was {before[name]:.3f} and is {after[name]:.3f} {unit_of(name)}"
         for name in before
         if abs(before[name] - after[name]) > SAME
     ]
     if known.encoders != arm.maxima.encoders:
-        told.append(f"encoders were {known.encoders} and are {arm.maxima.encoders}")
-    return told
+        messages.append(f"encoders were {known.encoders} and are {arm.maxima.encoders}")
+    return messages

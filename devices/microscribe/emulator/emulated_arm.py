@@ -6,6 +6,7 @@ client wrote, ``speak`` for what has arrived at the client by now, and sleeps un
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Protocol
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind, ReplyTrigger
@@ -38,12 +39,28 @@ class LiveMotion(ArmMotion, Protocol):
         ...
 
 
-class EmulatedArm:
-    """An arm, its power, its plug, its pedals and its faults.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmTraits:
+    """How an emulated arm and its line behave."""
 
-    ``rate`` is the line's before anybody has signed on, and for good where nobody can
-    tell the client's. ``fast`` leaves out all delays of the line.
-    """
+    seed: int = 0
+    """Of the chances of faults."""
+    fast: bool = False
+    """Leave out all delays of the line."""
+    rate: int = DEFAULT_RATE
+    """The line's before anybody has signed on, and for good where nobody can tell the
+    client's."""
+    sync_repeats: int = 1
+    """How often the arm must hear IMMC before the first echo."""
+    accepts_memory_writes: bool = False
+
+    def __post_init__(self) -> None:
+        if self.rate not in RATES:
+            raise UserError(f"rate must be one of {RATES}, got {self.rate}")
+
+
+class EmulatedArm:
+    """An arm, its power, its plug, its pedals and its faults."""
 
     def __init__(
         self,
@@ -51,21 +68,16 @@ class EmulatedArm:
         motion: LiveMotion,
         *,
         faults: Iterable[FaultPlan] = (),
-        seed: int = 0,
+        traits: ArmTraits | None = None,
         now_s: float = 0.0,
-        fast: bool = False,
-        rate: int = DEFAULT_RATE,
-        sync_repeats: int = 1,
-        accepts_memory_writes: bool = False,
         transcript: Transcript | None = None,
     ) -> None:
-        if rate not in RATES:
-            raise UserError(f"rate must be one of {RATES}, got {rate}")
-        self._faults = make_faults(faults, seed)
+        traits = traits or ArmTraits()
+        self._faults = make_faults(faults, traits.seed)
         self.profile = profile
         for fault in self._faults:
             self.profile = fault.alter(self.profile)
-        self.session_rate = rate
+        self.session_rate = traits.rate
         self.packets = 0
         """Standard packets measured."""
         self.powered = True
@@ -79,10 +91,10 @@ class EmulatedArm:
             self.profile,
             self,
             now_s,
-            sync_repeats=sync_repeats,
-            accepts_memory_writes=accepts_memory_writes,
+            sync_repeats=traits.sync_repeats,
+            accepts_memory_writes=traits.accepts_memory_writes,
         )
-        self._output = PacedOutput(fast, self._arrival_s)
+        self._output = PacedOutput(traits.fast, self._arrival_s)
         self._transcript = transcript
         self._pedals: dict[int, float] = {}
         self._first_packet_s: float | None = None

@@ -7,56 +7,46 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from types import TracebackType
-from typing import Any, NoReturn, Self
+from typing import Any, NoReturn, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.actions import parse_action
-from devices.port import BytePort, DeviceError, DeviceReason
+from devices.port import BytePort, Closing, DeviceError, DeviceReason
 from machine import group_options
 
 READY_S = 30.0
 STOP_S = 5.0
 
 
-class MicroScribeEmulator:
+class EmulatorChoice(TypedDict, total=False):
+    """What may be told of an emulated arm; the rest is as `EmulatorSettings` has it."""
+
+    fiducials_mm: NDArray[np.float64]
+    profile: str
+    seed: int
+    faults: Sequence[str]
+    actions: Sequence[str]
+    link: Path
+    fast: bool
+
+
+class MicroScribeEmulator(Closing):
     """Start an emulated arm; ``port_name`` is where a driver finds it.
 
-    The child ends when this object stops it, when this process ends however it ends,
+    The child ends when this object closes it, when this process ends however it ends,
     or when a fault unplugs the arm. ``fiducials_mm`` is (n, 3), patient LPS; the arm
     touches them in order before it follows the path. ``link`` is a symbolic link to the
     port, kept right when the arm is plugged in elsewhere.
     """
 
-    def __init__(
-        self,
-        path: Path | str,
-        *,
-        fiducials_mm: NDArray[np.float64] | None = None,
-        profile: str = "dx40937",
-        seed: int = 0,
-        faults: Sequence[str] = (),
-        actions: Sequence[str] = (),
-        link: Path | str | None = None,
-        fast: bool = False,
-    ) -> None:
-        points = np.zeros((0, 3)) if fiducials_mm is None else fiducials_mm
-        asked = {
-            "path": str(path),
-            "fiducials_mm": points.tolist(),
-            "profile": profile,
-            "seed": seed,
-            "faults": list(faults),
-            "actions": list(actions),
-            "link": None if link is None else str(link),
-            "fast": fast,
-        }
+    def __init__(self, path: Path | str, **chosen: Unpack[EmulatorChoice]) -> None:
+        asked = json.dumps({"path": path, **chosen}, default=_plain)
         process = "devices.microscribe.emulator.process"
         self._child = subprocess.Popen(
-            [sys.executable, "-m", process, json.dumps(asked)],
+            [sys.executable, "-m", process, asked],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -69,7 +59,7 @@ class MicroScribeEmulator:
         try:
             ready = self._announcement(READY_S) or self._complain()
         except BaseException:
-            self.stop()
+            self.close()
             raise
         self.port_name: str = ready["port"]
         self.device_from_world: NDArray[np.float64] = np.array(
@@ -109,7 +99,7 @@ class MicroScribeEmulator:
         """Open the port of that name; raise DeviceError if that cannot be."""
         return SerialPort(name)
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """End the child and wait for it; harmless when repeated."""
         assert self._child.stdin is not None
         self._child.stdin.close()
@@ -124,17 +114,6 @@ class MicroScribeEmulator:
         for pipe in (self._child.stdout, self._child.stderr):
             if pipe is not None:
                 pipe.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.stop()
 
     def _announcement(self, timeout_s: float) -> dict[str, Any] | None:
         try:
@@ -163,3 +142,7 @@ class MicroScribeEmulator:
             DeviceReason.NO_DEVICE,
             f"The emulated arm did not start: {said[-1] if said else 'no reason'}",
         )
+
+
+def _plain(value: object) -> object:
+    return value.tolist() if isinstance(value, np.ndarray) else str(value)

@@ -32,10 +32,7 @@ ATTEMPTS = 50
 
 
 def place_arm(
-    profile: ArmProfile,
-    path: ProbePath,
-    fiducials_mm: NDArray[np.float64],
-    seed: int,
+    profile: ArmProfile, path: ProbePath, fiducials_mm: NDArray[np.float64], seed: int
 ) -> NDArray[np.float64]:
     """Return a rigid device_from_world, (4, 4), from which all of ``path`` is reached.
 

@@ -65,8 +65,10 @@ def stop_on_signals(emulator: OpenEmulator) -> Iterator[None]:
 def _settings(asked: str) -> EmulatorSettings:
     given = json.loads(asked)
     given["path"] = load_probe_path(given["path"])
-    given["fiducials_mm"] = np.array(given["fiducials_mm"]).reshape(-1, 3)
-    given["link"] = given["link"] and Path(given["link"])
+    if "fiducials_mm" in given:
+        given["fiducials_mm"] = np.array(given["fiducials_mm"])
+    if "link" in given:
+        given["link"] = Path(given["link"])
     return EmulatorSettings(**given)
 
 

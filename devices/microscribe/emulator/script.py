@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.emulator.motion import Motion, shorter_way
+from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath, ProbeSample
@@ -217,3 +218,33 @@ class ArmScript(Motion):
     ) -> NDArray[np.float64]:
         turned: NDArray[np.float64] = self._from_world[:3, :3] @ vector
         return turned if turn_only else turned + self._from_world[:3, 3]
+
+
+class RehearsedArm(Motion):
+    """An arm that follows a path from the first packet on, by its metal's constants.
+
+    Where `ArmScript` plays an arm that is exactly what its block says, this one has its
+    own lengths and angles, and its own tip; the host knows only the block.
+    """
+
+    def __init__(
+        self,
+        profile: ArmProfile,
+        built: KinematicErrorModel,
+        path: ProbePath,
+        device_from_world: NDArray[np.float64],
+    ) -> None:
+        """Solve the way; raise UnreachableError when the arm cannot get somewhere."""
+        super().__init__(profile)
+        angles = np.array(self._angles)
+        turn, shift = device_from_world[:3, :3], device_from_world[:3, 3]
+        tips, axes = path.tip_mm @ turn.T + shift, path.axis @ turn.T
+        solved = []
+        for tip, axis in zip(tips, axes, strict=True):
+            angles = built.angles(tip, axis, angles)
+            solved.append(angles)
+        self.track = Track.of(path, solved)
+
+    def at(self, elapsed_s: float) -> tuple[Sequence[float], int]:
+        """Return six angles and the pedals."""
+        return self.track.at(elapsed_s)

@@ -8,12 +8,12 @@ import threading
 import time
 from collections.abc import Callable
 from queue import SimpleQueue
-from types import TracebackType
 from typing import Self
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.socket_port import ServerPort
+from devices.port import Closing
 
 # How often an idle emulator looks whether its parent still lives.
 IDLE_S = 0.5
@@ -21,7 +21,7 @@ IDLE_S = 0.5
 _CONTROL_BYTES = 4096
 
 
-class EmulatorServer:
+class EmulatorServer(Closing):
     """Serve one arm at one port, here (``run``) or in a thread (``with``).
 
     ``announce`` is called with the port's name whenever it appears. ::
@@ -93,7 +93,10 @@ class EmulatorServer:
             self._serve(any(source in ready for source in self._port.sources()))
 
     def close(self) -> None:
-        """Take the port away; harmless when repeated."""
+        """End the thread and take the port away; harmless when repeated."""
+        if self._thread.is_alive():
+            self.stop()
+            self._thread.join()
         self._port.close()
         self._woken.close()
         self._wake.close()
@@ -101,16 +104,6 @@ class EmulatorServer:
     def __enter__(self) -> Self:
         self._thread.start()
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.stop()
-        self._thread.join()
-        self.close()
 
     def _run_in_thread(self) -> None:
         try:

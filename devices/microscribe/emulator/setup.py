@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.emulator.actions import ActionSchedule, parse_action
-from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm, LiveMotion
 from devices.microscribe.emulator.faults.catalogue import parse_fault
 from devices.microscribe.emulator.motion import StillMotion, orbit
 from devices.microscribe.emulator.placement import place_arm
@@ -32,8 +32,8 @@ from disk import UserError
 MOTIONS = ("orbit", "rest")
 
 
-@dataclass(frozen=True, slots=True)
-class EmulatorSettings:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EmulatorSettings(ArmTraits):
     """What an emulated arm is to be; see `paravol emulator --help`."""
 
     profile: str = "dx40937"
@@ -42,16 +42,12 @@ class EmulatorSettings:
     """(n, 3), patient LPS; touched in order before the path."""
     motion: str = "orbit"
     """What the arm does without a path."""
-    seed: int = 0
     faults: Sequence[str] = ()
     actions: Sequence[str] = ()
     listen: str | None = None
     """PORT or HOST:PORT; a pseudo-terminal without it."""
     link: Path | None = None
     transcript: Path | None = None
-    fast: bool = False
-    sync_repeats: int = 1
-    accepts_memory_writes: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +80,8 @@ def open_emulator(
             profile,
             motion,
             faults=faults,
-            seed=options.seed,
+            traits=options,
             now_s=time.monotonic(),
-            fast=options.fast,
-            sync_repeats=options.sync_repeats,
-            accepts_memory_writes=options.accepts_memory_writes,
             transcript=None if log is None else Transcript(log),
         )
         server = EmulatorServer(

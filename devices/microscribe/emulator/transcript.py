@@ -87,8 +87,8 @@ def _meaning_of_said(answer: Answer) -> str:
     if answer.kind is AnswerKind.PACKET:
         pairs = answer.data[-12:]
         counts = [pairs[i] << 7 | pairs[i + 1] for i in range(0, len(pairs) - 1, 2)]
-        told = f", counts {counts}" if answer.data[0] & 0b11 == 0b11 else ""
-        return f"packet, buttons {answer.data[1]}{told}"
+        suffix = f", counts {counts}" if answer.data[0] & 0b11 == 0b11 else ""
+        return f"packet, buttons {answer.data[1]}{suffix}"
     if answer.kind is AnswerKind.ECHO:
         return f"echo of {_CONFIGURATION.get(answer.data[0], 'a command')}"
     return kind

@@ -102,9 +102,7 @@ NOMINAL = ArmProfile(
 
 # Without the second elbow angle: a request for it stays unanswered.
 STANDARD = replace(
-    DX40937,
-    identity=replace(_identity("EMU00004"), comment="Standard"),
-    beta_word=0,
+    DX40937, identity=replace(_identity("EMU00004"), comment="Standard"), beta_word=0
 )
 
 # No capture of a six-joint arm is public. 2000 counts per turn of the stylus is what
@@ -140,16 +138,12 @@ ODD_MAXIMA = replace(
     DX40937,
     identity=_identity("EMU00009"),
     maxima=replace(
-        _FIVE_JOINTS,
-        timer=0x3A97,
-        encoders=(0x3E7F, 0x3FFF, 0x1FFF, 0x0FFF, 0x0F9F, 0),
+        _FIVE_JOINTS, timer=0x3A97, encoders=(0x3E7F, 0x3FFF, 0x1FFF, 0x0FFF, 0x0F9F, 0)
     ),
 )
 
 G2_UNHOMED = replace(
-    DX40937,
-    identity=replace(_identity("EMU00024"), model="G2"),
-    needs_home_button=True,
+    DX40937, identity=replace(_identity("EMU00024"), model="G2"), needs_home_button=True
 )
 
 PROFILES = {

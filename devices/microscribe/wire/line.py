@@ -44,10 +44,7 @@ class Line:
     """
 
     def __init__(
-        self,
-        port: BytePort,
-        session: HostSession,
-        clock: Clock | None = None,
+        self, port: BytePort, session: HostSession, clock: Clock | None = None
     ) -> None:
         self.port = port
         self.session = session

@@ -10,18 +10,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 import serial
-from numpy.typing import NDArray
 
 from app.__main__ import main
 from app.cli.emulator_command import load_motion
 from devices import ProbePath, save_probe_path
 from devices.microscribe.emulator.faults.catalogue import parse_fault
 from scenarios import Sample
-from scenarios.bundle import SampleRecord, SessionInfo
+from scenarios.bundle import SampleRecord
 from tests.recorded_flight import write_records
+from tests.scenarios.session_info import INFO
 
 if sys.platform == "win32":
     pytest.skip("pseudo-terminals need POSIX", allow_module_level=True)
@@ -173,28 +174,13 @@ def test_a_path_file_is_a_motion(tmp_path: Path) -> None:
         load_motion(tmp_path)
 
 
-def session_info(world_from_device: NDArray[np.float64]) -> SessionInfo:
-    return SessionInfo(
-        scenario_name="s",
-        scenario="{}",
-        picture_size=(8, 8),
-        tier="LIVE",
-        seed=1,
-        world_from_device=world_from_device.ravel().tolist(),
-        registration_rms_mm=0.1,
-        surface_sha256="0" * 64,
-        has_instrument=True,
-        created="2026-01-01T00:00:00Z",
-        versions={},
-    )
-
-
 def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
     """The way of the tip in the patient, wherever the arm stood."""
     turn = np.array(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
     world_from_device = np.eye(4)
     world_from_device[:3, :3], world_from_device[:3, 3] = turn, (5.0, 6.0, 7.0)
-    info = session_info(world_from_device)
+    place = world_from_device.ravel().tolist()
+    info = msgspec.structs.replace(INFO, world_from_device=place)
     forward = np.array((0.0, 1.0, 0.0))
     records = []
     for time_s, x, buttons in ((-1.0, 0.0, 1), (2.0, 1.0, 2), (2.5, 2.0, 3)):
@@ -214,8 +200,7 @@ def test_a_recorded_session_is_a_motion(tmp_path: Path) -> None:
 def test_a_session_without_a_flight_is_refused(tmp_path: Path) -> None:
     """Nothing to follow: only samples from before the flight."""
     forward = np.array((0.0, 1.0, 0.0))
-    sample = Sample(-1.0, np.eye(4), 0.0, forward, forward, 0)
-    info, records = session_info(np.eye(4)), [SampleRecord.of(sample)]
-    folder = write_records(tmp_path / "e.paravol", info, records)
+    before = SampleRecord.of(Sample(-1.0, np.eye(4), 0.0, forward, forward, 0))
+    folder = write_records(tmp_path / "e.paravol", INFO, [before])
     with pytest.raises(ValueError, match="no flight"):
         load_motion(folder)

@@ -48,9 +48,8 @@ def test_a_report_stands_beside_the_paper(tmp_path: Path, make: Make) -> None:
         efficiency=0.951,
         paper_efficiency=0.958,
     )
-    strong = make("strong/512/t3d", "64 ranks", 64, efficiency=0.9)
     ways = make("ways/16 ranks/t3d", "static homes", 16, simulated_s=9.4)
-    text, picture = report_scaling([table, *caches(make), strong, ways], tmp_path)
+    text, picture = report_scaling([table, *caches(make), ways], tmp_path)
     lines = text.read_text().splitlines()
     assert any(
         line.startswith("| 8 ranks | 283.4 | 281 | 95.1% | 95.8% |") for line in lines

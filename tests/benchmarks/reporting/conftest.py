@@ -98,8 +98,6 @@ def results(row: Row) -> Results:
         )
         for mode, differ in (("leaping", 0.0), ("leaping badly", 7.0))
     ]
-    rows += [
-        changed(row, told={}, suite="startup", mode=HOSTILE, **bare),
-    ]
+    rows += [changed(row, told={}, suite="startup", mode=HOSTILE, **bare)]
     skips = [Skipped(suite="fsr", case="c", mode=m, reason="no OpenGL") for m in "ab"]
     return Results(rows=rows, skipped=skips)

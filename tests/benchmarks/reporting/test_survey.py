@@ -7,12 +7,7 @@ import pytest
 
 from benchmarks.losslessness import COMPARED, DIFFER
 from benchmarks.reporting.section import duration
-from benchmarks.reporting.survey import (
-    is_lossless,
-    row_cells,
-    skipping_table,
-    survey,
-)
+from benchmarks.reporting.survey import is_lossless, row_cells, skipping_table, survey
 from benchmarks.schema import Results, Row
 
 PARTS = ("machine", "errors", "fronts", "growth", "skipping")

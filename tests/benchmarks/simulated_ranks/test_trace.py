@@ -29,36 +29,9 @@ def test_a_packet_goes_from_cell_to_cell_front_to_back() -> None:
             assert len(set(cells)) == len(cells) == len(samples)
 
 
-def test_counting_and_sorting_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    counted = [(n, c, s.tolist()) for n, c, s in SMALL.frame(2)]
-    monkeypatch.setattr("benchmarks.simulated_ranks.trace._MOST_BINS", 0)
-    assert [(n, c, s.tolist()) for n, c, s in SMALL.frame(2)] == counted
-
-
 def test_rays_cross_more_cells_than_packets_visit() -> None:
     frame = SMALL.frame(0)
     visits = sum(len(cells) for _, cells, _ in frame)
     assert frame.crossings > visits
     assert SMALL.cells == 64
     assert SMALL.packets == 64
-
-
-@pytest.mark.parametrize("thin", [1, 2])
-def test_strands_are_the_rays_of_the_packets(thin: int) -> None:
-    orbit = Orbit(side=32, image=64, thin=thin)
-    frame = orbit.frame(3)
-    packets = {n: dict(zip(c, s.tolist(), strict=True)) for n, c, s in frame}
-    crossings = 0
-    for number, strands in orbit.strands(3):
-        whole: dict[int, float] = {}
-        for cells, numbers in strands.items():
-            rays = int(numbers[-1])
-            crossings += rays * len(cells)
-            for cell, samples in zip(cells, numbers[:-1].tolist(), strict=True):
-                whole[cell] = whole.get(cell, 0) + samples
-        found = packets.pop(number)
-        assert whole.keys() == found.keys()
-        # Half a sample is rounded down there.
-        assert all(int(whole[cell]) == found[cell] for cell in found)
-    assert not packets
-    assert crossings == frame.crossings

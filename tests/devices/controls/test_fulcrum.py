@@ -307,16 +307,13 @@ lies = st.tuples(
 )
 
 
-def lying(
-    lie: tuple[float, ...],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def lying(lie: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the frame of a shaft that a hand has brought somewhere, and its entry."""
     *off, depth_mm, yaw, pitch, roll = lie
     entry = FULCRUM.pivot_mm + np.array(off)
     scope = FulcrumControl(Fulcrum(entry, FULCRUM.axis), LIMITS, depth_mm)
     scope.advance(
-        10.0,
-        Demand(yaw_nudge_deg=yaw, pitch_nudge_deg=pitch, roll_nudge_deg=roll),
+        10.0, Demand(yaw_nudge_deg=yaw, pitch_nudge_deg=pitch, roll_nudge_deg=roll)
     )
     return scope.frame(), entry
 

@@ -30,7 +30,7 @@ from devices.controls.linux_input import (
     InputDescription,
     InputEvent,
 )
-from devices.controls.steering import Freedom, Steering
+from devices.controls.steering import Axis, Steering
 from devices.microscribe.emulator.in_memory import DrivenClock
 from devices.port import DeviceError, DeviceReason
 
@@ -112,11 +112,11 @@ def test_a_pad_without_a_driver_steers_with_both_sticks(
 ) -> None:
     told = InputDescription("plain pad", WITHOUT_DRIVER | triggers, frozenset(), keys)
     first = min(keys)
-    for code, freedom, sign in (
-        (0, Freedom.YAW, 1),
-        (1, Freedom.PITCH, -1),
-        (2, Freedom.ROLL, 1),
-        (5, Freedom.INSERT, -1),
+    for code, axis, sign in (
+        (0, Axis.YAW, 1),
+        (1, Axis.PITCH, -1),
+        (2, Axis.ROLL, 1),
+        (5, Axis.INSERT, -1),
     ):
         steering, device = Steering(), Device(told)
         device.waiting = [
@@ -126,8 +126,8 @@ def test_a_pad_without_a_driver_steers_with_both_sticks(
         ]
         Gamepad(device, DrivenClock()).poll(steering)
         demand, buttons = steering.step(0.0, 1.0)
-        assert demand[freedom] == pytest.approx(sign * 0.5)
-        assert sum(map(abs, demand)) == abs(demand[freedom])
+        assert demand[axis] == pytest.approx(sign * 0.5)
+        assert sum(map(abs, demand)) == abs(demand[axis])
         assert buttons == 2
 
 
@@ -157,16 +157,16 @@ def test_other_devices_are_refused(told: InputDescription) -> None:
     ("told", "axes", "full"), [(PAD_TOLD, PAD_AXES, 32767), (CAP_TOLD, MOUSE_AXES, 350)]
 )
 def test_every_axis_moves_its_freedom_from_the_moment_it_says(
-    told: InputDescription, axes: dict[int, tuple[Freedom, int]], full: int
+    told: InputDescription, axes: dict[int, tuple[Axis, int]], full: int
 ) -> None:
-    assert sorted(freedom for freedom, _ in axes.values()) == list(Freedom)
-    for code, (freedom, sign) in axes.items():
+    assert sorted(axis for axis, _ in axes.values()) == list(Axis)
+    for code, (axis, sign) in axes.items():
         steering, device = Steering(), Device(told)
         device.waiting = [InputEvent(0.75, EV_ABS, code, full)]
         Gamepad(device, DrivenClock()).poll(steering)
         demand, _ = steering.step(0.0, 1.0)
-        assert demand[freedom] == pytest.approx(sign * 0.25)
-        assert sum(map(abs, demand)) == abs(demand[freedom])
+        assert demand[axis] == pytest.approx(sign * 0.25)
+        assert sum(map(abs, demand)) == abs(demand[axis])
 
 
 def test_buttons_are_pedals_and_other_controls_do_nothing() -> None:

@@ -5,12 +5,12 @@ from hypothesis import strategies as st
 
 from devices.controls.fulcrum import Demand
 from devices.controls.handover import Handover
-from devices.controls.steering import SWAP_BUTTON, Freedom
+from devices.controls.steering import SWAP_BUTTON, Axis
 
 events = st.lists(
     st.tuples(
         st.sampled_from(["hold", "nudge", "give"]),
-        st.sampled_from(list(Freedom)),
+        st.sampled_from(list(Axis)),
         st.floats(-1.0, 1.0),
     ),
     max_size=40,
@@ -18,15 +18,13 @@ events = st.lists(
 
 
 @given(events)
-def test_only_who_has_the_hand_is_asked(
-    script: list[tuple[str, Freedom, float]],
-) -> None:
+def test_only_who_has_the_hand_is_asked(script: list[tuple[str, Axis, float]]) -> None:
     hands = Handover()
-    for step, (what, freedom, size) in enumerate(script):
+    for step, (what, axis, size) in enumerate(script):
         if what == "give":
             hands.give(not hands.is_tools, float(step))
         else:
-            getattr(hands, what)(freedom, size, float(step))
+            getattr(hands, what)(axis, size, float(step))
         idle = hands.scope if hands.is_tools else hands.tool
         demand, _ = idle.step(step + 0.25, step + 0.5)
         if what != "give":

@@ -13,7 +13,7 @@ from devices.controls.keyboard import (
     Feel,
     MouseKeys,
 )
-from devices.controls.steering import Freedom, Steering
+from devices.controls.steering import Axis, Steering
 
 ALL_KEYS = [*MOVES, *PEDALS, FINE]
 strokes = st.lists(st.tuples(st.sampled_from(ALL_KEYS), st.booleans()), max_size=60)
@@ -35,10 +35,10 @@ def test_what_is_asked_depends_only_on_the_keys_that_are_down(
         assert keys.key(name, is_down, number * 0.01)
         (down.add if is_down else down.discard)(name)
     demand, buttons = demand_after(steering, 10.0)
-    for freedom in Freedom:
+    for axis in Axis:
         share = FINE_SHARE if FINE in down else 1.0
-        asked = sum(s for k, (f, s) in MOVES.items() if f == freedom and k in down)
-        assert demand[freedom] == asked * share
+        asked = sum(s for k, (f, s) in MOVES.items() if f == axis and k in down)
+        assert demand[axis] == asked * share
     assert buttons == sum(bit for key, bit in PEDALS.items() if key in down)
 
 
@@ -53,8 +53,8 @@ def test_letting_go_stops_everything(strokes: list[tuple[str, bool]]) -> None:
 
 
 def test_every_freedom_can_be_moved_both_ways() -> None:
-    for freedom in Freedom:
-        assert sorted(s for f, s in MOVES.values() if f == freedom) == [-1, 1]
+    for axis in Axis:
+        assert sorted(s for f, s in MOVES.values() if f == axis) == [-1, 1]
 
 
 def test_repeats_of_a_held_key_change_nothing_and_strange_keys_are_left() -> None:

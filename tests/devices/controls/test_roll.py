@@ -7,12 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from devices.controls.roll import (
-    EncoderRoll,
-    HorizonRoll,
-    SecondDeviceRoll,
-    upright,
-)
+from devices.controls.roll import EncoderRoll, HorizonRoll, SecondDeviceRoll, upright
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.pose import Pose
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.steered_scope import KEPT_S, STALL_S, SteeredArm
-from devices.controls.steering import Freedom, Steering, SteeringEvents
+from devices.controls.steering import Axis, Steering, SteeringEvents
 from devices.microscribe.emulator.in_memory import DrivenClock
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
@@ -37,14 +37,14 @@ class Handset:
 
 def scripted() -> Steering:
     steering = Steering()
-    for at_s, freedom, rate in (
-        (50.005, Freedom.INSERT, 1.0),
-        (50.123, Freedom.YAW, -0.5),
-        (50.301, Freedom.INSERT, 0.0),
-        (50.302, Freedom.ROLL, 1.0),
-        (50.444, Freedom.PITCH, 0.3),
+    for at_s, axis, rate in (
+        (50.005, Axis.INSERT, 1.0),
+        (50.123, Axis.YAW, -0.5),
+        (50.301, Axis.INSERT, 0.0),
+        (50.302, Axis.ROLL, 1.0),
+        (50.444, Axis.PITCH, 0.3),
     ):
-        steering.hold(freedom, rate, at_s)
+        steering.hold(axis, rate, at_s)
     steering.press(1, True, 50.25)
     steering.press(1, False, 50.35)
     return steering
@@ -99,12 +99,12 @@ def test_a_stall_is_told_once_and_what_was_asked_for_meanwhile_is_not_done(
     arm = SteeredArm(FulcrumControl(FULCRUM), steering, clock=clock)
     before = arm.read(1.0)
     begun_s = clock.now()
-    steering.hold(Freedom.YAW, 1.0, begun_s + 0.01)
-    steering.hold(Freedom.YAW, 0.0, begun_s + 0.02)
+    steering.hold(Axis.YAW, 1.0, begun_s + 0.01)
+    steering.hold(Axis.YAW, 0.0, begun_s + 0.02)
     steering.press(1, True, begun_s + 0.02)
     blind_s = stalled_s - KEPT_S - 0.06
     for share, way in sorted(turns):
-        steering.nudge(Freedom.INSERT, way, begun_s + 0.03 + share * blind_s)
+        steering.nudge(Axis.INSERT, way, begun_s + 0.03 + share * blind_s)
     clock.sleep(stalled_s)
     with pytest.raises(DeviceError, match="stood still") as caught:
         arm.read(1.0)
@@ -116,7 +116,7 @@ def test_a_stall_is_told_once_and_what_was_asked_for_meanwhile_is_not_done(
     for pose in poses:
         assert pose.device_from_tip.tobytes() == before.device_from_tip.tobytes()
         assert pose.buttons == 1
-    steering.nudge(Freedom.INSERT, 0.1, clock.now())
+    steering.nudge(Axis.INSERT, 0.1, clock.now())
     clock.sleep(0.05)
     moved = arm.drain()[-1].tip_mm - before.tip_mm
     assert np.linalg.norm(moved) == pytest.approx(0.1)

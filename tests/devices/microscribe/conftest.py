@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.driver.sampler import MotionReports
 from devices.microscribe.driver.supervisor import ArmSettings, ConnectionSupervisor
-from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm, LiveMotion
 from devices.microscribe.emulator.in_memory import DrivenClock, MemoryLine
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
+from devices.microscribe.wire.protocol import HostSession, State
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose
 from tests.devices.microscribe.rare_faults import parse_any_fault
@@ -66,10 +67,7 @@ class Rehearsal:
         return port
 
     def connect(
-        self,
-        settings: ArmSettings | None = None,
-        *,
-        replug: bool = False,
+        self, settings: ArmSettings | None = None, *, replug: bool = False
     ) -> ConnectionSupervisor:
         chosen = settings or ArmSettings(rates=(115200,), reports=self.reports)
         port = self.open(self.line.name)
@@ -130,6 +128,18 @@ def _waving(profile: ArmProfile) -> AnglesMotion:
     return AnglesMotion(profile, angles)
 
 
+def idle_session(confirmed_only: bool = False) -> HostSession:
+    """A host's session that has just been opened."""
+    session = HostSession(confirmed_only=confirmed_only)
+    session.clear()
+    session.sign_on()
+    session.receive(b"IMMC")
+    session.begin()
+    session.receive(b"MSCR\0")
+    assert session.state is State.IDLE
+    return session
+
+
 @pytest.fixture
 def rehearse() -> Callable[..., Rehearsal]:
     """Make a function that sets up an arm with faults."""
@@ -144,7 +154,7 @@ def rehearse() -> Callable[..., Rehearsal]:
         still = StillMotion(profile)
         motion: LiveMotion = _waving(profile) if waving else still
         plans = [parse_any_fault(fault) for fault in faults]
-        arm = EmulatedArm(profile, motion, faults=plans, seed=seed)
+        arm = EmulatedArm(profile, motion, faults=plans, traits=ArmTraits(seed=seed))
         return Rehearsal(MemoryLine(arm), still, reports, fault=" ".join(faults))
 
     return make

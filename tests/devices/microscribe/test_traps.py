@@ -29,23 +29,14 @@ from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import ALLOWED, Query
 from devices.microscribe.wire.link import ArmLink
 from devices.microscribe.wire.packets import Layout, Packet
-from devices.microscribe.wire.protocol import HostSession, Reply
+from devices.microscribe.wire.protocol import Reply
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
+from tests.devices.microscribe.conftest import idle_session
 
 Bench = Any
 Rehearse = Callable[..., Bench]
 STREAM = MotionReports(period_ticks=9)
-
-
-def _idle() -> HostSession:
-    session = HostSession()
-    session.clear()
-    session.sign_on()
-    session.receive(b"IMMC")
-    session.begin()
-    session.receive(b"MSCR\0")
-    return session
 
 
 def test_t1_begin_follows_an_echo_at_once_and_is_never_repeated(
@@ -117,7 +108,7 @@ def test_t7_configuration_replies_are_read_by_length_after_the_stream_has_stoppe
     supervisor.home()
     stop, home = bench.written.index(b"\x00"), bench.written.index(b"\xc2")
     assert stop < home
-    session = _idle()
+    session = idle_session()
     session.ask(Query.MAXIMA)
     maxima = bytes.fromhex("03 3F FF" + "A3" * 21)
     assert session.receive(b"\xc6" + maxima) == [Reply(Query.MAXIMA, maxima)]

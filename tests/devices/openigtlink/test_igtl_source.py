@@ -12,12 +12,7 @@ import numpy as np
 import pytest
 from pyigtl import OpenIGTLinkServer, TransformMessage
 
-from devices.openigtlink import (
-    OpenIGTLinkSource,
-    PoseStreamer,
-    ToolTransform,
-    encode,
-)
+from devices.openigtlink import OpenIGTLinkSource, PoseStreamer, ToolTransform, encode
 from devices.openigtlink.messages import RAS_FROM_LPS
 from devices.port import DeviceError, DeviceReason
 from devices.pose import Pose

@@ -8,10 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from devices.registration.fiducial_fit import (
-    RegistrationError,
-    RegistrationReason,
-)
+from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from devices.registration.registration_file import (
     PivotRecord,
     RegistrationRecord,

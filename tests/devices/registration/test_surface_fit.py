@@ -3,10 +3,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from devices.registration.fiducial_fit import (
-    RegistrationError,
-    RegistrationReason,
-)
+from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from devices.registration.rigid_fit import fit_rigid
 from devices.registration.surface_fit import Landmarks, refine
 

@@ -6,10 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.registration.fiducial_fit import (
-    RegistrationError,
-    RegistrationReason,
-)
+from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from devices.registration.rigid_fit import fit_rigid
 from devices.registration.target_error import (
     FitUncertainty,

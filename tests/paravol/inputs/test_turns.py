@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from devices import Pose
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.handover import Handover
-from devices.controls.steering import Freedom
+from devices.controls.steering import Axis
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.pose_completer import HandChannel
@@ -140,11 +140,11 @@ FREE = Volume(
 @given(
     st.tuples(*[st.floats(-6.0, 6.0)] * 3),
     st.tuples(*[st.floats(-0.4, 0.4)] * 2),
-    st.lists(st.sampled_from(list(Freedom)), min_size=1, max_size=4),
+    st.lists(st.sampled_from(list(Axis)), min_size=1, max_size=4),
 )
 @settings(max_examples=40)
 def test_a_steered_tool_goes_from_where_it_was_carried_to_its_own_pivot(
-    tip: tuple[float, ...], aside: tuple[float, ...], keys: list[Freedom]
+    tip: tuple[float, ...], aside: tuple[float, ...], keys: list[Axis]
 ) -> None:
     """It never jumps, and in the end its line passes through the nostril."""
     fulcrum = Fulcrum(np.zeros(3), np.array([0.0, 1.0, 0.3]))
@@ -184,7 +184,7 @@ def test_steered_turns_leave_what_they_do_not_move() -> None:
     turns.to_tool(shaft, pose)
     assert np.abs(turns.shaft(pose) - shaft).max() < 1e-12
     assert handover.is_tools
-    handover.nudge(Freedom.INSERT, 5.0, 0.0)
+    handover.nudge(Axis.INSERT, 5.0, 0.0)
     turns.to_scope(pose)
     left = control.frame().copy()
     far = Pose(1e9, 1e9, np.eye(4), 0)

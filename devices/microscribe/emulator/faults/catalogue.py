@@ -12,11 +12,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from devices.microscribe.emulator.answer import Answer, AnswerKind, ReplyTrigger
-from devices.microscribe.emulator.faults.fault import (
-    EVERY_KIND,
-    EventFault,
-    Fault,
-)
+from devices.microscribe.emulator.faults.fault import EVERY_KIND, EventFault, Fault
 from devices.microscribe.emulator.faults.schedule import Schedule, parse_schedule
 from devices.microscribe.kinematics.arm import FIELD
 from disk import UserError

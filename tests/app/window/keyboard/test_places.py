@@ -16,7 +16,7 @@ import os, subprocess, sys, time
 from PySide6.QtWidgets import QApplication
 from app.window.keyboard.actions import Act
 from app.window.main_window import MainWindow
-from devices.controls.steering import Freedom
+from devices.controls.steering import Axis
 from tests.app.window.flight.test_flight_page import opened
 
 layout, expected = sys.argv[1:3]
@@ -30,8 +30,8 @@ window.show()
 held, pressed = [], []
 
 class Steering:
-    def hold(self, freedom, rate, at_s):
-        held.append((freedom, rate))
+    def hold(self, axis, rate, at_s):
+        held.append((axis, rate))
 
     def press(self, button, is_down, at_s):
         pressed.append((button, is_down))
@@ -55,13 +55,13 @@ def send(what, place):
 until(window.isVisible)
 subprocess.run(["xdotool", "windowfocus", str(int(window.winId()))], check=True)
 until(window.isActiveWindow)
-for place, freedom, rate in (("W", Freedom.INSERT, 1.0), ("A", Freedom.ROLL, -1.0)):
+for place, axis, rate in (("W", Axis.INSERT, 1.0), ("A", Axis.ROLL, -1.0)):
     send("keydown", place)
     until(lambda: held)
-    assert held.pop() == (freedom, rate), held
+    assert held.pop() == (axis, rate), held
     send("keyup", place)
     until(lambda: held)
-    assert held.pop() == (freedom, 0.0), held
+    assert held.pop() == (axis, 0.0), held
 send("key", "1")
 until(lambda: len(pressed) == 2)
 assert pressed == [(1, True), (1, False)]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from devices.microscribe.emulator.emulated_arm import EmulatedArm, LiveMotion
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm, LiveMotion
 from devices.microscribe.emulator.in_memory import MemoryLine, MemorySerial
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937, ArmProfile
@@ -59,7 +59,10 @@ def connect() -> Callable[..., Client]:
     ) -> Client:
         plans = [parse_any_fault(text) for text in faults]
         arm = EmulatedArm(
-            profile, motion or StillMotion(profile), faults=plans, seed=seed
+            profile,
+            motion or StillMotion(profile),
+            faults=plans,
+            traits=ArmTraits(seed=seed),
         )
         line = MemoryLine(arm)
         return Client(arm, line, line.open_serial(baud, timeout=0.1))

@@ -6,17 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm
 from devices.microscribe.emulator.emulated_line import RATES
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
-from devices.microscribe.kinematics.profiles import (
-    DX40937,
-    G2_UNHOMED,
-)
-from tests.devices.microscribe.rare_faults import (
-    EVERY_FAULT,
-    parse_any_fault,
-)
+from devices.microscribe.kinematics.profiles import DX40937, G2_UNHOMED
+from tests.devices.microscribe.rare_faults import EVERY_FAULT, parse_any_fault
 
 Connect = Callable[..., Any]
 
@@ -59,12 +53,12 @@ def test_set_baud_is_echoed_at_the_old_rate_and_then_switches(connect: Connect) 
 
 
 def test_a_line_without_rates_takes_what_it_was_given() -> None:
-    arm = EmulatedArm(DX40937, StillMotion(DX40937), rate=9600)
+    arm = EmulatedArm(DX40937, StillMotion(DX40937), traits=ArmTraits(rate=9600))
     arm.hear(b"IMMC", 0.0, None)
     assert arm.speak(0.001, None) == b""
     assert arm.speak(1.0, None) == b"IMMC"
     with pytest.raises(ValueError, match="4800"):
-        EmulatedArm(DX40937, StillMotion(DX40937), rate=4800)
+        ArmTraits(rate=4800)
 
 
 def test_the_home_button_makes_an_arm_measure(connect: Connect) -> None:
@@ -123,7 +117,8 @@ def test_no_faults_and_no_bytes_make_it_raise_and_seeds_repeat_it(
     plans = [parse_any_fault(name + moment) for name, moment in faults]
     said = []
     for _ in range(2):
-        arm = EmulatedArm(DX40937, StillMotion(DX40937), faults=plans, seed=seed)
+        traits, still = ArmTraits(seed=seed), StillMotion(DX40937)
+        arm = EmulatedArm(DX40937, still, faults=plans, traits=traits)
         out, now = b"", 0.0
         for data in (b"IMMC", b"BEGIN", b"\x23", *heard, b"\x23", b"\xc5IMMC"):
             arm.hear(data, now, 115200)

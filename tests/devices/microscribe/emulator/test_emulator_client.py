@@ -37,9 +37,7 @@ def path_file(tmp_path: Path, short_path: ProbePath) -> Path:
 
 
 def _asked(path_file: Path) -> str:
-    asked = {"path": str(path_file), "profile": "dx", "seed": 0, "link": None}
-    lists: dict[str, Any] = {"fiducials_mm": [], "faults": [], "actions": []}
-    return json.dumps(asked | lists | {"fast": False})
+    return json.dumps({"path": str(path_file), "profile": "dx"})
 
 
 def _gone(process: int) -> bool:
@@ -68,7 +66,7 @@ def test_the_child_tells_its_port_and_stops(path_file: Path) -> None:
         read_only_rigid(emulator.device_from_world, "device_from_world")
     states.append(emulator.running)
     assert states == [True, False]
-    emulator.stop()
+    emulator.close()
 
 
 def test_it_is_handled_while_it_runs(path_file: Path) -> None:

@@ -6,9 +6,7 @@ from typing import Any
 import pytest
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
-from devices.microscribe.emulator.in_memory import (
-    MemoryLine,
-)
+from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.port import BytePort, DeviceError, DeviceReason, HostClock

@@ -1,7 +1,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.microscribe.emulator.rehearsed_arm import RehearsedArm
+from devices.microscribe.emulator.script import RehearsedArm
 from devices.microscribe.kinematics.error_model import KinematicErrorModel
 from devices.microscribe.kinematics.jacobian import PARAMETERS
 from devices.microscribe.kinematics.profiles import DX40937

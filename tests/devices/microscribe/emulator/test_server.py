@@ -55,10 +55,7 @@ def poll_until_gone(client: serial.SerialBase) -> None:
 @pytest.mark.parametrize("kind", ["terminal", "socket"])
 def test_other_peoples_software_reaches_it(kind: str) -> None:
     port = TerminalPort() if kind == "terminal" else SocketPort(("127.0.0.1", 0))
-    with (
-        EmulatorServer(make_arm(), port) as server,
-        open_client(server) as client,
-    ):
+    with EmulatorServer(make_arm(), port) as server, open_client(server) as client:
         sign_on(client)
         for _ in range(20):
             client.write(b"\x23")

@@ -15,10 +15,7 @@ from devices.microscribe.kinematics.profiles import (
     SECOND_3DX,
     ArmProfile,
 )
-from devices.microscribe.kinematics.uncertainty import (
-    ArmUncertainty,
-    ParameterSpread,
-)
+from devices.microscribe.kinematics.uncertainty import ArmUncertainty, ParameterSpread
 
 GEOMETRY = DX40937.geometry
 

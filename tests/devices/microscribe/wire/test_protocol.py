@@ -21,20 +21,10 @@ from devices.microscribe.wire.protocol import (
     Step,
     SyncEcho,
 )
+from tests.devices.microscribe.conftest import idle_session
 
 POSE = Layout(0x23)
 PACKET = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
-
-
-def _idle() -> HostSession:
-    session = HostSession()
-    session.clear()
-    session.sign_on()
-    session.receive(b"IMMC")
-    session.begin()
-    session.receive(b"MSCR\0")
-    assert session.state is State.IDLE
-    return session
 
 
 def _one_by_one(session: HostSession, data: bytes) -> list[Event]:
@@ -106,14 +96,14 @@ def test_echoes_behind_the_first_are_dropped() -> None:
 
 
 def test_replies_with_header_like_bytes_are_read_by_length() -> None:
-    session = _idle()
+    session = idle_session()
     session.ask(Query.PARAMETERS)
     block = bytes([0xA3, 0xC0, 0xFF, 0x80] * 9)
     assert session.receive(b"\xc0\x24" + block) == [Reply(Query.PARAMETERS, block)]
 
 
 def test_a_late_packet_is_not_the_next_reply() -> None:
-    session = _idle()
+    session = idle_session()
     session.poll(POSE)
     session.receive(PACKET[:9])
     session.abandon()
@@ -125,7 +115,7 @@ def test_a_late_packet_is_not_the_next_reply() -> None:
 
 @given(st.binary(max_size=40))
 def test_no_bytes_break_a_session(data: bytes) -> None:
-    session = _idle()
+    session = idle_session()
     session.poll(POSE)
     events = session.receive(data)
     assert all(isinstance(event, Sample) for event in events)
@@ -226,7 +216,7 @@ def test_every_answer_in_every_state_is_as_tabled(state: State) -> None:
 
 @pytest.mark.parametrize("glued", [b"", PACKET, PACKET * 2])
 def test_a_streams_echo_may_be_glued_to_its_first_packet(glued: bytes) -> None:
-    session = _idle()
+    session = idle_session()
     session.stream(9)
     events = session.receive(b"\xcf" + glued)
     assert [type(event) for event in events] == [Sample] * (len(glued) // 16)
@@ -234,7 +224,7 @@ def test_a_streams_echo_may_be_glued_to_its_first_packet(glued: bytes) -> None:
 
 
 def test_what_came_before_a_streams_echo_is_no_part_of_it() -> None:
-    session = _idle()
+    session = idle_session()
     session.stream(9)
     (event,) = session.receive(PACKET[3:] + PACKET + b"\xcf" + PACKET)
     assert isinstance(event, Sample)
@@ -244,7 +234,7 @@ def test_what_came_before_a_streams_echo_is_no_part_of_it() -> None:
 
 @given(st.lists(st.integers(1, 30), max_size=10), st.integers(0, 3))
 def test_offsets_count_every_byte_of_the_session(cuts: list[int], noise: int) -> None:
-    session = _idle()
+    session = idle_session()
     begin = session.received
     raw = b"\xcf" + (b"\x01" * noise + PACKET) * 5
     session.stream(9)
@@ -258,12 +248,7 @@ def test_offsets_count_every_byte_of_the_session(cuts: list[int], noise: int) ->
 
 
 def test_confirmed_poses_wait_for_their_successor() -> None:
-    session = HostSession(confirmed_only=True)
-    session.clear()
-    session.sign_on()
-    session.receive(b"IMMC")
-    session.begin()
-    session.receive(b"MSCR\0")
+    session = idle_session(confirmed_only=True)
     session.stream(9)
     assert session.missing_bytes == 1 + 16 + 1
     assert session.receive(b"\xcf" + PACKET) == []

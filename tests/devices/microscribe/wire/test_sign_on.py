@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from devices.microscribe.driver.supervisor import ArmSettings
-from devices.microscribe.emulator.emulated_arm import EmulatedArm
+from devices.microscribe.emulator.emulated_arm import ArmTraits, EmulatedArm
 from devices.microscribe.emulator.firmware import FirmwareState
 from devices.microscribe.emulator.in_memory import MemoryLine
 from devices.microscribe.emulator.motion import StillMotion
@@ -43,7 +43,9 @@ HALF_SAID = {
 
 def _left_by(said: bytes, rate: int = 115200) -> tuple[MemoryLine, StillMotion]:
     motion = StillMotion(DX40937)
-    arm = EmulatedArm(DX40937, motion, rate=rate, accepts_memory_writes=True)
+    arm = EmulatedArm(
+        DX40937, motion, traits=ArmTraits(rate=rate, accepts_memory_writes=True)
+    )
     leave_session(arm.firmware, "RUN", 0.0)
     arm.hear(said, 0.0)
     return MemoryLine(arm), motion

@@ -12,10 +12,7 @@ from devices.microscribe.emulator.faults.catalogue import (
 )
 from devices.microscribe.emulator.faults.fault import Fault
 from devices.microscribe.emulator.faults.schedule import Schedule
-from tests.devices.microscribe.rare_faults import (
-    EVERY_FAULT,
-    parse_any_fault,
-)
+from tests.devices.microscribe.rare_faults import EVERY_FAULT, parse_any_fault
 
 
 def test_there_are_thirty_numbered_faults_and_one_more() -> None:

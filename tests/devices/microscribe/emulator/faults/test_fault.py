@@ -8,10 +8,7 @@ import pytest
 from devices.microscribe.emulator.faults.fault import EventFault
 from devices.microscribe.emulator.motion import AnglesMotion
 from devices.microscribe.kinematics.profiles import DX40937
-from tests.devices.microscribe.rare_faults import (
-    EVERY_FAULT,
-    parse_any_fault,
-)
+from tests.devices.microscribe.rare_faults import EVERY_FAULT, parse_any_fault
 
 Connect = Callable[..., Any]
 STREAM = b"\xcf\x00\x09\x23" + bytes(21)

@@ -9,9 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from devices.microscribe.emulator.motion import AnglesMotion, StillMotion
-from devices.microscribe.kinematics.profiles import (
-    DX40937,
-)
+from devices.microscribe.kinematics.profiles import DX40937
 
 Connect = Callable[..., Any]
 ID = b"MSCR\0"
