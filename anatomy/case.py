@@ -38,10 +38,10 @@ from anatomy.scan.face_points import FACE_RADIUS_MM, face_points
 from anatomy.scan.histogram import find_peaks, transfer_of
 from anatomy.tissue import Label, Side
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
-from disk import UserError
-from disk.typed_record import decode_json
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError
+from system.typed_record import decode_json
 
 SCHEMA_VERSION = 1
 

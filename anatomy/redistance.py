@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.kernels import sweep_distance as kernels
-from disk import UserError
+from system import UserError
 
 DEEPEST_MM, FARTHEST_MM = -12.0, 6.0
 """Limits of the stored distance: in air, instruments and rays take long steps; in

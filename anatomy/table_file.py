@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TypeVar
 
-from disk.typed_record import decode_toml
+from system.typed_record import decode_toml
 
 _T = TypeVar("_T")
 

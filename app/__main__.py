@@ -13,7 +13,7 @@ def main(arguments: list[str] | None = None) -> int:
     Anything else is a defect of ours and shows its traceback; with --debug every error
     does.
     """
-    from disk.plain_text import plain_output
+    from system.plain_text import plain_output
 
     with plain_output():
         return _told(list(sys.argv[1:] if arguments is None else arguments))
@@ -60,7 +60,7 @@ def _run(words: list[str]) -> int:
     if {"--help", "-h", "--version"} & {*words}:
         from rich.console import Console
 
-        from disk.plain_text import raw_stream
+        from system.plain_text import raw_stream
 
         # it writes commands of its own
         console = Console(file=raw_stream(sys.stdout))

@@ -5,8 +5,8 @@ import errno
 import msgspec
 
 from devices import DeviceError
-from disk import UserError
-from disk.validation_message import validation_message
+from system import UserError
+from system.validation_message import validation_message
 
 FAMILIES = ("renderers.art.", "renderers.snapshots.", "renderers.simd.")
 """Modules whose errors are sentences."""

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from machine import use_c_numbers
+from system import use_c_numbers
 
 PATIENCE_S = 60.0
 """A cold disk needs several seconds to load the libraries for the first time."""

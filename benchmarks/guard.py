@@ -29,7 +29,7 @@ from benchmarks.ratios import (
 from benchmarks.report import LOG_WIDTH
 from benchmarks.runner import Runner, suites_named
 from benchmarks.schema import Results
-from disk import UserError
+from system import UserError
 
 SLOWER = 1.10
 """Times as long, beside the baseline, as in the release: more has failed, where the

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import ImageError
+from system import UserError
 
 COMPARED = "values compared"
 DIFFER = "values that differ"

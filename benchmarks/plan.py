@@ -8,8 +8,8 @@ from typing import ClassVar, Protocol
 
 from benchmarks.schema import Clock, Setting, row_key
 from benchmarks.timing import Timing
-from disk import UserError
 from renderers.scene import ImageError
+from system import UserError
 
 
 class ProgressReporter(Protocol):

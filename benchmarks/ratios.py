@@ -12,7 +12,7 @@ import msgspec
 from benchmarks.losslessness import DIFFER
 from benchmarks.machine import ROOT, Machine
 from benchmarks.schema import Measurement, Results, Setting, row_key
-from disk import UserError, whole_file
+from system import UserError, whole_file
 
 Key = tuple[str, str, str, str]
 """What tells one measurement from another; see `row_key`."""

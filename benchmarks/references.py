@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.art import ActiveRayTracer, Quality
 from renderers.scene import Camera, GBuffer, ImageError, Scene, image_error
+from system import UserError
 
 REFERENCE_QUALITY = Quality(1 / 32, 1e-6)
 """A thirty-second of a voxel, and rays that end where a millionth is left: that

@@ -27,8 +27,8 @@ from benchmarks.schema import (
     ratio_of,
     save_results,
 )
-from disk import UserError
 from paravol.versions import versions
+from system import UserError
 
 QUICK_LIMIT_S = 165.0
 """A quick run begins nothing that would probably end later than this. Of n suites the

@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from benchmarks.machine import Machine
-from disk import UserError, whole_file
+from system import UserError, whole_file
 
 SCHEMA_VERSION = 2
 

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from disk import UserError
+from system import UserError
 
 _T = TypeVar("_T")
 

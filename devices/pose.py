@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 # A product of six float64 joint matrices stays orthonormal to about 1e-15;
 # anything beyond this is a wrong matrix rather than rounding.

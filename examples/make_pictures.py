@@ -48,7 +48,6 @@ from benchmarks.machine import machine
 from benchmarks.nasal_views import NasalView
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from devices import load_probe_path
-from disk import whole_file
 from paravol import session_setup as setup
 from paravol.patient import PatientScene, load_patient, load_phantom, no_progress
 from paravol.view import EndoscopeView
@@ -64,6 +63,7 @@ from renderers.shading.kernels.path_tracing import LIFTED_MM
 from renderers.shading.path_tracer import PathLight
 from scenarios import Scenario, load_scenario
 from scenarios.instruments import suction_tube
+from system import whole_file
 
 Pixels = NDArray[np.uint8]
 Panels = Sequence[tuple[str, Pixels]]

@@ -29,7 +29,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration, load_probe_path
-from disk import whole_file
 from paravol.inputs.jaw import Jaw
 from paravol.inputs.pose_completer import AWAY_MM, PATH_WORK, path_instrument
 from paravol.patient import PatientScene, load_patient, no_progress
@@ -42,6 +41,7 @@ from scenarios.instrument_state import EMPTY_HAND
 from scenarios.metrics import Metric, Settings
 from scenarios.rubrics import load_rubric
 from scenarios.rubrics.population import Group, Population, Quantiles
+from system import whole_file
 
 Floats = NDArray[np.float64]
 

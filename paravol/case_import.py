@@ -19,13 +19,13 @@ from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.scan.scan_quality import scan_quality
 from anatomy.scan.volume_registration import register_volumes, resampled
 from anatomy.scan.wall_estimate import estimate_walls
-from disk import UserError
-from disk.plain_text import plain
 from paravol.case_options import ImportOptions
 from paravol.case_scenario import scenario_of_case, straight_path
 from paravol.output_folder import claimed_case, remove_exercise
 from paravol.patient import Progress
 from renderers.scene import Volume
+from system import UserError
+from system.plain_text import plain
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,9 @@ from anatomy.scan.approach import Approach, air_reach, approach_from
 from anatomy.scan.face_points import face_points
 from anatomy.scan.imported import WAY_END
 from devices import ProbePath, save_probe_path
-from disk import UserError
 from paravol.output_folder import EXERCISE_FILES
 from renderers.scene.volume import Volume
+from system import UserError
 
 SCENARIO, PATH = EXERCISE_FILES
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from PIL import Image as PilImage
 from PIL import ImageDraw
 
-from disk import UserError
 from paravol.patient import (
     PatientScene,
     Progress,
@@ -22,6 +21,7 @@ from renderers.scene import Volume
 from scenarios.bundle import read_recording
 from scenarios.coverage import CoverageWatch
 from scenarios.coverage.sites import SEPTUM_MM
+from system import UserError
 
 Doubles = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from devices import ProbePath
-from disk import UserError
 from paravol.patient import PatientScene
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import AirSurface, Camera, Scene, Volume, srgb_from_linear
+from system import UserError
 
 MARGIN_MM = 2.2
 """From the middle of the way into the head to the plane, towards the septum: the

@@ -19,9 +19,9 @@ from devices.serial_adapters import (
     udev_rule,
     usb_numbers,
 )
-from disk import UserError
 from paravol.feedback.sound import loudspeakers
 from paravol.finding import Finding
+from system import UserError
 
 RULES_FOLDER = "/etc/udev/rules.d"
 

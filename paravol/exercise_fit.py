@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from disk import UserError
 from paravol.patient import PatientScene
 from paravol.session_setup import coverage_watch, untouched
 from scenarios import Scenario
 from scenarios.exercise_check import HeadNames, head_problems, untouched_problems
 from scenarios.tasks.checks import Problem, sentence
 from scenarios.tasks.task import Survey
+from system import UserError
 
 
 def fit_problems(scenario: Scenario, patient: PatientScene) -> Iterator[Problem]:

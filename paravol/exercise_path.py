@@ -6,12 +6,12 @@ import numpy as np
 
 from anatomy.scan.approach import Approach, air_reach
 from devices import ProbePath, load_probe_path
-from disk import UserError
 from paravol.case_scenario import straight_path
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import PatientScene
 from scenarios import Scenario
 from scenarios.scenario import Start
+from system import UserError
 
 STRAIGHT_MM = 60.0
 """Farther nobody goes in straight."""

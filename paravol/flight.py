@@ -20,7 +20,6 @@ import numpy as np
 
 from devices import DeviceError, ProbePath, Registration
 from devices.controls.pedals import Button, ButtonEvent
-from disk import UserError
 from paravol import flight_events as events
 from paravol.exercise_fit import check_fit
 from paravol.exercise_path import start_path
@@ -67,6 +66,7 @@ from scenarios import Sample, Scenario, Score, Session
 from scenarios.bundle import EventRecord, SessionInfo, SessionRecorder
 from scenarios.scenario import CameraHold
 from scenarios.tasks import Task
+from system import UserError
 
 TOOL_PAUSE_S = 0.1
 """Before each tool that is made ready while the first frames are drawn."""

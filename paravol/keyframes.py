@@ -18,11 +18,11 @@ import numpy as np
 from platformdirs import user_cache_path
 from xxhash import xxh3_128
 
-from disk.object_file import read_objects, save_objects
 from paravol.patient import PatientScene
 from paravol.versions import versions
 from scenarios import Sample, Session
 from scenarios.session import SessionState
+from system.object_file import read_objects, save_objects
 
 APART_S = 5.0
 """Seconds of flight between two keyframes: a jump steps no more than that."""

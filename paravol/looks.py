@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal, ParamSpec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.patient import (
     PatientScene,
     Progress,
@@ -31,6 +30,7 @@ from renderers.snapshots.client import SnapshotClient
 from scenarios import Endoscope, View
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
+from system import UserError
 
 if TYPE_CHECKING:
     from renderers.fsr import SplatActor

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from platformdirs import user_cache_path, user_data_path
 
-from machine import memory_bytes, usable_cores
 from paravol.finding import Finding
 from paravol.versions import versions
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import Launcher, find_launcher
+from system import memory_bytes, usable_cores
 
 VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "neon", "asimd")
 LEAST_MEMORY_GB = 3.0
@@ -91,7 +91,7 @@ def _packages() -> list[Finding]:
 
 
 OUR_PACKAGES = (
-    *("anatomy", "app", "benchmarks", "devices", "disk", "machine", "paravol"),
+    *("anatomy", "app", "benchmarks", "devices", "system", "paravol"),
     *("renderers", "scenarios", "surgery"),
 )
 """Top-level packages of this distribution."""

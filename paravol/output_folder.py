@@ -7,10 +7,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from anatomy.case import RECORD, CaseRecord
-from disk import UserError
-from disk.plain_text import checked_name
-from disk.typed_record import read_kept
-from machine import NoLocksError, lock_file
+from system import NoLocksError, UserError, lock_file
+from system.plain_text import checked_name
+from system.typed_record import read_kept
 
 EXERCISE_FILES = ("exercise.toml", "exercise.path.json")
 """The scenario that is made for a case and for a person to edit, and its path."""

@@ -20,12 +20,11 @@ from anatomy.phantom.variants import with_findings, with_variants
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
-from disk import UserError
-from machine import usable_cores
 from paravol.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario, Structures, tip_frame
 from surgery.decongestion import BLOOD_BIAS, decongest
+from system import UserError, usable_cores
 
 SKIN_MM = 2.0
 """Voxels of a phantom's whole head: it is only looked at from outside."""

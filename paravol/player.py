@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 
 from devices.port import Clock
-from disk import UserError
+from system import UserError
 
 SLOWEST, FASTEST = 0.1, 10.0
 """Speeds that can be played."""

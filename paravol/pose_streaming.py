@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import Pose
-from disk import UserError
 from paravol.exchange.tool_motion import INSTRUMENT, SCOPE
 from scenarios import Sample
 from scenarios.sample import tool_frame
+from system import UserError
 
 if TYPE_CHECKING:
     from devices.openigtlink import PoseStreamer

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from disk import UserError
 from paravol.patient import PatientScene
 from paravol.session_replay import recorded_hash
 from paravol.versions import versions
@@ -25,6 +24,7 @@ from scenarios.bundle import (
 from scenarios.instruments.catalogue import instrument_named
 from surgery.patient import OperatedPatient
 from surgery.solids import ROW
+from system import UserError
 
 
 class ChangedStreamError(UserError):

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import ProbePath, save_probe_path
-from disk import UserError, whole_file
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_setup import build_session, flown_scenario
 from scenarios import Sample, Scenario
@@ -21,6 +20,7 @@ from scenarios.instrument_state import NO_TOOL
 from scenarios.path_course import course_tasks, score_clock_s
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Follow, Reach
+from system import UserError, whole_file
 
 _CHECK_PX = (64, 64)
 """Of a picture that nobody draws."""

@@ -14,7 +14,6 @@ from devices.microscribe.kinematics.inverse import UnreachableError
 from devices.microscribe.kinematics.profiles import profile_named
 from devices.microscribe.kinematics.uncertainty import EXACT
 from devices.registration.target_error import fitzpatrick_rms_mm
-from disk import UserError
 from paravol.patient import PatientScene, Progress, StrPath, load_patient, no_progress
 from paravol.recorded_flight import (
     check_recorded,
@@ -63,6 +62,7 @@ from scenarios.metrics.metric import Interval
 from scenarios.reading import Reading
 from scenarios.sample_columns import SampleColumns
 from surgery.patient import OperatedPatient
+from system import UserError
 
 _RECORD = "the record itself"
 

@@ -11,8 +11,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
-from disk.typed_record import read_kept
 from paravol.patient import (
     PatientScene,
     Progress,
@@ -35,6 +33,8 @@ from scenarios.bundle import (
     SessionInfo,
     read_recording,
 )
+from system import UserError
+from system.typed_record import read_kept
 
 VIDEO_FPS = 30.0
 

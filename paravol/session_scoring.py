@@ -10,8 +10,6 @@ from pathlib import Path
 import msgspec
 from xxhash import xxh3_128
 
-from disk import UserError
-from disk.typed_record import read_kept
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.recorded_flight import ChangedStreamError
 from paravol.session_metrics import PatientSource, SessionMetrics, session_metrics
@@ -33,6 +31,8 @@ from scenarios.rubrics import (
 from scenarios.rubrics.rubric import shipped_rubrics
 from scenarios.tasks import TaskState
 from scenarios.tasks.task import Inject, Open, Remove
+from system import UserError
+from system.typed_record import read_kept
 
 SCORING_VERSION = 4
 """Grows when the same session and rubric may get other points."""

@@ -12,7 +12,6 @@ import xxhash
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration
-from disk import UserError
 from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress
 from paravol.versions import versions
@@ -36,6 +35,7 @@ from scenarios.operation import Operation
 from scenarios.tasks import TaskEngine
 from scenarios.tasks.head_parts import Head
 from surgery.patient import OperatedPatient
+from system import UserError
 
 OnePatient = TypeVar("OnePatient", bound=PatientScene)
 

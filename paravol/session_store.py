@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from disk.typed_record import read_kept
-from machine import NoLocksError, lock_file
+from system import NoLocksError, lock_file
+from system.typed_record import read_kept
 
 KEPT_BYTES = 1_000_000_000
 """Of a user's flights so much is kept: some twenty hours."""

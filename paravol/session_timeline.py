@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from itertools import accumulate
 from pathlib import Path
 
-from disk import UserError
 from paravol.keyframes import Keyframes
 from paravol.patient import (
     PatientScene,
@@ -18,6 +17,7 @@ from paravol.session_setup import reopen_session
 from renderers.scene import Change
 from scenarios import Sample, Score
 from scenarios.bundle import FrameRecord, Recording, read_recording
+from system import UserError
 
 GRACE_S = 1.0
 """So long after its end a session or exercise still shows its last view."""

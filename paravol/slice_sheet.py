@@ -9,9 +9,9 @@ from PIL import Image, ImageDraw
 from anatomy import classic_transfer_function
 from anatomy.case import Case
 from anatomy.scan.histogram import counts_of
-from disk import UserError
 from paravol.slice_views import Plane, Show, SliceViews, cut
 from renderers.scene import TransferFunction, srgb_from_linear
+from system import UserError
 
 PANEL_PX = 480
 MARGIN_PX = 8

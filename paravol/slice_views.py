@@ -11,8 +11,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import TransferFunction, Volume, srgb_from_linear
+from system import UserError
 
 CT_WINDOW_HU = (-1000.0, 1400.0)
 """Black and white of a CT: a bone window, in which air and mucosa still differ."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices import ProbePath
-from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.exercise_path import recorded_path, recorded_path_file
 from paravol.flight import FlightOrder
@@ -20,6 +19,7 @@ from paravol.inputs.instrument_input import InstrumentInput
 from paravol.pose_streaming import listening_address
 from paravol.session_store import SessionStore
 from scenarios import Scenario, load_scenario
+from system import UserError
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

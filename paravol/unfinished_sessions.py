@@ -9,12 +9,12 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.session_setup import flown_scenario, reopen_session
 from paravol.session_store import SessionStore, hold_session, is_held, remove_session
 from scenarios import Score
 from scenarios.bundle import read_recording, write_json
+from system import UserError
 
 RESULT = "result.json"
 

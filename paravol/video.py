@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from disk import UserError
+from system import UserError
 
 
 class VideoWriter:

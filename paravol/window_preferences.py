@@ -5,8 +5,8 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from disk import UserError, whole_file
-from disk.typed_record import read_kept
+from system import UserError, whole_file
+from system.typed_record import read_kept
 
 FONT_SCALES = (0.8, 1.5)
 """Smallest and largest factor on the window's texts."""

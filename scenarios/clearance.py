@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import Volume
+from system import UserError
 
 _STEP_MM = 0.25
 """Distance between samples along the shaft. The distance field changes by at most

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.cross import cross, dot
-from disk import UserError
 from renderers.scene import Camera, Projection
+from system import UserError
 
 SUPERIOR = np.array([0.0, 0.0, 1.0])
 ANTERIOR = np.array([0.0, -1.0, 0.0])

@@ -12,8 +12,6 @@ from anatomy.abstract import SCENES
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.variants import with_findings, with_variants
 from anatomy.tissue import Label
-from disk import UserError
-from disk.line_finder import toml_line
 from scenarios.coverage.sites import SIDES, SITE_NAMES
 from scenarios.endoscope import Endoscope, tip_frame
 from scenarios.tasks.checks import (
@@ -27,6 +25,8 @@ from scenarios.tasks.head_parts import PART_NAMES, Head
 from scenarios.tasks.rules import rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import Follow, Inject, KeepAway, Remove, Survey, Task
+from system import UserError
+from system.line_finder import toml_line
 
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario

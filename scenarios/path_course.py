@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from disk import UserError
 from renderers.scene import Volume
 from scenarios.tasks.rules import ABSENT_S
 from scenarios.tasks.task import Follow, Point, Reach, Ring, Task
+from system import UserError
 
 STEP_MM = 0.5
 """The way is looked at in steps of at least this: an arm shakes the tip by less."""

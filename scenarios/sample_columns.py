@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from scenarios.bundle.records import SampleRecord
 from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import Sample
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
-from disk.typed_record import decode_toml
 from scenarios.endoscope import Endoscope
 from scenarios.exercise_check import file_problems, refuse
 from scenarios.tasks.checks import nearest
 from scenarios.tasks.task import Point, Task
+from system import UserError
+from system.typed_record import decode_toml
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 INSTALLED_EXAMPLES = Path(__file__).parent / "examples"

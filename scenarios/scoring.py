@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.cross import dot
-from disk import UserError
 from scenarios.coverage.watch import CoverageFigures
 from scenarios.hazard_watch import HazardApproach, HazardGaps, HazardWatch
 from scenarios.nostril import (
@@ -20,6 +19,7 @@ from scenarios.nostril import (
     ToolWatch,
 )
 from scenarios.tasks import TaskState
+from system import UserError
 
 CONTACT_MM = 0.0
 """A gap below this is a contact."""

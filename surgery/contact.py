@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.cross import cross
-from disk import UserError
 from renderers.scene import Volume
 from surgery.kernels.distance_field import HOLE, DistanceField
 from surgery.kernels.hold_back import hold_back
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

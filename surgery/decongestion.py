@@ -8,8 +8,8 @@ from scipy import ndimage
 
 from anatomy.redistance import redistance
 from anatomy.tissue import Label
-from disk import UserError
 from renderers.scene import AirSurface, Volume
+from system import UserError
 
 BLOOD_BIAS = 0.4
 """Factor on the blood content of decongested mucosa, and on how it bleeds."""

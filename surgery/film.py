@@ -19,7 +19,6 @@ from xxhash import xxh3_128
 from anatomy.hazard_volumes import UNIT_MM as HAZARD_UNIT_MM
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.tissue import Label
-from disk import UserError
 from renderers.scene import AirSurface, Change, Volume
 from renderers.scene.scene import FILM_UNIT_MM, WOUND_UNIT_MM
 from surgery.kernels import flow_film as kernels
@@ -34,6 +33,7 @@ from surgery.kernels.film_cells import (
     Ground,
     reshape_cells,
 )
+from system import UserError
 
 STEPS_PER_S = 30
 DRAWN_EVERY = 2

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from anatomy.feel import feel_of, ground_stiffness
 from anatomy.wall_layers import WallLayers
-from disk import UserError
 from surgery import solids
 from surgery.kernels import touch_force as tick
 from surgery.kernels.distance_field import HOLE
@@ -22,6 +21,7 @@ from surgery.kernels.squeeze_jaws import squeeze_jaws
 from surgery.kernels.touch_force import Patch
 from surgery.patient import OperatedPatient
 from surgery.straight_way import is_way
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

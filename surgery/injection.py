@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from disk import UserError
 from renderers.scene import Volume
+from system import UserError
 
 ML_PER_S = 0.1
 """Flow while the pedal is down: a design value; a millilitre syringe lasts 10 s."""

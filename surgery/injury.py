@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
-from disk import UserError
 from renderers.scene import Volume
 from renderers.scene.thread_pool import ThreadPool
 from surgery import solids as solid
@@ -39,6 +38,7 @@ from surgery.kernels.sweep_hazard import (
     steepest,
 )
 from surgery.straight_way import STRIKES_MM_S, is_way
+from system import UserError
 
 ABSENT_S = 0.5
 """Longer than this between two samples, a tool was away: nobody knows its way."""

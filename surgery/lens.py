@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import AirSurface
 from renderers.scene.lens_state import SECTORS, LensState, Sectors
 from renderers.scene.scene import FILM_UNIT_MM
 from surgery.film import STEPS_PER_S
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

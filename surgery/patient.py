@@ -15,13 +15,13 @@ from xxhash import xxh3_128
 
 from anatomy.tissue import TISSUE_OF, Label
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
-from disk import UserError
 from renderers.scene import AirSurface, Change, Volume, Wounds
 from renderers.scene.scene import WOUND_UNIT_MM
 from renderers.scene.volume import AIR_HU
 from surgery import solids as solid
 from surgery.edit import Edit, Taker
 from surgery.kernels.carve import FULL, carve, clear_pieces, fill_all, share_out
+from system import UserError
 
 REACH_MM = 3.0
 """So far from a cut the distance is brought up to date; deeper in tissue nobody asks

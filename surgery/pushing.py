@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from anatomy.tissue import Label
 from anatomy.wall_layers import NO_WALL
 from devices.cross import cross
-from disk import UserError
 from renderers.scene import AirSurface, Change, ChangeKind, RestOffsets
 from surgery.kernels.bend_field import (
     CAP_ROWS,
@@ -27,6 +26,7 @@ from surgery.kernels.bend_field import (
     rest_places,
 )
 from surgery.patient import OperatedPatient
+from system import UserError
 
 SPRING_S = 0.18
 """Time constant with which mucosa springs back; swollen tissue takes longer."""

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from disk import UserError
+from system import UserError
 
 ROW = 16
 CAPSULE, BLADE = 0.0, 2.0

@@ -39,7 +39,7 @@ NAMES = {
 
 MAY_USE_NAMES = frozenset(
     # the words for it on every system: they ask which one this is
-    ("machine.processes", "machine.resources")
+    ("system.processes", "system.resources")
 )
 
 OURS = frozenset(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
-    *("anatomy", "app", "benchmarks", "devices", "disk", "machine", "paravol"),
+    *("anatomy", "app", "benchmarks", "devices", "system", "paravol"),
     *("renderers", "scenarios", "surgery"),
 )
 SOURCES = sorted(p for name in PACKAGES for p in (ROOT / name).rglob("*.py"))
@@ -265,13 +265,12 @@ BUDGET = {
     "app": 19305,
     "benchmarks": 11238,
     "devices": 13381,
-    "disk": 867,
     "examples": 1792,
-    "machine": 261,
     "paravol": 27735,
     "renderers": 37151,
     "scenarios": 12345,
     "surgery": 7188,
+    "system": 1128,
     "tests": 94286,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in

@@ -20,10 +20,10 @@ coarse_scenario = flights.coarse_scenario
 screen = flights.screen
 
 WHERE = {
-    "machine/file_lock.py",
-    "machine/processes.py",
-    "machine/resources.py",
-    "machine/typed_text.py",
+    "system/file_lock.py",
+    "system/processes.py",
+    "system/resources.py",
+    "system/typed_text.py",
     "devices/controls/linux_input.py",
     "devices/controls/rumble.py",
     "devices/serial_adapters.py",
@@ -33,7 +33,7 @@ WHERE = {
 """Each says what happens elsewhere: another way, or a sentence that says what lacks."""
 
 PRODUCT = (
-    *("anatomy", "app", "devices", "disk", "machine", "paravol", "renderers"),
+    *("anatomy", "app", "devices", "system", "paravol", "renderers"),
     *("scenarios", "surgery"),
 )
 SOURCES = sorted(path for name in PRODUCT for path in (ROOT / name).rglob("*.py"))
@@ -112,7 +112,7 @@ import importlib, pathlib, sys
 import paravol.inputs, scenarios
 failed = {}
 try:
-    import machine.typed_text, os
+    import system.typed_text, os
     import devices.serial_adapters
     devices.serial_adapters.os.openpty
 except AttributeError:

@@ -17,7 +17,7 @@ from anatomy.abstract.layout import PAST_MM, WIRE_MM, Doubles, Hoop, Layout
 from anatomy.abstract.signs import HALF_MM, LETTERS, Sign
 from anatomy.abstract.space import AbstractSpace, build_space
 from anatomy.abstract.tubes import TubeSpace, chain
-from disk import UserError
+from system import UserError
 
 Draw = np.random.Generator
 

@@ -10,8 +10,8 @@ from anatomy.abstract.layout import Layout
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.scan.approach import Approach, air_reach
 from anatomy.tissue import TISSUE_OF, Label
-from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError
 
 LABELS = {Label.MUCOSA: "wall", Label.SEPTAL_CARTILAGE: "hoop"}
 """What walls and hoops are labelled as, so that tools cut them, and their names."""

@@ -17,9 +17,9 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, Progress, build_phantom, whole_field
 from anatomy.queries.landmarks import landmarks
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
-from disk import ForeignFileError, UserError, foreign_file
 from renderers.scene import Volume
 from renderers.scene.cache_entries import kept_entry, mark_used
+from system import ForeignFileError, UserError, foreign_file
 
 log = logging.getLogger(__name__)
 

@@ -17,8 +17,8 @@ from pydicom.uid import (
 )
 
 from anatomy.files.segments import STRUCTURE, code_of, color_of
-from disk import whole_file
 from renderers.scene.volume import Volume
+from system import whole_file
 
 if TYPE_CHECKING:
     from highdicom.seg import Segmentation

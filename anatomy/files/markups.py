@@ -10,8 +10,8 @@ import numpy as np
 from anatomy.files.volumes import write_file
 from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Side
-from disk import UserError
-from disk.typed_record import decode_json
+from system import UserError
+from system.typed_record import decode_json
 
 SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/"

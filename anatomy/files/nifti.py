@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.files.volume_header import Claims, check_claims, is_paired
-from disk import UserError, foreign_file
+from system import UserError, foreign_file
 
 if TYPE_CHECKING:
     from nibabel import Nifti1Header

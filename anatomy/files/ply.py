@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 MOST_HEADER_BYTES = 65_536
 """Bytes of a file in which its header must end."""

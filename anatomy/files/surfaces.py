@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from anatomy.files.ply import read_ply
 from anatomy.files.volumes import write_file
-from disk import UserError, foreign_file
+from system import UserError, foreign_file
 
 SPACES = ("LPS", "RAS")
 

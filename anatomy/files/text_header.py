@@ -19,8 +19,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.memory_limit import memory_limit
+from system import UserError
 
 LONGEST_HEADER = 1 << 20
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 ROUNDING_MM = 0.05
 """No voxel moved further: the header is rounded."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from anatomy.files.text_header import TextHeader
-from disk import UserError
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import WIDEST_RATIO
+from system import UserError
 
 SPACES = ("left-posterior-superior", "left-posterior-superior-time")
 """The reader turns RAS and LAS into the first one; other names place nobody."""

@@ -18,9 +18,9 @@ from anatomy.files.text_header import (
 )
 from anatomy.files.volume_frame import check_square, squared
 from anatomy.files.volume_header import check_header
-from disk import UserError, foreign_file, simple_itk, whole_file
-from disk.plain_text import checked_name
 from renderers.scene import AIR_HU, Volume
+from system import UserError, foreign_file, simple_itk, whole_file
+from system.plain_text import checked_name
 
 NRRD_MAGIC, META_ENDINGS = b"NRRD", (".mha", ".mhd")
 

@@ -17,8 +17,7 @@ from anatomy.phantom.coverage import blur_mm
 from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model
 from anatomy.phantom.program import Row
-from disk import UserError
-from machine import usable_cores
+from system import UserError, usable_cores
 
 BRICK_VOXELS = 8
 _CHUNK = 2048

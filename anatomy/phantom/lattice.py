@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 

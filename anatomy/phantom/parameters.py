@@ -7,7 +7,7 @@ import msgspec
 
 from anatomy.table_file import read_table
 from anatomy.tissue import Side
-from disk import UserError
+from system import UserError
 
 
 class Sizes(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -22,8 +22,8 @@ from anatomy.queries.landmarks import Landmark, landmarks
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM, redistance
 from anatomy.tissue import Label, Side
 from anatomy.wall_layers import WallLayers
-from disk import UserError
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError
 
 _MEDIAL_MM = 8.0
 """The septum deviates by less than this; beyond it x alone tells the side."""

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 
 class Op(IntEnum):

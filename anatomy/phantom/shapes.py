@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.phantom.program import Encoder, Op
-from disk import UserError
+from system import UserError
 
 Array = NDArray[np.float64]
 Point = tuple[float, float, float]

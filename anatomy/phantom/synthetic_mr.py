@@ -7,8 +7,8 @@ from scipy import ndimage
 from anatomy.phantom.ct_noise import white_noise
 from anatomy.phantom.phantom import Phantom
 from anatomy.tissue import TISSUE_OF, TISSUES
-from disk import UserError
 from renderers.scene.volume import Volume
+from system import UserError
 
 BLUR_MM = 0.38
 """Standard deviation of a 0.9 mm voxel's response."""

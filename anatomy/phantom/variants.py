@@ -22,7 +22,7 @@ from anatomy.phantom.parameters import (
     PhantomParameters,
 )
 from anatomy.tissue import Side
-from disk import UserError
+from system import UserError
 
 PREVALENCE = PATIENTS.prevalence
 """Share of sides with each variant, in the order in which they are drawn."""

@@ -11,7 +11,7 @@ from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.phantom.variants import is_healthy
 from anatomy.queries.landmarks import septal_shift
 from anatomy.tissue import AIR_LABELS, Label, Side
-from disk import UserError
+from system import UserError
 
 CLEAR_BELOW, FULL_ABOVE = 0.02, 0.98
 """Opaque shares of a sinus at which its score changes."""

@@ -13,8 +13,8 @@ from scipy import ndimage
 
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM, redistance
 from anatomy.tissue import SURFACE_HU
-from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError, simple_itk
 
 BALL_MM = 8.0
 """Radius that nostrils and meatus are narrower than."""

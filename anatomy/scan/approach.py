@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from anatomy.redistance import FARTHEST_MM
 from anatomy.scan.midplane import Midplane
-from disk import UserError
 from renderers.scene.volume import Volume
+from system import UserError
 
 RADIUS_MM = 0.6
 """Air around a way. A swollen nose has no room for a scope of 2.7 mm, which pushes

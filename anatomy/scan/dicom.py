@@ -25,9 +25,9 @@ from anatomy.scan.dicom_frames import (
 )
 from anatomy.scan.dicom_segments import SEGMENTATIONS
 from anatomy.scan.slice_stack import SAME_PLACE_MM, Layout, SliceStack, straighten
-from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError, foreign_file
 
 if TYPE_CHECKING:
     from pydicom import Dataset

@@ -5,8 +5,8 @@ import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
+from system import UserError, foreign_file
 
 if TYPE_CHECKING:
     from pydicom import Dataset

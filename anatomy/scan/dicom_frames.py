@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU
+from system import UserError, simple_itk
 
 if TYPE_CHECKING:
     from pydicom import Dataset

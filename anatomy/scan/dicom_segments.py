@@ -10,9 +10,9 @@ import numpy as np
 
 from anatomy.scan.dicom_folder import is_dicom, read_dicom
 from anatomy.scan.dicom_frames import kind_of
-from disk import UserError, foreign_file
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import Volume
+from system import UserError, foreign_file
 
 SEGMENTATIONS = "1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"
 """Of segmentations: those of bits or bytes, and label maps."""

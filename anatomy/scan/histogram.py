@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from anatomy.tissue import SURFACE_HU
-from disk import UserError
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError
 
 BINS, RANGE_HU = 800, (-1100.0, 2900.0)
 """Bins of 5 HU: narrower than the noise of any scan."""

@@ -33,8 +33,8 @@ from anatomy.scan.named_air import NamedAir, name_sinuses
 from anatomy.scan.nose_frame import find_nose_frame
 from anatomy.scan.scan import Modality, Scan, isotropic, patient_box
 from anatomy.tissue import TISSUES, Side, encode_blood
-from disk import UserError
 from renderers.scene.volume import Volume
+from system import UserError
 
 COARSE_MM = 1.5
 """Voxels for the first look at the whole head."""

@@ -20,8 +20,8 @@ from anatomy.redistance import signed_distance
 from anatomy.scan.dicom_segments import read_segments
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
 from anatomy.scan.scan import patient_box
-from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
+from system import UserError, simple_itk
 
 MOST_HEADER_BYTES = 1 << 20
 

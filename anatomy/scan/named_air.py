@@ -19,8 +19,8 @@ from anatomy.scan.midplane import Midplane
 from anatomy.scan.nose_frame import NoseFrame
 from anatomy.scan.scan import inside
 from anatomy.tissue import Label, Side
-from disk import simple_itk
 from renderers.scene.volume import Volume
+from system import simple_itk
 
 NECK_MM = 0.6
 """Spaces whose ball is so much wider than that of the neck between them are two."""

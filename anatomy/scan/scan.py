@@ -22,8 +22,8 @@ from anatomy.scan.dicom import (
 from anatomy.scan.dicom_folder import is_dicom
 from anatomy.scan.slice_stack import Layout
 from anatomy.tissue import SURFACE_HU, TISSUES
-from disk import UserError, simple_itk
 from renderers.scene.volume import AIR_HU, Volume
+from system import UserError, simple_itk
 
 ARCHIVES = (".zip", ".tar", ".tar.gz", ".tar.bz2", ".tar.xz", ".tgz", ".7z", ".rar")
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.volume import Volume
+from system import UserError
 
 SAME_PLACE_MM = 0.01
 """Slices nearer than this are one slice twice. Also the shift and the unevenness, per

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from anatomy.files.volumes import as_image
 from anatomy.scan.scan import isotropic, patient_box
 from anatomy.tissue import SURFACE_HU
-from disk import UserError, simple_itk
 from renderers.scene.volume import Volume
+from system import UserError, simple_itk
 
 Image: TypeAlias = Any
 Transform: TypeAlias = Any

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from app.cli.root import Json
 from app.cli.terminal import print_json, print_table
-from disk import UserError
 from scenarios.bundle import (
     Note,
     SampleRecord,
@@ -13,6 +12,7 @@ from scenarios.bundle import (
     read_recording,
     remove_note,
 )
+from system import UserError
 
 
 def annotate(

@@ -9,11 +9,11 @@ from cyclopts import Parameter
 from anatomy.files.surfaces import Surface, save_surface
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError, demand_place
 from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
 from renderers.scene.image import save_png
 from scenarios.bundle import write_json
 from scenarios.metrics.value_text import value_text
+from system import UserError, demand_place
 
 
 @Parameter(name="*")

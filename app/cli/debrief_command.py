@@ -6,9 +6,9 @@ from typing import Literal
 
 from app.cli.root import Flag, Json, Threads, thread_count
 from app.cli.terminal import Stages, print_json
-from disk import demand_place
 from paravol.debrief import DebriefOrder, write_debrief
 from paravol.debrief.pictures import Quality
+from system import demand_place
 
 
 def debrief(

@@ -19,7 +19,6 @@ from app.cli.root import (
 )
 from app.cli.terminal import Stages, print_json, print_table
 from devices import ProbePath
-from disk import UserError
 from paravol import flight_events as events
 from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
 from paravol.exercise_path import recorded_path
@@ -41,6 +40,7 @@ from paravol.versions import versions
 from paravol.video import VideoWriter
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import write_json
+from system import UserError
 
 FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
 """Scenarios of the demonstration."""

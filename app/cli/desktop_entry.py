@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from app.cli.root import Flag
-from disk import UserError, whole_file
+from system import UserError, whole_file
 
 NAME = "paravol"
 ICON = Path(__file__).with_name("paravol.svg")

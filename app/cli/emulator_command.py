@@ -21,9 +21,9 @@ from devices.microscribe.emulator.setup import (
     OpenEmulator,
     open_emulator,
 )
-from disk import UserError
 from scenarios import load_scenario
 from scenarios.bundle import SampleRecord, read_session
+from system import UserError
 
 BUNDLED = "first_flight"
 

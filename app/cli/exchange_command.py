@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from app.cli.root import FLATTENED, Json
 from app.cli.terminal import print_json, print_table
-from disk import UserError
+from system import UserError
 
 SessionFormat = Literal["perktutor", "seq", "csv"]
 

@@ -10,8 +10,8 @@ from anatomy.files.surfaces import save_surface
 from app.cli.exchange_command import run_session_export
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError
 from paravol.output_folder import claimed_folder
+from system import UserError
 
 
 def export(

@@ -8,9 +8,9 @@ from anatomy.files.surfaces import load_surface, save_surface
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from devices.registration.registration_file import save_itk_transform
-from disk import UserError
 from paravol.registration.face_fit import register_face
 from paravol.registration.skin import Skin
+from system import UserError
 
 
 def face(

@@ -8,8 +8,8 @@ from app.cli.terminal import print_json, print_table
 from devices.microscribe import MicroScribe
 from devices.microscribe.driver.sampler import HomeState
 from devices.port import DeviceError, DeviceReason
-from disk import UserError
 from paravol.inputs.open_arm import demand_port
+from system import UserError
 
 PATIENCE_S = 5.0
 

@@ -9,8 +9,6 @@ from cyclopts import Parameter
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import demand_place, whole_file
-from disk.csv_table import CsvTable
 from paravol.metric_texts import metric_remark, metric_text, says_nothing
 from paravol.session_metrics import SessionMetrics, session_metrics
 from scenarios.bundle import write_json
@@ -21,6 +19,8 @@ from scenarios.metrics import (
     definitions_named,
     load_settings,
 )
+from system import demand_place, whole_file
+from system.csv_table import CsvTable
 
 COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 """Of PerkTutor's table of metrics; ours come behind them."""

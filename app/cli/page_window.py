@@ -9,7 +9,7 @@ from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
 from app.opengl import OpenGL, probe_window
-from disk import UserError
+from system import UserError
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow

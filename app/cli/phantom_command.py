@@ -21,9 +21,9 @@ from anatomy.phantom.variants import (
 )
 from app.cli.root import FLATTENED, Json, Seed
 from app.cli.terminal import Stages, print_json
-from disk import UserError
 from paravol.case_options import PhantomOptions
 from paravol.output_folder import claimed_case, remove_exercise
+from system import UserError
 
 
 def phantom(

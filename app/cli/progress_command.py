@@ -11,8 +11,6 @@ from cyclopts import App, Parameter
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError, demand_place, whole_file
-from disk.typed_record import decode_json
 from paravol.progress.cohort import Standing, standings
 from paravol.progress.csv_export import as_csv
 from paravol.progress.curve_plot import demand_format, draw_curve
@@ -38,6 +36,8 @@ from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
 from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment, load_rubric
+from system import UserError, demand_place, whole_file
+from system.typed_record import decode_json
 
 DURATION = "duration"
 """The figure of whoever has no rubric's percent."""

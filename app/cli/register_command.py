@@ -16,7 +16,6 @@ from devices.registration.registration_file import (
     save_itk_transform,
     save_registration,
 )
-from disk import UserError
 from paravol.inputs.igtl import peer_address
 from paravol.inputs.open_arm import demand_port
 from paravol.inputs.typed_pedals import HELP, TypedPedals
@@ -29,6 +28,7 @@ from paravol.registration.arm_registration import (
 from paravol.registration.record_rows import registration_rows
 from paravol.registration.tracker import register_tracker
 from scenarios import load_scenario
+from system import UserError
 
 
 @Parameter(name="*")

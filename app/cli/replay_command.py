@@ -9,9 +9,9 @@ from app.cli.page_window import run_page
 from app.cli.replay_options import REPLAYED, ReplayOptions
 from app.cli.root import Json, thread_count
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError
 from paravol.score_table import score_rows
 from scenarios.bundle import read_notes
+from system import UserError
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow

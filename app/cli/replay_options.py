@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Threads
-from disk import UserError
+from system import UserError
 
 
 @Parameter(name="*")

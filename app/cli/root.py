@@ -96,7 +96,7 @@ def rank_count(asked: int, *, oversubscribe: bool) -> int:
     """
     import sys
 
-    from machine import usable_cores
+    from system import usable_cores
 
     there = usable_cores()
     if asked <= there or oversubscribe:
@@ -111,6 +111,6 @@ def rank_count(asked: int, *, oversubscribe: bool) -> int:
 
 def thread_count(asked: int) -> int:
     """Turn the option into a number of threads."""
-    from machine import usable_cores
+    from system import usable_cores
 
     return asked or usable_cores()

@@ -8,13 +8,13 @@ from cyclopts import App
 
 from app.cli.root import Json, ScenarioName
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError
-from disk.typed_record import decode_json
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import told
 from scenarios.ladder import LAST_RUNS, LEAST_RATE, Door, Rung, false_unlock, rungs
 from scenarios.scenario import CameraHold, Level, Scope, bundled_scenarios
 from scenarios.tasks import Task
+from system import UserError
+from system.typed_record import decode_json
 
 RARE = 0.3
 """Pass rate of somebody who is not there yet."""

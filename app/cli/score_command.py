@@ -10,8 +10,6 @@ from cyclopts.validators import Number
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError, demand_place, whole_file
-from disk.csv_table import CsvTable
 from paravol.scoring_executors import scoring_executor
 from paravol.session_metrics import session_metrics
 from paravol.session_scoring import (
@@ -38,6 +36,8 @@ from scenarios.rubrics import (
     load_rubric,
 )
 from scenarios.rubrics.rubric import Rubric
+from system import UserError, demand_place, whole_file
+from system.csv_table import CsvTable
 
 OUT = "assessments"
 """Folder beside the sessions in which scores are kept."""

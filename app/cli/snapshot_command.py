@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from app.cli.snapshot_options import SnapshotOptions, check, demand_places
 from app.cli.terminal import Stages, print_json
-from disk import UserError
 from paravol.snapshots.camera_path import load_camera_path, views_along
 from paravol.snapshots.comparison import demand_splats
 from paravol.snapshots.film import FilmReport, draw_film
@@ -28,6 +27,7 @@ from paravol.snapshots.view_sources import case_views, placed_view, session_view
 from paravol.snapshots.wall_confidence import rated_surface
 from renderers.scene import UpWarning
 from renderers.snapshots.request import PathTracingSpec
+from system import UserError
 
 INTERRUPTED = 130
 MOST_FRAMES = 20_000

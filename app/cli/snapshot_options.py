@@ -21,7 +21,7 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from disk import UserError, demand_place
+from system import UserError, demand_place
 
 WHAT = Parameter(group=Group("What is shown", sort_key=1))
 CAMERA = Parameter(group=Group("Camera", sort_key=2))

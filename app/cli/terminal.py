@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Self
 
 import msgspec
 
-from disk.plain_text import plain, raw_stream
+from system.plain_text import plain, raw_stream
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID

@@ -12,7 +12,7 @@ from app.cli.page_window import OpenedWindow
 from app.cli.root import thread_count
 from app.cli.train_options import AS_USUAL, TrainOptions
 from app.opengl import OpenGL, window_trial
-from disk import UserError
+from system import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from disk import UserError
 from paravol import unfinished_sessions as sessions
 from paravol.score_table import score_rows
 from paravol.session_store import SessionStore
 from paravol.unfinished_sessions import UnfinishedSession
+from system import UserError
 
 
 def unfinished(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from app.cli.page_window import run_page
 from app.cli.root import Threads, thread_count
 from app.cli.terminal import Stages
-from disk import UserError
+from system import UserError
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow

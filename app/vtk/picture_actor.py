@@ -17,8 +17,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkTexture
 # the OpenGL factories register themselves on import, without opening anything
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
 
-from disk import UserError
 from renderers.scene import Camera, Projection
+from system import UserError
 
 DEPTH_STEPS = 256**3 - 1
 """Depth is handed over in three bytes: steps of 8 nanometres at 130 mm."""

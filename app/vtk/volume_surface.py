@@ -11,9 +11,9 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.volume.look import VolumeLook
 from renderers.scene import Camera, Projection, Volume
+from system import UserError
 
 MOST_VOXELS = 12_000_000
 """A larger volume is not taken at every voxel: without a graphics card each picture of

@@ -4,7 +4,7 @@ import sys
 
 from PySide6.QtWidgets import QApplication
 
-from machine import use_c_numbers
+from system import use_c_numbers
 
 SWITCH_S = 0.001
 """For so long a thread keeps the interpreter while others wait, at most. The window

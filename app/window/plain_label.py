@@ -5,7 +5,7 @@ import html
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
 
-from disk.plain_text import plain
+from system.plain_text import plain
 
 
 class PlainLabel(QLabel):

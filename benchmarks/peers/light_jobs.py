@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from benchmarks.peers.peer_process import PeerProcess
-from disk import UserError
 from renderers.scene import Camera, Projection, Volume
 from renderers.shading import ScopeLight
 from renderers.shading.kernels.elementary import NEAREST_MM2
 from renderers.shading.path_tracer import SOURCES
+from system import UserError
 
 MITSUBA = "benchmarks.peers.mitsuba_light"
 LLVM_HINT = (

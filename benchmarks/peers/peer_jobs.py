@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.peers.peer_process import PeerProcess
-from disk import UserError
 from renderers.fsr import FuzzySet
 from renderers.fsr.kernels.footprint import SIGMA_PER_SPACING
 from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.scene import Camera, Projection, Scene, TransferFunction
+from system import UserError
 
 NEAR_MM = 0.2
 """Nothing is nearer to the eyes of the benchmarks' views."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from benchmarks.machine import ROOT
 from benchmarks.plan import UnavailableError
 from benchmarks.timing import Timing
-from disk import UserError
+from system import UserError
 
 OPENGL_HINT = (
     "no OpenGL here; on Debian `apt-get install libegl1 libgl1-mesa-dri` brings it "

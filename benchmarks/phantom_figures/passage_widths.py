@@ -12,7 +12,7 @@ from anatomy.phantom.ethmoid import ethmoid
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, build_phantom
 from anatomy.tissue import Label, Side
-from disk import UserError
+from system import UserError
 
 Voxel = tuple[int, ...]
 

@@ -11,7 +11,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, distance_at
 from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Label, Side
-from disk import UserError
+from system import UserError
 
 SIDES = (Side.RIGHT, Side.LEFT)
 

@@ -7,7 +7,7 @@ from typing import Any
 from benchmarks.reporting.pages import markdown_table
 from benchmarks.reporting.section import Table
 from benchmarks.schema import Row
-from disk import whole_file
+from system import whole_file
 
 SUITE = "art-scaling"
 PAPER_KNEE = 2.5

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import stats
 
 from benchmarks.schema import Row
-from disk import UserError
+from system import UserError
 
 CONFIDENCE = 0.95
 

@@ -8,9 +8,9 @@ from markupsafe import Markup
 from benchmarks.reporting.section import Section, Table
 from benchmarks.reporting.survey import survey
 from benchmarks.schema import Results
-from disk import whole_file
 from paravol.debrief.colours import TEMPLATES as DEBRIEF
 from paravol.debrief.colours import templates
+from system import whole_file
 
 TEMPLATES = Path(__file__).parent / "templates"
 

@@ -6,7 +6,7 @@ from benchmarks.machine import ROOT
 from benchmarks.reporting.pages import measurements_page, write_report
 from benchmarks.reporting.quotes import filled
 from benchmarks.schema import Results, load_results, save_results
-from disk import UserError, demand_place, whole_file
+from system import UserError, demand_place, whole_file
 
 PUBLISHED = ROOT / "benchmarks" / "results" / "published.json"
 MEASUREMENTS, README = "docs/measurements.md", "README.md"

@@ -4,7 +4,7 @@ from benchmarks.reporting.pages import markdown_table
 from benchmarks.reporting.section import Table, duration
 from benchmarks.reporting.survey import skipping_table
 from benchmarks.schema import Results, Row
-from disk import UserError
+from system import UserError
 
 BEGIN = "<!-- figures: written by paravol bench report --write-docs -->"
 END = "<!-- end of figures -->"

@@ -7,10 +7,10 @@ import numpy as np
 from benchmarks.plan import Task
 from benchmarks.scenes import SubjectSource, phantom_subject
 from benchmarks.suites.splat_plan import SplatPlan
-from disk import UserError
 from renderers.fsr import FuzzySetRenderer, extract_fuzzy_set
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD, default_inclusion
 from renderers.scene import Scene
+from system import UserError
 
 SPLAT_VIEWS = ("nasopharynx", "outside")
 """No splat is nearer to either eye than several times its own width. At the nasal valve

@@ -14,7 +14,7 @@ from benchmarks.nasal_views import bundled_flight
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import Timing
 from benchmarks.window_program import fly_window, to_and_fro
-from disk import UserError
+from system import UserError
 
 SCENARIO = "first_flight"
 

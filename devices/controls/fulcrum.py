@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.cross import cross
-from disk import UserError
+from system import UserError
 
 SUPERIOR = (0.0, 0.0, 1.0)
 

@@ -11,7 +11,7 @@ from enum import IntFlag
 from math import isfinite
 
 from devices.pose import Pose, PoseFlag
-from disk import UserError
+from system import UserError
 
 HOLD_S = 0.02
 """Twice the longest bounce of a pedal; a foot needs at least a tenth of a second."""

@@ -9,7 +9,7 @@ from devices.controls.steering import Steering, SteeringEvents
 from devices.port import Clock, DeviceError, DeviceReason
 from devices.pose import Pose
 from devices.source import PulledSource
-from disk import UserError
+from system import UserError
 
 RATE_HZ = 100.0
 """As often as an arm is asked."""

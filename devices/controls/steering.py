@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Protocol
 
 from devices.controls.fulcrum import Demand
-from disk import UserError
+from system import UserError
 
 LONGEST_LOG = 1 << 14
 """Events kept for a reader that is late; a mouse makes a thousand a second."""

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.haptics.force_records import GUARD, SILENT
-from disk import UserError
+from system import UserError
 
 SILENCE_S = 0.0015
 """A device that measured nothing for so long is pushed no more: in a loop of 1 kHz that

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from devices.haptics.force_port import ForceLimits
 from devices.haptics.force_records import HEAD, HEAD_FAULTS, MOST_DELAY
 from devices.haptics.kernels.step_head import command_head, lead_head, read_head
-from disk import UserError
+from system import UserError
 
 STEP_S = 1e-4
 """Of the simulation: a tenth of a tick."""

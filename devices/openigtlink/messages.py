@@ -21,7 +21,7 @@ from pyigtl import TransformMessage
 from pyigtl.messages import CRC64
 
 from devices.pose import read_only_rigid
-from disk import UserError
+from system import UserError
 
 RAS_FROM_LPS = np.diag((-1.0, -1.0, 1.0, 1.0))
 """Its own inverse: right is minus left, anterior minus posterior."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from devices.openigtlink.messages import ToolTransform, check_name, encode
 from devices.port import Closing, DeviceError, DeviceReason
-from disk import UserError
+from system import UserError
 
 LOOPBACK = "127.0.0.1"
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.recording.probe_path import ProbePath
-from disk import UserError, foreign_file, whole_file
-from disk.typed_record import decode_json
+from system import UserError, foreign_file, whole_file
+from system.typed_record import decode_json
 
 COLUMNS = (
     "t_s",

@@ -9,7 +9,7 @@ import numpy as np
 from devices.port import Clock
 from devices.pose import Pose
 from devices.source import PulledSource
-from disk import UserError
+from system import UserError
 
 
 class RecordedArm(PulledSource):

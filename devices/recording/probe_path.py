@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 # Axes rounded to six decimals in a file are at most this far from unit length.
 UNIT_TOLERANCE = 1e-5

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from devices.pose import Pose, read_only_rigid
 from devices.registration.rigid_fit import best_other_order, fit_rigid, rms
-from disk import UserError
+from system import UserError
 
 
 class RegistrationReason(Enum):

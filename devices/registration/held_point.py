@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose
-from disk import UserError
+from system import UserError
 
 # A tenth of a second of rest beside what the foot does to the hand.
 FEWEST_POSES = 10

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.pose import Pose
-from disk import UserError
+from system import UserError
 
 FEWEST_POSES = 100
 

@@ -13,8 +13,8 @@ from devices.registration.fiducial_fit import (
     RegistrationError,
     RegistrationReason,
 )
-from disk import ForeignFileError, UserError, simple_itk, whole_file
-from disk.typed_record import decode_json
+from system import ForeignFileError, UserError, simple_itk, whole_file
+from system.typed_record import decode_json
 
 LARGEST_FILE_BYTES = 10_000_000
 

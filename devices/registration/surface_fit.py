@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
 from devices.registration.target_error import moves
-from disk import UserError
+from system import UserError
 
 # A landmark start is within a few mm and a fraction of a degree of its end.
 LARGEST_COUNT = 50

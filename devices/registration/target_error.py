@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.registration.fiducial_fit import RegistrationError, RegistrationReason
-from disk import UserError
+from system import UserError
 
 # Root sum of 0.1 mm rounding, 0.3 mm constants of the arm, 0.5 mm registration and
 # 0.1 mm tip: what a good arm and a careful hand reach.

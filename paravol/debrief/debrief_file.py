@@ -6,7 +6,6 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from disk import UserError, whole_file
 from paravol.coverage_map import coverage_picture
 from paravol.debrief.events import events_of, worth_a_picture
 from paravol.debrief.findings import Findings, gather
@@ -23,6 +22,7 @@ from paravol.session_scoring import assessment_of, fitting_rubric
 from paravol.session_setup import flown_scenario
 from scenarios.bundle import read_recording
 from scenarios.rubrics import load_rubric
+from system import UserError, whole_file
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import load_probe_path
-from disk import UserError
 from paravol.keyframes import APART_S, Keyframes, save_keyframes
 from paravol.patient import PatientScene, Progress
 from paravol.session_metrics import SessionMetrics, session_metrics
@@ -16,6 +15,7 @@ from scenarios import Sample, Scenario, Score, Session, load_scenario, tip_frame
 from scenarios.bundle import Recording
 from scenarios.coverage import CoverageWatch
 from scenarios.metrics import Measured, Metric, Settings, Track, measure
+from system import UserError
 
 Interval = tuple[float, float]
 

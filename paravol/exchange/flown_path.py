@@ -8,7 +8,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from devices import ProbePath
-from disk import UserError
 from paravol.exchange.perktutor import read_perktutor
 from paravol.exchange.sequence_file import ENDINGS, read_sequence
 from paravol.exchange.tool_motion import (
@@ -23,6 +22,7 @@ from paravol.exchange.tool_motion import (
 from paravol.inputs.pose_completer import AWAY_MM
 from scenarios.bundle import read_recording
 from scenarios.endoscope import tip_frame
+from system import UserError
 
 Pointing = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 """The tool's own axis from the hand to the tip; ours point along -z."""

@@ -17,7 +17,6 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from disk import UserError, foreign_file, whole_file
 from paravol.exchange.tool_motion import (
     LARGEST_FILE,
     MOST_FRAMES,
@@ -26,6 +25,7 @@ from paravol.exchange.tool_motion import (
     ToolMotion,
     ras_from_lps,
 )
+from system import UserError, foreign_file, whole_file
 
 ROOT = "TransformRecorderLog"
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from disk import UserError, whole_file
-from disk.csv_table import CsvTable
 from scenarios.bundle import Recording
+from system import UserError, whole_file
+from system.csv_table import CsvTable
 
 COLUMNS = (
     "time_s",

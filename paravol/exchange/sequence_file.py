@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from disk import UserError, foreign_file, whole_file
 from paravol.exchange.tool_motion import (
     LARGEST_FILE,
     MOST_FRAMES,
@@ -28,6 +27,7 @@ from paravol.exchange.tool_motion import (
     ToolMotion,
     ras_from_lps,
 )
+from system import UserError, foreign_file, whole_file
 
 ENDINGS = ".mha", ".mhd", ".nrrd", ".nhdr"
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from scenarios.bundle import EventRecord, Recording
 from scenarios.endoscope import tip_frame
 from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import tool_frame
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from collections import deque
 from collections.abc import Callable, Generator
 from typing import Any
 
-from disk import UserError
 from paravol.feedback.tones import RATE_HZ, SILENCE, Cues, Synthesizer, Tick
 from paravol.feedback.touch_signs import TouchSigns
+from system import UserError
 
 BUFFER_MS = 40
 """As long as samples wait: a hand feels sound as its own up to about 50 ms."""

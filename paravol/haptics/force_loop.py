@@ -12,8 +12,6 @@ from anatomy.wall_layers import WallLayers
 from devices.haptics.force_port import ForceDevice, ForceLimits, new_guard
 from devices.haptics.force_records import AWAY, FAULT_TEXTS, NO_FAULT, READING
 from devices.port import Closing
-from disk import UserError
-from machine import be_punctual
 from paravol.haptics.kernels.c_functions import COMMAND, READ, CFunction
 from paravol.haptics.kernels.publishing import count_one
 from paravol.haptics.kernels.run_loop import Feeling, Tissue, copy_state, run_loop
@@ -22,6 +20,7 @@ from scenarios.session import SHAFT_CHECKED_MM
 from surgery import solids
 from surgery.force import balls_of, feel_tables
 from surgery.kernels import touch_force
+from system import UserError, be_punctual
 
 Doubles = NDArray[np.float64]
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from devices import ProbePath, Registration
 from devices.registration.registration_file import load_registration
-from disk import UserError
 from paravol.inputs.arm_roll import ClampedRoll, check_roll, opened_roll
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.open_arm import open_arm
@@ -16,6 +15,7 @@ from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import registered_by_file
 from scenarios import Scenario
+from system import UserError
 
 
 class ArmInput(FlightInput):

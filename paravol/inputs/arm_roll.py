@@ -12,9 +12,9 @@ from devices.controls.roll import EncoderRoll, HorizonRoll, RollSource, SecondDe
 from devices.microscribe.wire.link import ArmDescription
 from devices.port import DeviceReason
 from devices.source import QueuedSource
-from disk import UserError
 from paravol.inputs.flight_input import POST_IS_Y_DEG
 from paravol.inputs.igtl import peer_address
+from system import UserError
 
 FORMS = "horizon, encoder or igtl:HOST:PORT[:TOOL]"
 

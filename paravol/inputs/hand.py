@@ -23,7 +23,6 @@ from devices.controls.gamepad import open_gamepad
 from devices.controls.handover import Handover
 from devices.controls.keyboard import MouseKeys
 from devices.controls.steered_scope import Handset, SteeredArm
-from disk import UserError
 from paravol.inputs.asked_tissue import asked_tissue
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.nostril_lines import LeaningScope
@@ -38,6 +37,7 @@ from scenarios.nostril import tool_pivot
 from scenarios.scenario import Start
 from scenarios.session import SHAFT_CHECKED_MM
 from surgery.contact import ScopeHold
+from system import UserError
 
 LIMITS = FulcrumLimits(depth_mm=(0.0, 100.0), cone_deg=40.0)
 """The nasopharynx lies 81 mm behind the nostril; beyond 100 mm is the spine."""

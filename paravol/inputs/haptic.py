@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from devices import DeviceError, DeviceReason, Pose, Registration
 from devices.haptics.force_port import ForceDevice
 from devices.haptics.mock_head import HeadFault, MockHead
-from disk import UserError
 from paravol.haptics.force_loop import (
     PERIOD_S,
     DeviceState,
@@ -29,6 +28,7 @@ from paravol.patient import PatientScene
 from renderers.scene import Change
 from scenarios import Sample, Scenario
 from surgery.patient import OperatedPatient
+from system import UserError
 
 FORMS = "none, emulated or force-dimension"
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from devices.registration.registration_file import RegistrationRecord
-from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.inputs.turns import ClutchTurns
 from paravol.patient import PatientScene
 from paravol.registration.at_start import TippedPoses, tracker_record
 from scenarios import Scenario
+from system import UserError
 
 
 class LinkInput(FlightInput):

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from devices import ProbePath
-from disk import UserError
 from paravol.inputs.flight_input import FlightInput
 from scenarios import Scenario
+from system import UserError
 
 FORMS = (
     "mouse, emulator, gamepad[:FILE or :NUMBER], recording:FILE or "

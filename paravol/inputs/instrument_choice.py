@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from devices import ProbePath
-from disk import UserError
 from paravol.inputs.igtl import peer_address
 from paravol.inputs.input_choice import pad_words
 from paravol.inputs.instrument_input import (
@@ -15,6 +14,7 @@ from paravol.inputs.instrument_input import (
     RecordedInstrument,
 )
 from scenarios import Scenario
+from system import UserError
 
 FORMS = (
     "mouse, gamepad[:FILE or :NUMBER], igtl:HOST:PORT[:TOOL], arm:PORT or "

@@ -19,7 +19,6 @@ from devices.controls.steering import Steering
 from devices.recording.player import RecordedArm
 from devices.registration.pivot import shifted_to_tip
 from devices.registration.registration_file import RegistrationRecord, load_registration
-from disk import UserError
 from paravol.inputs.hand import tool_control
 from paravol.inputs.open_arm import arm_at
 from paravol.inputs.recording import recorded_samples
@@ -31,6 +30,7 @@ from scenarios import InstrumentState, Sample, Scenario
 from scenarios.instrument_state import NO_TOOL
 from scenarios.sample import tool_frame
 from scenarios.scenario import Start
+from system import UserError
 
 if TYPE_CHECKING:
     from devices.controls.fulcrum import FulcrumControl

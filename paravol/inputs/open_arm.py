@@ -8,9 +8,9 @@ import numpy as np
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator
 from devices.microscribe.driver.driver import SerialPort, SerialPorts
-from disk import UserError
 from paravol.known_constants import demand_known_constants
 from scenarios import Scenario
+from system import UserError
 
 
 def demand_port(device: str | None) -> None:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import Pose
-from disk import UserError
 from paravol.inputs.instrument_input import (
     SUCTION_BUTTON,
     WORK_BUTTON,
@@ -35,6 +34,7 @@ from paravol.inputs.tool_plan import shaves
 from paravol.inputs.turns import DeviceTurns
 from scenarios import Endoscope, InstrumentState, Sample
 from scenarios.instrument_state import EMPTY_HAND, FIRST_TOOL, NO_TOOL
+from system import UserError
 
 FIRST_AHEAD_MM = 14.0
 """So far before the lens a tool is brought at first, mm."""

@@ -9,13 +9,13 @@ import numpy as np
 
 from devices import Pose, ProbePath, Registration, load_probe_path
 from devices.recording.player import RecordedArm
-from disk import UserError
 from paravol.inputs.flight_input import FlightInput, in_the_patient
 from paravol.inputs.pose_completer import path_instrument
 from paravol.patient import PatientScene
 from scenarios import Sample, tip_frame
 from scenarios.bundle import Record, SampleRecord, SessionInfo, read_session
 from scenarios.instrument_state import EMPTY_HAND
+from system import UserError
 
 
 @dataclass(slots=True)

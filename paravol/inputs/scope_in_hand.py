@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from disk import UserError
 from scenarios import Sample
+from system import UserError
 
 
 class ScopeInHand:

@@ -7,10 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from devices import Pose
-from disk import UserError
-from machine import typed_text
 from paravol.inputs.pose_sources import OrderedPoses
 from paravol.registration.walk import MEASURE_PEDAL, REDO_PEDAL
+from system import UserError, typed_text
 
 HELP = (
     "This tracker has no pedals: Enter presses the right one, Enter again lets it go; "

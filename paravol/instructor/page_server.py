@@ -24,11 +24,11 @@ from socketserver import TCPServer
 from typing import Any
 
 from devices.port import Closing
-from disk import UserError
 from paravol.debrief.colours import templates
 from paravol.flight_events import Hear
 from paravol.instructor.flight_watcher import FlightWatcher
 from scenarios import Scenario
+from system import UserError
 
 LOOPBACK = "127.0.0.1"
 

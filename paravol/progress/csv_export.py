@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from io import StringIO
 
-from disk.csv_table import CsvTable
 from paravol.progress.session_entry import PERCENT, SessionEntry
+from system.csv_table import CsvTable
 
 COLUMNS = (
     *("trainee", "exercise", "begun", "session", "sha256", "duration_s", "complete"),

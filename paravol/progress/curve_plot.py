@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from disk import UserError, whole_file
-from disk.plain_text import plain
 from paravol.progress.learning_curve import LearningCurve, PassRate
+from system import UserError, whole_file
+from system.plain_text import plain
 
 FORMATS = (".png", ".svg")
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from disk import UserError
 from paravol.patient import PatientScene
 from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
@@ -12,6 +11,7 @@ from paravol.session_scoring import assessment_of, fitting_rubric
 from paravol.verdict_texts import whole_text
 from scenarios.bundle import read_recording
 from scenarios.rubrics import Assessment
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

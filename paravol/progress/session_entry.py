@@ -8,14 +8,14 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
-from disk.typed_record import read_kept
 from paravol.recorded_flight import demand_as_flown
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, read_recording
 from scenarios.metrics import Metric
 from scenarios.rubrics import Assessment, Verdict, exercise_mark
 from scenarios.tasks import TaskState
+from system import UserError
+from system.typed_record import read_kept
 
 NOBODY = ""
 """Name of whoever gave none."""

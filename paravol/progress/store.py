@@ -29,10 +29,9 @@ from sqlalchemy import (
 from sqlalchemy.exc import DatabaseError, OperationalError
 from sqlalchemy.pool import NullPool
 
-from disk import UserError
-from machine import locked
 from paravol.progress import tables
 from paravol.progress.session_entry import SessionEntry, demand_name
+from system import UserError, locked
 
 BUSY_S = 10.0
 """So long a program waits for another one that writes."""

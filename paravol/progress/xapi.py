@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from disk import UserError
 from paravol.progress.session_entry import NOBODY, SessionEntry
+from system import UserError
 
 HOME_PAGE = "https://paravol.invalid"
 """Names the accounts and exercises where a school gives none of its own. The domain

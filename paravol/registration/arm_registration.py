@@ -14,7 +14,6 @@ from devices.registration.registration_file import RegistrationRecord
 from devices.registration.rehearsal import rehearse
 from devices.registration.rigid_fit import closest_other_order
 from devices.registration.target_error import fitzpatrick_rms_mm, refuse_weak_targets
-from disk import UserError
 from paravol.inputs.open_arm import arm_at
 from paravol.inputs.pose_sources import CancellableSource, HomedSource
 from paravol.patient import load_patient
@@ -33,6 +32,7 @@ from paravol.registration.rehearsed_arm import (
 from paravol.registration.skin import Skin
 from paravol.registration.walk import Guide, RegistrationWalk
 from scenarios import load_scenario
+from system import UserError
 
 SINUSES = ("maxillary ostium", "ethmoid bulla", "frontal ostium", "sphenoid ostium")
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from anatomy.files.surfaces import Surface
 from devices import Registration, register
 from devices.registration.surface_fit import Landmarks, refine
-from disk import UserError
 from paravol.registration.skin import Skin
+from system import UserError
 
 LANDMARK_MM = 2.0
 """How well a person puts the same landmark on two faces."""

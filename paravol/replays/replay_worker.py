@@ -12,7 +12,6 @@ from functools import partial
 
 import numpy as np
 
-from disk import UserError
 from paravol.cutaway import Cutaway
 from paravol.debrief.events import events_of
 from paravol.debrief.findings import gather
@@ -45,6 +44,7 @@ from paravol.snapshots.snapshot_queue import SnapshotQueue
 from scenarios import Scenario
 from scenarios.bundle import SampleRecord, add_note, read_notes, remove_note
 from scenarios.metrics import Metric, Settings
+from system import UserError
 
 LONG_S = 0.3
 """A way that takes longer is told while it lasts."""

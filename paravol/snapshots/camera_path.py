@@ -16,9 +16,9 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.snapshots.view_file import ViewCamera, ViewFile, decoded
 from renderers.snapshots.request import Axis, Point
+from system import UserError
 
 
 class PathKey(Struct, frozen=True, forbid_unknown_fields=True):

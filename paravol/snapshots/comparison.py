@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.snapshots.head_scene import HeadScene, placed
 from paravol.snapshots.outputs import RenderedPicture
 from paravol.snapshots.view_file import ScopeLook, ViewFile
@@ -17,6 +16,7 @@ from renderers.scene import Camera, image_error, rmse_codes, save_png, ssim
 from renderers.scene.composition import solids_seen
 from renderers.scene.deflection import deflected_surface
 from renderers.snapshots.request import to_deflection
+from system import UserError
 
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont, ImageFont

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.snapshots.head_scene import RenderSettings, placed
 from paravol.snapshots.outputs import FILM, save_picture
 from paravol.snapshots.render_session import RenderSession
@@ -16,6 +15,7 @@ from paravol.snapshots.view_file import ViewFile, exposed
 from paravol.video import VideoWriter
 from renderers.scene import GBuffer
 from renderers.shading import AutoGain, meter
+from system import UserError
 
 LEAST_S = 0.05
 """A frame gets so much time even where none is left."""

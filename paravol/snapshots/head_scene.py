@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from disk import UserError
 from paravol.patient import (
     Progress,
     decongested,
@@ -36,6 +35,7 @@ from renderers.snapshots.request import (
     SnapshotRequest,
 )
 from scenarios.instruments import placed_tool
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

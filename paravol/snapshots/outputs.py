@@ -7,13 +7,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.snapshots.picture_files import save_depth_nrrd, save_exr
 from paravol.snapshots.view_file import ViewFile
 from paravol.versions import versions
 from renderers.scene import save_png
 from renderers.snapshots.client import Snapshot
 from renderers.snapshots.request import SnapshotResult
+from system import UserError
 
 STILLS = (".png", ".exr", ".nrrd")
 FILM = ".mp4"

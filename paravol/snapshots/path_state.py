@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import ForeignFileError, UserError, foreign_file, whole_file
 from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.view_file import ViewFile
+from system import ForeignFileError, UserError, foreign_file, whole_file
 
 
 def key_of(head: HeadScene, view: ViewFile, settings: RenderSettings) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError, simple_itk, whole_file
+from system import UserError, simple_itk, whole_file
 
 
 def save_exr(

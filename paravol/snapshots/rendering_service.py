@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from disk import UserError
-from machine import end_group, group_options, lower_priority
 from paravol.snapshots.worker_options import WorkerOptions
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import Launcher, find_launcher
+from system import UserError, end_group, group_options, lower_priority
 
 STOP_S = 5.0
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.port import Closing
-from disk import UserError
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.rendering_service import Worker, running_worker
@@ -24,6 +23,7 @@ from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.growing import GrowingPicture
 from scenarios import View
+from system import UserError
 
 PATIENCE_S = 10.0
 """A worker that is told to end has so long before it is ended."""

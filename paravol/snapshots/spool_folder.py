@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from disk import UserError
-from disk.scratch_folder import scratch_folder
+from system import UserError
+from system.scratch_folder import scratch_folder
 
 
 @contextmanager

@@ -13,8 +13,6 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import ArrayLike
 
-from disk import UserError, whole_file
-from disk.typed_record import decode_json
 from renderers.scene import Camera, Distortion, Projection
 from renderers.snapshots.request import (
     Amount,
@@ -30,6 +28,8 @@ from renderers.snapshots.request import (
 )
 from renderers.snapshots.scene_loader import rigid_pose
 from scenarios.instruments import instrument_named
+from system import UserError, whole_file
+from system.typed_record import decode_json
 
 T = TypeVar("T")
 

@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.case_scenario import scenario_of_case
 from paravol.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress, load_patient
@@ -32,6 +31,7 @@ from renderers.snapshots.request import ProjectionName, Row
 from scenarios import Sample, Scenario, View, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_recording
 from scenarios.instrument_state import NO_TOOL
+from system import UserError
 
 FIELD_DEG = 70.0
 """Of a view that is placed by hand."""

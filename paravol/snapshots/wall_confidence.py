@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.outputs import RenderedPicture
 from paravol.snapshots.picture_files import save_depth_nrrd
 from renderers.scene import AirSurface, save_png
 from renderers.scene.deflection import deflected_distance
 from renderers.snapshots.request import to_deflection
+from system import UserError
 
 TINT = np.array([255.0, 40.0, 200.0])
 """Where a wall may be hidden: no tissue is magenta."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from disk import UserError
+from system import UserError
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -13,7 +13,7 @@ import msgspec
 import platformdirs
 
 from anatomy.case import RECORD, CaseRecord
-from disk import UserError
+from system import UserError
 
 CASES = "cases"
 MOST = 12

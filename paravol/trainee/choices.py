@@ -5,9 +5,9 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from disk import UserError
-from disk.typed_record import decode_json
 from scenarios.bundle import write_json
+from system import UserError
+from system.typed_record import decode_json
 
 NAME = "trainee.json"
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from disk import UserError
 from paravol.progress.session_entry import SessionEntry
 from paravol.progress.store import ProgressStore
 from paravol.trainee.exercises import Ladder, ladder_of
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

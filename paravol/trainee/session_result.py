@@ -6,7 +6,6 @@ Here the session enters the progress store.
 from dataclasses import dataclass
 from pathlib import Path
 
-from disk import UserError
 from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress.session_entry import SessionEntry, entry_of_session
@@ -19,6 +18,7 @@ from scenarios.metrics import DEFINITIONS, Definition, Metric
 from scenarios.metrics.cavity import CAVITY
 from scenarios.passing import PassMark, pass_marks
 from scenarios.rubrics import Assessment, Rubric
+from system import UserError
 
 SLOW = frozenset({"economy of motion", "touched area"})
 """They search the head's air, and step the session again with the names of structures;

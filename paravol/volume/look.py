@@ -11,11 +11,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from disk import UserError, whole_file
-from disk.typed_record import decode_json
 from renderers.fsr.fuzzy_set import BOUNDARY_THRESHOLD
 from renderers.scene import PhongMaterial, TransferFunction
 from renderers.scene.transfer import MAX_OPACITY
+from system import UserError, whole_file
+from system.typed_record import decode_json
 
 REFERENCE_MM = 1.0
 """Opacities are those of so much tissue."""

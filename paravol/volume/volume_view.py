@@ -12,13 +12,13 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from paravol.volume.look import VolumeLook
 from paravol.volume.orbit import Orbit
 from paravol.volume.scan import Scan
 from renderers.art import ActiveRayTracer
 from renderers.fsr import FuzzySetRenderer, SplatMode
 from renderers.scene import Scene
+from system import UserError
 
 GROUND = (0.004, 0.006, 0.009)
 """Linear colour behind the head: that of the window."""

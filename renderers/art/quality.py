@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from disk import UserError
+from system import UserError
 
 ClassificationName = Literal["post", "integrated"]
 

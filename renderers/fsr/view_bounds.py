@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.fsr.kernels.view_planes import SOFT_PX, STEEPEST_CONE_RAD, Lens
 from renderers.scene import Camera, Projection
 from renderers.scene.camera import STOP_MARGIN_PX
+from system import UserError
 
 CONE_SIDES = 8
 """Planes around the round field: eight waste 5 % of its area, four 27 %."""

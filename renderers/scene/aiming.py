@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from disk import UserError
+from system import UserError
 
 PARALLEL_RAD = 1e-6
 """An up nearer than this to the view axis tells nothing. In float64 the cross product

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from disk import whole_file
+from system import whole_file
 
 
 def mark_used(entry: Path) -> None:

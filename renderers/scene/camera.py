@@ -17,10 +17,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from disk import UserError
 from renderers.scene.aiming import aimed
 from renderers.scene.distortion import NO_DISTORTION, Distortion
 from renderers.scene.memory_limit import memory_limit
+from system import UserError
 
 PIXEL_BYTES = 92
 """Taken for each pixel while a picture is drawn: lens table, rays, what they found."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 ROUNDS = 60
 """Bracketed Newton steps until an inverse is exact to rounding; three are usual."""

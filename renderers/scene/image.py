@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError, whole_file
+from system import UserError, whole_file
 
 
 def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from disk import UserError
+from system import UserError
 
 SECTORS = 8
 """Parts of the lens that get dirty each for itself, like slices of a cake. The first

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """How much memory one thing may ask for."""
 
-from machine import memory_bytes
+from system import memory_bytes
 
 MEMORY_SHARE = 0.5
 """Of the machine's memory that one volume, or what is drawn with, may take."""

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.camera import Camera, Projection
 from renderers.scene.facets import Facets
 from renderers.scene.gbuffer import GBuffer, Material
 from renderers.scene.spine import Spine
+from system import UserError
 
 if TYPE_CHECKING:
     from renderers.scene.mesh_drawing import ListedFacets

@@ -6,13 +6,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.camera import Camera
 from renderers.scene.gbuffer import GBuffer
 from renderers.scene.image import Image
 from renderers.scene.light import Light, four_lights
 from renderers.scene.transfer import TransferFunction
 from renderers.scene.volume import Volume
+from system import UserError
 
 WOUND_UNIT_MM = 0.02
 """Depths and thicknesses of layers are stored in these steps, up to 5.1 mm."""

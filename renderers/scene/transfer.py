@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
+from system import UserError
 
 MAX_OPACITY = 1.0 - 2.0**-24
 """The largest opacity per reference length: one float32 step below opaque, so that

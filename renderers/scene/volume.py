@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.memory_limit import memory_limit
+from system import UserError
 
 AIR_HU = -1000.0
 """Value of everything outside a CT volume."""

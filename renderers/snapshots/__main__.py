@@ -13,13 +13,13 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from machine import is_alive
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import expect_company, launched_ranks
 from renderers.snapshots.lease import LEASE_S
 from renderers.snapshots.pruning import KEEP_S
 from renderers.snapshots.spool import SAVE_EVERY_S, SpoolError
+from system import is_alive
 
 if TYPE_CHECKING:
     from renderers.snapshots.team import Team

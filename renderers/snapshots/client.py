@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from xxhash import xxh3_128_digest
 
-from disk import UserError, foreign_file
 from renderers.art.quality import ClassificationName
 from renderers.scene import AirSurface, Camera, Material, Scene, Volume
 from renderers.scene.mesh import PlacedMesh
@@ -42,6 +41,7 @@ from renderers.snapshots.request import (
 )
 from renderers.snapshots.spool import JobState, Spool
 from renderers.snapshots.volume_changes import FrozenSurface, Offsets, VolumeChanges
+from system import UserError, foreign_file
 
 POLL_S = 0.05
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from disk import UserError, foreign_file, whole_file
 from renderers.art.job_steps import Step, reached
+from system import UserError, foreign_file, whole_file
 
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 LARGEST_HEADER = 4096

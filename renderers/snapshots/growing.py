@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError, foreign_file
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.data_store import npy_record, write_whole
 from renderers.snapshots.spool import Spool
+from system import UserError, foreign_file
 
 FILE_NAME = "growing.picture"
 

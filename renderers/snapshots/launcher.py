@@ -12,8 +12,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from machine import user_number
 from renderers.art.ranks.transport import TransportError
+from system import user_number
 
 VARIABLE = "PARAVOL_MPIEXEC"
 """Of the environment: the launcher to take."""

@@ -8,11 +8,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from disk import UserError
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.data_store import HIDDEN
 from renderers.snapshots.request import is_job_id
 from renderers.snapshots.spool import Spool
+from system import UserError
 
 KEEP_S = 7 * 86_400.0
 """How long a finished job is kept for its client."""

@@ -12,8 +12,6 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from disk import UserError
-from disk.validation_message import decode_untyped, validation_message
 from renderers.art.quality import ClassificationName, Quality
 from renderers.scene import (
     Camera,
@@ -29,6 +27,8 @@ from renderers.scene.deflection import (
     Translation,
 )
 from renderers.scene.lens_state import NONE, LensState, all_over
+from system import UserError
+from system.validation_message import decode_untyped, validation_message
 
 LARGEST_REQUEST = 256 * 1024
 """Bytes of a request, at most; arrays travel beside it."""

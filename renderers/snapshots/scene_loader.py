@@ -6,7 +6,6 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from disk import UserError
 from renderers.scene import (
     AIR_HU,
     AirSurface,
@@ -34,6 +33,7 @@ from renderers.snapshots.request import (
     to_deflection,
 )
 from renderers.snapshots.volume_changes import VolumeChanges, rest_offsets
+from system import UserError
 
 LARGEST_VOLUME = 8 << 30
 LARGEST_MESH = 256 << 20

@@ -30,7 +30,6 @@ from typing import NamedTuple
 import msgspec
 from msgspec import Struct
 
-from machine import user_number
 from renderers.art.job_steps import Step, reached
 from renderers.snapshots.data_store import DataStore, make_last, write_whole
 from renderers.snapshots.lease import LEASE_S, LeaseWatch
@@ -41,6 +40,7 @@ from renderers.snapshots.request import (
     decode_request,
     is_job_id,
 )
+from system import user_number
 
 _ATTEMPT = "attempt-"
 

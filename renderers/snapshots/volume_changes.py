@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import AirSurface, RestOffsets, Volume
+from system import UserError
 
 EDGE = 8
 """Voxels along a brick."""

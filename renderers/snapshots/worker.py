@@ -10,7 +10,6 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
 from renderers.art.job_steps import Step, reached
 from renderers.art.ranks.transport import RankRefusedError, TransportError
 from renderers.art.tracer import RenderStoppedError
@@ -50,6 +49,7 @@ from renderers.snapshots.spool import (
     SpoolError,
 )
 from renderers.snapshots.team import SerialTeam, Team, Traced
+from system import UserError
 
 POLL_S = 0.05
 

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import msgspec
 
-from disk import whole_file
-from disk.typed_record import decode_json
 from scenarios.scenario import Scenario
+from system import whole_file
+from system.typed_record import decode_json
 
 
 class SessionInfo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

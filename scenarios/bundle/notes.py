@@ -7,10 +7,9 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from disk import UserError
-from disk.typed_record import decode_json
-from machine import locked
 from scenarios.bundle.info import write_json
+from system import UserError, locked
+from system.typed_record import decode_json
 
 FILE = "notes.json"
 

@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import msgspec
 
-from disk import ForeignFileError, UserError, foreign_file
-from disk.typed_record import decode_json
 from scenarios.bundle.info import SessionInfo
 from scenarios.bundle.records import (
     SEAL,
@@ -27,6 +25,8 @@ from scenarios.bundle.records import (
     SampleRecord,
     StreamHash,
 )
+from system import ForeignFileError, UserError, foreign_file
+from system.typed_record import decode_json
 
 _RECORD_LIMIT_BYTES = 1 << 24
 """No record of ours is near this; a larger one means a damaged file."""

@@ -6,12 +6,12 @@ import msgspec
 import numpy as np
 from xxhash import xxh3_128_intdigest
 
-from disk import UserError
 from scenarios.instrument_state import AS_BEFORE, InstrumentState
 from scenarios.reading import Reading
 from scenarios.sample import Sample
 from surgery.edit import Edit
 from surgery.solids import SEED
+from system import UserError
 
 SEAL = "seal"
 """Kind of the event that holds `SessionInfo.seal`; readers keep it to themselves."""

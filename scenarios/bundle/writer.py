@@ -10,7 +10,6 @@ from typing import Any
 import msgspec
 
 from devices.port import Closing
-from disk import UserError
 from scenarios.bundle.info import SessionInfo, write_json
 from scenarios.bundle.records import (
     SEAL,
@@ -20,6 +19,7 @@ from scenarios.bundle.records import (
     SampleRecord,
     StreamHash,
 )
+from system import UserError
 
 _FLUSH_EVERY = 50
 """Records between two flushes, so that no chunk holds much."""

@@ -23,7 +23,6 @@ from functools import cache
 
 import numpy as np
 
-from disk import UserError
 from renderers.scene import Mesh
 from renderers.scene.mesh import PlacedMesh
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
@@ -46,6 +45,7 @@ from scenarios.instruments.parts import (
 from scenarios.instruments.suction import CurvedSuction, Debrider, Frazier
 from surgery import solids
 from surgery.edit import Taker
+from system import UserError
 
 
 class Action(Enum):

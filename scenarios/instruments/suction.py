@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import Material, Mesh
 from scenarios.instruments.lofting import SIDES, BentLine, rings, section, skin
 from scenarios.instruments.parts import Capsules, Part, Shape, shaded
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from disk import UserError
 from scenarios.metrics.cavity import CAVITY
 from scenarios.metrics.contact import CONTACT
 from scenarios.metrics.deviation import DEVIATION
@@ -30,6 +29,7 @@ from scenarios.metrics.uncertainty import (
     still,
 )
 from scenarios.metrics.unlisted_tools import UNLISTED_TOOLS
+from system import UserError
 
 DEFINITIONS: tuple[Definition, ...] = (
     *MOTION,

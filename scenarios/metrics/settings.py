@@ -4,8 +4,8 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
-from disk.typed_record import decode_toml
+from system import UserError
+from system.typed_record import decode_toml
 
 _ABOVE_ZERO = (
     *("gap_s", "rate_hz", "cutoff_hz", "idle_mm_s", "onset_mm_s", "rest_mm_s"),

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from disk import UserError
 from scenarios.metrics.settings import Settings
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

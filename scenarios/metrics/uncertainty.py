@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from disk import UserError
 from scenarios.metrics.measured import Contacts, HazardGaps, Measured
 from scenarios.metrics.track import Track, third_column
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from scenarios.metrics.value_text import value_text
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

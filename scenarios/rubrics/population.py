@@ -9,11 +9,11 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
-from disk.typed_record import decode_json
 from scenarios.metrics import Settings
 from scenarios.rubrics.assessment import Band
 from scenarios.rubrics.rubric import Combine
+from system import UserError
+from system.typed_record import decode_json
 
 BUNDLED = Path(__file__).with_name("populations")
 

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import msgspec
 
-from disk import UserError
-from disk.line_finder import toml_line
-from disk.typed_record import decode_toml
 from scenarios.metrics import DEFINITIONS, Settings
 from scenarios.metrics.removal import REMOVAL
 from scenarios.rubrics.assessment import Knots
 from scenarios.scenario import Scenario
 from scenarios.tasks.task import Remove
+from system import UserError
+from system.line_finder import toml_line
+from system.typed_record import decode_toml
 
 SHIPPED = Path(__file__).parent
 """Folder of the rubrics that come with the program."""

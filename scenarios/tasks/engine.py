@@ -12,12 +12,12 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from scenarios.tasks.checks import order_problems, place_problems, sentence
 from scenarios.tasks.head_parts import Head
 from scenarios.tasks.rules import Rule, rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import Task
+from system import UserError
 
 
 class Status(StrEnum):

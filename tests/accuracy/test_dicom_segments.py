@@ -14,8 +14,8 @@ from anatomy.files.dicom_export import SEGMENTS, write_dicom
 from anatomy.files.segments import CODES, STRUCTURE
 from anatomy.scan.dicom import choose_series, find_series, read_series
 from anatomy.scan.label_file import check_labels, read_labels
-from disk import UserError
 from renderers.scene.volume import Volume
+from system import UserError
 
 SHAPE = (7, 9, 11)
 TURN = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -6,7 +6,7 @@ import pytest
 
 from anatomy.phantom.fixed_shapes import built
 from anatomy.table_file import read_table
-from disk import ForeignFileError
+from system import ForeignFileError
 
 
 def test_a_table_of_another_kind_is_refused(tmp_path: Path) -> None:

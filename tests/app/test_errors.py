@@ -5,7 +5,7 @@ import pytest
 
 from app import __main__
 from app import errors as faults
-from disk import UserError
+from system import UserError
 
 
 def raising(error: Exception) -> object:

@@ -21,8 +21,8 @@ from benchmarks.plan import Measured, Plan, Task
 from benchmarks.ratios import RMSE, load_ratios, ratios_of
 from benchmarks.schema import Results, Row
 from benchmarks.timing import Timing
-from disk import UserError
 from renderers.scene import ImageError
+from system import UserError
 from tests.benchmarks.conftest import Unseen
 
 replace = msgspec.structs.replace

@@ -11,8 +11,8 @@ from benchmarks.plan import Measured, Plan, Task, UnavailableError
 from benchmarks.runner import Runner, holds, make_row, run_bench
 from benchmarks.schema import Results, load_results, save_results
 from benchmarks.timing import Timing
-from disk import UserError
 from renderers.scene import ImageError
+from system import UserError
 from tests.benchmarks.conftest import Unseen
 
 

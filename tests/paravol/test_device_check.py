@@ -7,9 +7,9 @@ import pytest
 from devices import serial_adapters as serial_module
 from devices.port import DeviceError, DeviceReason
 from devices.serial_adapters import FTDI, SerialAdapter, udev_rule, usb_numbers
-from disk import UserError
 from paravol import device_check
 from paravol.device_check import device_findings, gamepads, serial_permission, sound
+from system import UserError
 
 CLOSED = SerialAdapter("/dev/ttyUSB0", "", 16, False)
 OPEN = SerialAdapter("/dev/ttyUSB0", "", 16, True)

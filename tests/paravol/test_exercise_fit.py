@@ -4,11 +4,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.exercise_fit import check_fit
 from paravol.patient import PatientScene
 from scenarios import load_scenario
 from scenarios.tasks.task import Survey
+from system import UserError
 from tests.scenes import make_scene
 
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from disk import UserError
 from paravol.player import FASTEST, SLOWEST, Player
+from system import UserError
 
 
 class FakeClock:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from devices import load_probe_path
-from disk import UserError
 from paravol.patient import PatientScene
 from paravol.recorded_scenario import scenario_from_session
 from paravol.session_setup import build_session
@@ -18,6 +17,7 @@ from scenarios.bundle import SampleRecord, read_recording
 from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Follow, Reach
+from system import UserError
 from tests.recorded_flight import info_of, write_records
 from tests.scenes import make_scene
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.coverage_map import session_coverage
 from paravol.session_metrics import session_metrics
 from scenarios.bundle import read_recording
 from scenarios.metrics import Metric, Settings, definitions_named
+from system import UserError
 from tests.recorded_flight import Recorded, write_records
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from app.cli.replay_command import replay
 from app.cli.replay_options import ReplayOptions
-from disk import UserError
 from paravol import session_pictures
 from paravol.patient import PatientScene, no_progress
 from paravol.session_pictures import (
@@ -24,6 +23,7 @@ from paravol.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ViewCamera
 from scenarios import Sample, load_scenario, tip_frame
 from scenarios.bundle import SampleRecord, read_recording
+from system import UserError
 from tests.recorded_flight import info_of, write_records
 from tests.scenes import make_scene
 

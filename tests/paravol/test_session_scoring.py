@@ -15,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.cli.score_command import as_csv
-from disk import UserError
 from paravol import session_scoring
 from paravol.progress.session_entry import entry_of_session
 from paravol.session_metrics import session_metrics
@@ -45,6 +44,7 @@ from scenarios.scoring import OperationFigures
 from scenarios.tasks import TaskState
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Remove
+from system import UserError
 from tests.recorded_flight import Recorded, record, shaving, write_records
 
 RUBRIC = load_rubric("operation")

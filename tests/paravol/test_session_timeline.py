@@ -16,13 +16,13 @@ from xxhash import xxh3_128
 
 from app.cli.replay_command import run_at
 from app.cli.replay_options import ReplayOptions
-from disk import UserError
-from disk.object_file import save_objects
 from paravol import keyframes, session_pictures
 from paravol.keyframes import APART_S, Keyframes, load_keyframes, save_keyframes
 from paravol.patient import PatientScene
 from paravol.session_timeline import GRACE_S, SessionTimeline
 from scenarios import Sample, Session, load_scenario
+from system import UserError
+from system.object_file import save_objects
 from tests.paravol.operated_head import head_round_an_orbit
 from tests.recorded_flight import Flight, shaving
 

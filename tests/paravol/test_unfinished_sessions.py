@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from app.__main__ import main
-from disk import UserError
 from paravol.session_replay import read_session
 from paravol.session_setup import build_session
 from paravol.session_store import SessionStore, hold_session
 from paravol.unfinished_sessions import discard, recover, unfinished_sessions
+from system import UserError
 from tests.paravol.trainee import hoops_flight
 
 ROOT = Path(__file__).parents[2]

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import UserError
 from paravol.window_preferences import (
     FONT_SCALES,
     WindowPreferences,
@@ -14,6 +13,7 @@ from paravol.window_preferences import (
     read_preferences,
     write_preferences,
 )
+from system import UserError
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from disk import UserError
 from scenarios import Sample
 from scenarios.bundle import (
     EventRecord,
@@ -30,6 +29,7 @@ from scenarios.bundle import (
 )
 from scenarios.bundle.info import write_json
 from scenarios.bundle.records import StreamHash
+from system import UserError
 from tests.scenarios.session_info import INFO
 from tests.slow_cases import slow
 

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import Camera, Volume
 from scenarios.path_course import (
     NARROWEST_MM,
@@ -19,6 +18,7 @@ from scenarios.path_course import (
 from scenarios.tasks import Situation, TaskEngine
 from scenarios.tasks.engine import Status
 from scenarios.tasks.task import Follow, Reach, Ring, Task
+from system import UserError
 
 EVERY_S = 0.02
 

@@ -3,10 +3,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from disk import UserError
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import HeadNames, head_problems
 from scenarios.tasks.task import KeepAway, Limits, Reach, Remove, Survey, Task
+from system import UserError
 
 GOOD = """
 name = "own"

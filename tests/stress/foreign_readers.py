@@ -468,7 +468,7 @@ STREAMS: dict[str, tuple[bytes, Hear]] = {
 def is_told(error: Exception) -> bool:
     """Tell whether an error is ours, and a person is told one sentence."""
     ours = type(error) is ValueError or type(error).__module__.startswith(
-        ("disk.", "devices.", "renderers.art.", "renderers.snapshots.")
+        ("system.", "devices.", "renderers.art.", "renderers.snapshots.")
     )
     told = sentence(error)
     return ours and bool(told) and "\n" not in str(told)

@@ -25,7 +25,14 @@ MOST_MEMORY_MIB = 2048
 LONGEST = 1 << 18
 """Bytes of an input. What a file's header promises is asked of a few as well."""
 
-_WATCHED = ["anatomy", "devices", "disk", "paravol", "renderers.snapshots", "scenarios"]
+_WATCHED = [
+    "anatomy",
+    "devices",
+    "paravol",
+    "renderers.snapshots",
+    "scenarios",
+    "system",
+]
 """Packages whose branches guide the search."""
 
 _COMPILED = [

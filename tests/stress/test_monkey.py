@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from disk import UserError
 from scenarios.bundle import SampleRecord, read_recording
+from system import UserError
 from tests.flights import virtual_screen
 
 ROOT = Path(__file__).parents[2]

@@ -8,12 +8,12 @@ from scipy import ndimage
 
 from anatomy import sinus_phantom
 from anatomy.tissue import Label
-from disk import UserError
 from paravol.patient import decongested, load_patient, no_progress
 from renderers.scene import AirSurface, Volume
 from scenarios.scenario import Head, Scenario
 from surgery.decongestion import BLOOD_BIAS, SHRINKS_MM, decongest
 from surgery.patient import OperatedPatient
+from system import UserError
 
 TURBINATES = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE, Label.TURBINATE_BONE)
 

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.tissue import Label
-from disk import UserError
 from renderers.scene import AirSurface, Volume
 from surgery import film as blood
 from surgery.edit import Taker
@@ -20,6 +19,7 @@ from surgery.film import BleedingRate, BloodFilm, Suction
 from surgery.kernels.film_cells import VISCOUS
 from surgery.patient import OperatedPatient
 from surgery.solids import capsule
+from system import UserError
 from tests.surgery.pouring import bleed_from, pour
 
 H = 0.5

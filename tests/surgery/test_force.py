@@ -6,7 +6,6 @@ import pytest
 from anatomy.feel import feel_of
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallKind
-from disk import UserError
 from scenarios.feeling import gape_of, tool_force
 from scenarios.instruments.catalogue import INSTRUMENTS, instrument_named
 from surgery import solids
@@ -22,6 +21,7 @@ from surgery.force import (
 )
 from surgery.kernels import touch_force as tick
 from surgery.patient import OperatedPatient
+from system import UserError
 from tests.surgery.heads import PAPYRACEA, SHAPE, H, floor_at, surface_of, walled
 
 FLOOR_MM = 10.0

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import Volume
 from surgery.injection import DRAWN_ML, EDGE_MM, ML_PER_S, SHARE, Injection, radius_mm
+from system import UserError
 
 SPACING, COUNT = 0.5, 49
 MIDDLE = np.array([12.0, 12.0, 12.0])

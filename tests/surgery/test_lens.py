@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene import AirSurface, Volume, Wounds
 from renderers.scene.lens_state import CLEAN, LensState, all_over
 from surgery.lens import WASH_S, Lens
+from system import UserError
 
 RADIUS = 1.35
 FAR, NEAR, OUT = (15.0, 15.0, 10.0), (15.0, 15.0, 1.8), (15.0, 15.0, 90.0)

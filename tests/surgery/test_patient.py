@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from anatomy.tissue import Label
-from disk import UserError
 from renderers.scene import AirSurface
 from surgery import solids
 from surgery.edit import Edit, Taker
 from surgery.patient import OperatedPatient
+from system import UserError
 from tests.surgery.heads import (
     PAPYRACEA,
     SHAPE,

@@ -13,13 +13,13 @@ from scipy import ndimage
 
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallKind
-from disk import UserError
 from renderers.scene import Change
 from surgery import solids
 from surgery.edit import Taker
 from surgery.kernels.bend_field import DEEPEST
 from surgery.patient import OperatedPatient
 from surgery.pushing import BESIDE_BONE, FARTHEST_MM, SPRING_S, YIELD_MM, Pushing, Rod
+from system import UserError
 from tests.surgery.heads import SHAPE, H, floor_at, surface_of, walled
 
 FLOOR = 10.0

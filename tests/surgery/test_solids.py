@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import UserError
 from surgery import solids
 from surgery.kernels.solid_distance import solids_distance
+from system import UserError
 
 Place = tuple[float, float, float]
 place = st.tuples(*[st.floats(-20, 20)] * 3)

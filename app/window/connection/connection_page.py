@@ -27,11 +27,11 @@ from app.window.plain_label import PlainLabel, paragraph
 from app.window.scaling import lay
 from app.window.texts import later, tr
 from devices.registration.registration_file import save_registration
-from disk import UserError
 from paravol.registration.arm_registration import Registered, RegistrationOrder
 from paravol.registration.arm_watch import ArmReading
 from paravol.registration.record_rows import registration_rows
 from paravol.trainee.found_devices import FoundDevice
+from system import UserError
 
 ROWS = (
     later("Arm"),

@@ -21,7 +21,6 @@ from app.window.session_thread import (
     SessionThread,
     SlicesReady,
 )
-from disk import UserError
 from paravol import flight_events as events
 from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
@@ -46,6 +45,7 @@ from renderers.scene import Volume
 from scenarios import InstrumentState, Sample, View
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import TaskState
+from system import UserError
 
 if TYPE_CHECKING:
     from app.vtk.head_model import HeadModel

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidg
 from app.window.plain_label import PlainLabel
 from app.window.scaling import Scaled, hold, lay
 from app.window.texts import later, tr
-from disk import UserError
 from paravol.trainee.found_devices import FoundDevice
+from system import UserError
 
 NOBODY = later("no name")
 SEARCHING = later(" (looking for more…)")

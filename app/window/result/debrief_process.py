@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from disk import UserError
 from paravol.patient import Progress
+from system import UserError
 
 
 def write_beside(record: Path, out: Path, threads: int, progress: Progress) -> None:

@@ -17,11 +17,11 @@ from app.window.texts import later, tr
 from app.window.volume.volume_controls import VolumeControls
 from app.window.volume.volume_picture import VolumePicture
 from app.window.volume.volume_thread import Order, VolumeThread, surface_colour
-from disk import UserError
 from paravol.volume.look import load_look, save_look
 from paravol.volume.orbit import Orbit
 from paravol.volume.scan import Scan
 from paravol.volume.volume_view import Drawn, Method, Wish
+from system import UserError
 
 LOOKS = later("Looks (*.json)")
 KEYS = later(

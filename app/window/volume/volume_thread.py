@@ -12,11 +12,11 @@ from app.vtk.volume_surface import SurfaceDrawer
 from app.window.background_work import words_for
 from app.window.ending import begin_ending
 from app.window.texts import later
-from disk import UserError
 from paravol.volume.look import VolumeLook
 from paravol.volume.scan import Scan
 from paravol.volume.volume_view import Drawn, Method, VolumeView, Wish, half
 from renderers.art.tracer import RenderStoppedError
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from devices.microscribe.wire.terminal_file import (
 from devices.port import BytePort, DeviceError, DeviceReason
 from devices.serial_adapters import absence_remedy, permission_remedy
 from devices.source import QueuedSource
-from disk import UserError
+from system import UserError
 
 # A name with a NUL in it is a ValueError.
 _OPEN_ERRORS: tuple[type[Exception], ...] = (*TERMINAL_ERRORS, ValueError)

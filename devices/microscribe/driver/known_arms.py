@@ -16,7 +16,7 @@ import platformdirs
 from devices.microscribe.kinematics.arm import ArmGeometry
 from devices.microscribe.kinematics.constants_check import constants_by_name, unit_of
 from devices.microscribe.wire.link import ArmDescription
-from disk import whole_file
+from system import whole_file
 
 LARGEST_FILE_BYTES = 100_000
 

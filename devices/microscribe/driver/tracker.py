@@ -16,7 +16,7 @@ from devices.microscribe.kinematics.arm import FIELD, JOINTS, ArmGeometry, Encod
 from devices.microscribe.kinematics.forward import ForwardKinematics
 from devices.microscribe.wire.packets import Packet
 from devices.pose import Pose, PoseFlag
-from disk import UserError
+from system import UserError
 
 # A hand turns no joint faster. The gate catches flipped high bits of a packet without
 # checksum; of the 70 possible flips in one packet 21 move the tip by less than 1 mm

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.microscribe.emulator.faults.schedule import parse_schedule
-from disk import UserError
+from system import UserError
 
 _Doing = Callable[[EmulatedArm, float], None]
 

@@ -20,7 +20,7 @@ from devices.microscribe.emulator.firmware import (
 )
 from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile
-from disk import UserError
+from system import UserError
 
 DEFAULT_RATE = 115200
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.actions import parse_action
 from devices.port import BytePort, Closing, DeviceError, DeviceReason
-from machine import group_options
+from system import group_options
 
 READY_S = 30.0
 STOP_S = 5.0

@@ -24,7 +24,7 @@ from devices.microscribe.emulator.packet import (
     standard_packet,
 )
 from devices.microscribe.kinematics.profiles import ArmProfile
-from disk import UserError
+from system import UserError
 
 BEGIN_WAIT_S = 5.0
 ARGUMENT_WAIT_S = 1.0

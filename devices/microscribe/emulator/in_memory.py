@@ -22,7 +22,7 @@ import threading
 from devices.microscribe.driver.driver import SerialPort
 from devices.microscribe.emulator.emulated_arm import EmulatedArm
 from devices.port import Closing, DeviceError, DeviceReason, HostClock
-from disk import UserError
+from system import UserError
 
 
 class DrivenClock:

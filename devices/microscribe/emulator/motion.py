@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.microscribe.kinematics.arm import FIELD, JOINTS
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.profiles import ArmProfile
-from disk import UserError
+from system import UserError
 
 # The index mark of a roll encoder shares the byte of the pedals.
 INDEX_BIT = 4

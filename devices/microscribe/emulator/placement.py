@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from devices.microscribe.kinematics.inverse import InverseKinematics, UnreachableError
 from devices.microscribe.kinematics.profiles import ArmProfile
 from devices.recording.probe_path import ProbePath
-from disk import UserError
+from system import UserError
 
 # The patient lies on the back: posterior is down for the arm, the head's top points
 # away from its base or sideways, as the seed has it.

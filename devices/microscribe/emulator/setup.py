@@ -27,7 +27,7 @@ from devices.microscribe.emulator.terminal_port import TerminalPort, has_termina
 from devices.microscribe.emulator.transcript import Transcript
 from devices.microscribe.kinematics.profiles import ArmProfile, profile_named
 from devices.recording.probe_path import ProbePath
-from disk import UserError
+from system import UserError
 
 MOTIONS = ("orbit", "rest")
 

@@ -5,7 +5,7 @@ import errno
 import socket
 from abc import ABC, abstractmethod
 
-from disk import UserError
+from system import UserError
 
 LOOPBACK = "127.0.0.1"
 

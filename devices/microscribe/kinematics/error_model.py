@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from devices.microscribe.kinematics.arm import JOINTS, ArmGeometry
 from devices.microscribe.kinematics.inverse import InverseKinematics
 from devices.microscribe.kinematics.jacobian import ALPHA, BETA, PARAMETERS, ZERO, A, D
-from disk import UserError
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True, eq=False)

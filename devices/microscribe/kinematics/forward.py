@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import BETA_JOINT, JOINTS, ArmGeometry, Encoders
-from disk import UserError
+from system import UserError
 
 
 class ForwardKinematics:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from devices.microscribe.kinematics.arm import JOINTS, ArmGeometry
 from devices.microscribe.kinematics.postures import likely_postures
-from disk import UserError
+from system import UserError
 
 # Weighs a unit of axis error like 100 mm of tip error: about the stylus' length, so
 # that both ends of the stylus count alike.

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from devices.microscribe.kinematics.arm import ArmGeometry, Encoders
 from devices.microscribe.wire.identity import ArmIdentity, Maxima
-from disk import UserError
+from system import UserError
 
 # Counts of a real arm as recorded in its rest: stylus within half a degree of
 # vertical, 75 mm beside the base axis. Encoder 5 is not built in; its place in the

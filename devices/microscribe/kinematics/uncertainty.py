@@ -23,7 +23,7 @@ from devices.microscribe.kinematics.jacobian import (
     joint_jacobian,
     parameter_jacobian,
 )
-from disk import UserError
+from system import UserError
 
 # 0.38 mm for the plain ones over 0.23 mm for the better ones.
 PLAIN_RATIO = 1.6

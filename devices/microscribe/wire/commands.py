@@ -12,7 +12,7 @@ from enum import Enum
 from functools import cache
 
 from devices.microscribe.wire.packets import Layout
-from disk import UserError
+from system import UserError
 
 
 class Query(Enum):

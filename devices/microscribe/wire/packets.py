@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
-from disk import UserError
+from system import UserError
 
 # Bits 1-0 of a command; not in numeric order.
 _ENCODERS = {0b00: 0, 0b01: 5, 0b11: 6, 0b10: 7}

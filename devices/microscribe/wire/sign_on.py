@@ -8,7 +8,7 @@ from devices.microscribe.wire.identity import readable
 from devices.microscribe.wire.line import Line, LinkTiming
 from devices.microscribe.wire.protocol import Event, ProductId, State, SyncEcho
 from devices.port import DeviceError, DeviceReason
-from disk import UserError
+from system import UserError
 
 # The rate of the vendor's own software first, then those at which arms were seen.
 RATES = (115200, 38400, 19200, 9600, 57600, 28800, 14400)

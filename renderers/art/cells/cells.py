@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.art.kernels.build_bricks import (
     chebyshev,
     find_clear,
     find_clear_cubes,
     sum_blocks,
 )
+from system import UserError
 
 SIDES = (8, 16, 32)
 """Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from disk import UserError
+from system import UserError
 
 LEAST_CELLS = 64
 """Ready at a time; with fewer, rays side by side would take cells from each other."""

@@ -4,8 +4,8 @@ import time
 from collections import deque
 from pathlib import Path
 
-from disk import whole_file
 from renderers.art.ranks.messages import Message
+from system import whole_file
 
 LENGTH = 4096
 """Messages kept, both ways together."""

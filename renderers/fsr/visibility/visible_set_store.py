@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from disk import ForeignFileError, foreign_file
 from renderers.fsr.visibility.visible_sets import (
     BlockBounds,
     Progress,
@@ -17,6 +16,7 @@ from renderers.fsr.visibility.visible_sets import (
 from renderers.scene import Volume
 from renderers.scene.cache_entries import kept_entry, mark_used
 from renderers.scene.thread_pool import ThreadPool
+from system import ForeignFileError, foreign_file
 
 log = logging.getLogger(__name__)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.scene.deflection.deflector import (
     LARGEST_SCALE,
     SAFETY,
@@ -19,6 +18,7 @@ from renderers.scene.deflection.deflector import (
     weight,
 )
 from renderers.scene.deflection.inversion import pushed, rising_roots
+from system import UserError
 
 
 @dataclass(frozen=True, slots=True)

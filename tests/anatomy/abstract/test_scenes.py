@@ -6,10 +6,10 @@ import pytest
 from anatomy.abstract import SCENES, AbstractSpace, build_scene
 from anatomy.abstract.layout import PAST_MM
 from anatomy.abstract.scenes import draw_layout
-from disk import UserError
 from scenarios.clearance import shaft_clearance
 from scenarios.endoscope import tip_frame
 from scenarios.tasks.rules import is_in_sight
+from system import UserError
 
 COARSE_MM = 1.0
 SEEDS = [1, pytest.param(8, marks=pytest.mark.slow)]

@@ -8,8 +8,8 @@ from anatomy.abstract.scenes import draw_layout
 from anatomy.abstract.space import DARK, PLAIN
 from anatomy.redistance import DEEPEST_MM, FARTHEST_MM
 from anatomy.tissue import TISSUE_OF, Label
-from disk import UserError
 from renderers.shading.strands import LEAST_SKIN
+from system import UserError
 
 
 @pytest.fixture(scope="module", params=SCENES)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from anatomy.abstract.tubes import TubeSpace, chain
-from disk import UserError
+from system import UserError
 
 RADIUS_MM = 5.0
 PIECES = st.lists(

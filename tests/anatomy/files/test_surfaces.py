@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from anatomy.files.surfaces import Surface, load_surface, save_surface
-from disk import UserError
+from system import UserError
 
 ENDINGS = ["ply", "vtp"]
 

@@ -13,8 +13,8 @@ from anatomy.files.segments import segment_fields
 from anatomy.files.volumes import save_volume
 from anatomy.scan.label_file import check_labels, hazards_from_labels, read_labels
 from anatomy.scan.label_names import HAZARDS, TASKS, hazard_of
-from disk import UserError
 from renderers.scene import Volume
+from system import UserError
 from tests.anatomy.volume_files import write_volume
 
 ORIGIN = np.array([-20.0, 5.0, 30.0])

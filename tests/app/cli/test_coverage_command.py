@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from app.cli.coverage_command import CoverageOptions, coverage
-from disk import UserError
+from system import UserError
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
 

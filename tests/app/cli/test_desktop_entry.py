@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.__main__ import main
 from app.cli.desktop_entry import ICON, command, entry_text, quoted
-from disk import UserError
+from system import UserError
 
 WORDS = st.text(st.characters(codec="utf-8", exclude_characters="\n\r\0"), min_size=1)
 

@@ -8,9 +8,9 @@ import pytest
 
 from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv, metrics
 from app.cli.metrics_command import MetricsOptions as Options
-from disk import UserError
 from paravol.metric_texts import metric_text
 from scenarios.metrics import Metric
+from system import UserError
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"
 

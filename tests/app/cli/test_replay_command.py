@@ -6,11 +6,11 @@ import pytest
 
 from app.cli.replay_command import run_replay
 from app.cli.replay_options import ReplayOptions
-from disk import UserError
 from paravol import session_replay
 from paravol.session_replay import ReplayReport
 from scenarios import Score
 from scenarios.bundle import Damage
+from system import UserError
 
 
 def report(*damages: Damage, complete: bool = True) -> ReplayReport:

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.scenario_command import check, list_exercises, show
-from disk import UserError
 from scenarios.scenario import bundled_scenarios
+from system import UserError
 
 OWN = """
 name = "own"

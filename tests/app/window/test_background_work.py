@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtWidgets import QApplication
 
 from app.window.background_work import BackgroundWork, words_for
-from disk import UserError
 from paravol.patient import Progress
+from system import UserError
 from tests.app.window.desk_run import until
 
 

@@ -171,7 +171,7 @@ from app.window.flight.ended_page import EndedPage
 from app.window.flight.flight_page import FlightPage
 from app.window.home.home_page import HomePage
 from app.window.settings_dialog import SettingsDialog
-from disk import UserError
+from system import UserError
 from paravol import flight
 from paravol.trainee.choices import ChoiceFile, Choices
 from tests.app.window.desk_run import opened_desk, until, wait

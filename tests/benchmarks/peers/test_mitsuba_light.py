@@ -19,12 +19,12 @@ from benchmarks.light_witness import (
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from benchmarks.peers.peer_process import PeerProcess
 from benchmarks.plan import UnavailableError
-from disk import UserError
 from renderers.scene import Camera, Projection, Volume
 from renderers.shading import ScopeLight
 from renderers.shading.kernels.elementary import NEAREST_MM2
 from renderers.shading.kernels.path_tracing import LIFTED_MM
 from renderers.shading.path_tracer import SOURCES
+from system import UserError
 
 RADIUS_MM = 8.0
 RHO = np.array([0.6, 0.3, 0.1])

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.suites.window import DURATION_VARIABLE, WindowPlan, asked_duration_s
-from disk import UserError
+from system import UserError
 
 
 @pytest.mark.parametrize("said", ["", "soon", "nan", "0", "-3", "1e9"])

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from devices.haptics.force_port import SHARE, ForceLimits
-from disk import UserError
+from system import UserError
 
 
 def test_a_wall_is_no_stiffer_than_the_devices_damping_bears() -> None:

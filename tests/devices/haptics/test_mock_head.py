@@ -18,7 +18,7 @@ from devices.haptics.force_records import (
 )
 from devices.haptics.kernels.step_head import command_probe, read_probe
 from devices.haptics.mock_head import HeadFault, HeadModel, MockHead
-from disk import UserError
+from system import UserError
 from tests.devices.haptics.bench_heads import PERIOD_NS, START_NS, Bench, place, wall
 
 LOOSE = HeadModel(

@@ -14,7 +14,7 @@ from devices.microscribe.emulator.firmware import ArmFirmware, FirmwareState
 from devices.microscribe.emulator.packet import TICKS_PER_S
 from devices.microscribe.kinematics.arm import FIELD
 from devices.microscribe.kinematics.profiles import ArmProfile
-from disk import UserError
+from system import UserError
 
 _SURPLUS = 5
 _MOST_SURPLUS = 20

@@ -7,8 +7,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from disk import UserError
 from paravol.debrief import DebriefOrder, write_debrief
+from system import UserError
 from tests.paravol.debrief.conftest import Recorded
 
 

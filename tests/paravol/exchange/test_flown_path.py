@@ -7,12 +7,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.exchange.flown_path import Pointing, path_of, read_motions
 from paravol.exchange.perktutor import write_perktutor
 from paravol.exchange.sequence_file import write_sequence
 from paravol.exchange.tool_motion import Motions
 from scenarios import tip_frame
+from system import UserError
 from tests.paravol.exchange.made_motion import motion, motions
 
 

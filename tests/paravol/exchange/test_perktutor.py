@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import ForeignFileError
 from paravol.exchange import perktutor
 from paravol.exchange.perktutor import read_perktutor, write_perktutor
 from paravol.exchange.tool_motion import Message, Motions, ToolMotion
+from system import ForeignFileError
 from tests.paravol.exchange.made_motion import motions
 
 THEIRS = """<TransformRecorderLog>

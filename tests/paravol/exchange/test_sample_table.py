@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.exchange.sample_table import COLUMNS, write_samples
 from scenarios import InstrumentState, Sample, tip_frame
 from scenarios.bundle import Recording, SampleRecord
+from system import UserError
 from tests.scenarios.session_info import INFO
 
 

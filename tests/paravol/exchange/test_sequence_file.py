@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import SimpleITK
 
-from disk import ForeignFileError, UserError
 from paravol.exchange import sequence_file
 from paravol.exchange.sequence_file import read_sequence, write_sequence
 from paravol.exchange.tool_motion import Motions, ras_from_lps
+from system import ForeignFileError, UserError
 from tests.paravol.exchange.made_motion import motion, motions
 
 THEIRS = """ObjectType = Image

@@ -6,7 +6,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.exchange.tool_motion import (
     INSTRUMENT,
     SCOPE,
@@ -18,6 +17,7 @@ from paravol.exchange.tool_motion import (
 from scenarios import Sample, tip_frame
 from scenarios.bundle import EventRecord, Recording, SampleRecord
 from scenarios.instrument_state import EMPTY_HAND
+from system import UserError
 from tests.paravol.exchange.made_motion import motion, motions
 from tests.scenarios.session_info import INFO
 

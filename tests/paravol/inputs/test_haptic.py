@@ -11,7 +11,6 @@ import pytest
 from devices import DeviceError, DeviceReason, Pose, ProbePath
 from devices.haptics.mock_head import HeadFault
 from devices.pose import PoseFlag
-from disk import UserError
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.hand import MouseInput
 from paravol.inputs.haptic import EmulatedHapticInput, FeltPoses, felt_input
@@ -19,6 +18,7 @@ from paravol.inputs.pose_sources import OrderedPoses
 from paravol.inputs.recording import RecordedSamples
 from paravol.patient import PatientScene
 from scenarios import Sample, Scenario
+from system import UserError
 from tests.paravol.haptics.simulated_loop import FLOOR_MM, RADIUS_MM, floor, place
 
 Exercise = tuple[Scenario, ProbePath]

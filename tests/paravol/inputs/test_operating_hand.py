@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from disk import UserError
 from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pointed_tool import SHUT
 from paravol.inputs.tool_plan import PRESSED_MM
 from scenarios import Endoscope
 from scenarios.instrument_state import NO_TOOL
+from system import UserError
 from tests.paravol.inputs.pointing import hand_before, joined, reached, settled
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from disk import UserError
 from paravol.inputs.operating_hand import FIRST_AHEAD_MM
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.tool_plan import ASIDE_MM
 from scenarios import Endoscope, Sample
 from scenarios.scenario import ANGLES_DEG, Scope
+from system import UserError
 from tests.paravol.inputs.pointing import Bare, hand_before, settled, tip
 
 POSE = Pose(0.0, 0.0, np.eye(4), 0)

@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from disk import UserError
 from paravol.flight_events import HeadLoaded, Injured, Progressed, RecordingBegan
 from paravol.instructor import InstructorPage, page_server
 from paravol.instructor.flight_watcher import FlightWatcher
 from paravol.instructor.page_server import MOST_CONNECTIONS, PICTURES_PER_S
 from scenarios import load_scenario
+from system import UserError
 from tests.paravol.instructor.made_flight import Hazards, frame
 
 SCENARIO = load_scenario("first_flight")[0]

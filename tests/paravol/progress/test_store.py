@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from disk import UserError
 from paravol.progress import tables
 from paravol.progress.store import ProgressStore, users_store
+from system import UserError
 from tests.paravol.progress.learners import entry
 
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import UserError
 from paravol.progress.xapi import HOME_PAGE, iso_duration, statements
+from system import UserError
 from tests.paravol.progress.learners import ENTRIES, entry
 
 IRI = re.compile(r"https?://[^\s<>\"{}|\\^`/]+(/[^\s<>\"{}|\\^`]*)?")

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from disk import UserError
 from paravol.patient import PatientScene
 from paravol.replays import replay_worker
 from paravol.replays.free_camera import CameraMove
@@ -32,6 +31,7 @@ from paravol.replays.time_marks import MarkKind
 from paravol.session_timeline import SessionTimeline
 from scenarios import Scenario, load_scenario
 from scenarios.bundle import FrameRecord, Note, read_notes, read_recording, write_json
+from system import UserError
 from tests.paravol.operated_head import head_round_an_orbit
 from tests.paravol.replays.flown_session import (
     EVERY_S,

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import main
-from disk import UserError
 from paravol.snapshots import rendering_service
 from paravol.snapshots.rendering_service import (
     running_worker,
@@ -19,6 +18,7 @@ from paravol.snapshots.rendering_service import (
 from paravol.snapshots.worker_options import WorkerOptions
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.launcher import Launcher
+from system import UserError
 from tests.paravol.snapshots.darkroom import ask
 
 

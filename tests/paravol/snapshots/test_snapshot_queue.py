@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from disk import UserError
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.rendering_service import Worker
 from paravol.snapshots.snapshot_queue import (
@@ -22,6 +21,7 @@ from renderers.art.job_steps import Step, reached
 from renderers.scene import AirSurface, Camera, Volume, rmse_codes
 from renderers.snapshots.worker import run_worker
 from scenarios import View
+from system import UserError
 
 PATIENCE_S = 60.0
 EDGE = 128

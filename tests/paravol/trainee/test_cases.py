@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from anatomy.case import SCHEMA_VERSION, CaseRecord
 from anatomy.phantom.parameters import PhantomParameters
-from disk import UserError
 from paravol.trainee.cases import MOST, add_case, case_at, known_cases
 from scenarios.bundle import write_json
+from system import UserError
 
 
 def make_case(folder: Path) -> Path:

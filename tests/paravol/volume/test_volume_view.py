@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import UserError
 from paravol.volume.look import LookPoint, VolumeLook, load_look, save_look
 from paravol.volume.orbit import Orbit
 from paravol.volume.presets import presets
 from paravol.volume.scan import Scan, scans_of
 from paravol.volume.volume_view import Method, VolumeView, Wish
 from renderers.scene import Volume
+from system import UserError
 
 BALL_MM = 12.0
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import ForeignFileError, foreign_file
 from renderers.scene.cache_entries import kept_entry, mark_used
+from system import ForeignFileError, foreign_file
 
 
 def keep(folder: Path, name: str, most: int = 3) -> Path:

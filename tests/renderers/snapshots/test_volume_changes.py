@@ -9,7 +9,6 @@ from hypothesis.extra import numpy as arrays
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from disk import UserError
 from renderers.art import ActiveRayTracer
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.scene import Camera, Scene
@@ -21,6 +20,7 @@ from renderers.snapshots.scene_loader import load_scene, scene_key
 from renderers.snapshots.spool import Spool
 from renderers.snapshots.volume_changes import EDGE, FrozenSurface, VolumeChanges
 from renderers.snapshots.worker import run_worker
+from system import UserError
 from tests.operated import Operated
 from tests.renderers.snapshots.threaded_end import threaded_team
 

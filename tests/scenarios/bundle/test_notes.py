@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from disk import UserError
 from paravol.progress.session_entry import bundle_sha256
 from scenarios.bundle import Note, add_note, read_notes, remove_note
+from system import UserError
 
 
 @pytest.fixture

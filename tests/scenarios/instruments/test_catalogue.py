@@ -11,7 +11,6 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from anatomy.tissue import TISSUES
-from disk import UserError
 from renderers.scene import Mesh
 from scenarios import tip_frame
 from scenarios.instrument_state import NO_TOOL
@@ -29,6 +28,7 @@ from scenarios.instruments.forceps import Forceps
 from scenarios.instruments.parts import moved
 from surgery.kernels.solid_distance import solids_distance
 from surgery.solids import Rows
+from system import UserError
 
 Doubles = NDArray[np.float64]
 

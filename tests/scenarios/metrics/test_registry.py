@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from disk import UserError
 from scenarios.coverage import CoverageFigures, SiteSeen
 from scenarios.metrics import (
     DEFINITIONS,
@@ -19,6 +18,7 @@ from scenarios.metrics import (
     measure,
 )
 from scenarios.metrics.measured import ToolUse
+from system import UserError
 from tests.scenarios.metrics.tracks import (
     NO_TRACK,
     joined,

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from disk import UserError
 from scenarios.metrics import Settings, load_settings
+from system import UserError
 
 
 def written(folder: Path, text: str) -> Path:

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from disk import UserError
 from scenarios.metrics import Settings, Track
 from scenarios.metrics.track import low_pass, second_column, third_column, turns_deg
+from system import UserError
 from tests.scenarios.metrics.tracks import joined, swaying, track, wander
 
 

@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from disk import UserError
 from scenarios.metrics import (
     HazardGaps,
     Measured,
@@ -15,6 +14,7 @@ from scenarios.metrics import (
     recorded_noise,
 )
 from scenarios.metrics.metric import SCOPE
+from system import UserError
 from tests.scenarios.metrics.tracks import of_scope, swaying, track, wander
 
 SIGMA = 0.05

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from disk import UserError
 from scenarios.rubrics.contrasting_groups import GroupFit, crossing, pass_mark
+from system import UserError
 
 LOW = [48.0, 50.0, 52.0, 47.0, 53.0]
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from disk import UserError
 from scenarios.rubrics import load_rubric, shipped_rubrics
 from scenarios.rubrics.rubric import MOST_REMOVAL_PERCENT, Item
+from system import UserError
 
 GOOD = """\
 name = "own"

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import UserError
 from scenarios.tasks import Status, TaskEngine, TaskEvent
 from scenarios.tasks import task as tasks
 from scenarios.tasks.engine import EngineState
+from system import UserError
 from tests.scenarios.tasks.test_rules import PLACES, at
 
 LADDER: tuple[tasks.Task, ...] = (

@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from disk import UserError
-from disk.typed_record import decode_toml
 from scenarios.tasks import task as tasks
+from system import UserError
+from system.typed_record import decode_toml
 
 EVERY_KIND: tuple[tasks.Task, ...] = (
     tasks.Reach(name="a", title="A", place="choana", radius_mm=2.0),

@@ -15,7 +15,7 @@ from devices.microscribe.emulator.answer import Answer, AnswerKind, ReplyTrigger
 from devices.microscribe.emulator.faults.fault import EVERY_KIND, EventFault, Fault
 from devices.microscribe.emulator.faults.schedule import Schedule, parse_schedule
 from devices.microscribe.kinematics.arm import FIELD
-from disk import UserError
+from system import UserError
 
 if TYPE_CHECKING:
     from devices.microscribe.emulator.emulated_arm import EmulatedArm

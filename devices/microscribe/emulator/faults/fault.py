@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from devices.microscribe.emulator.answer import Answer, AnswerKind
 from devices.microscribe.emulator.faults.schedule import Schedule, Trigger
 from devices.microscribe.kinematics.profiles import ArmProfile
-from disk import UserError
+from system import UserError
 
 if TYPE_CHECKING:
     from devices.microscribe.emulator.emulated_arm import EmulatedArm

@@ -9,7 +9,7 @@ import random
 import re
 from dataclasses import dataclass
 
-from disk import UserError
+from system import UserError
 
 _NUMBER = r"\d+(?:\.\d*)?|\.\d+"
 _MOMENT = re.compile(rf"(?P<start>{_NUMBER})(?:\+(?P<lasts>{_NUMBER}))?")

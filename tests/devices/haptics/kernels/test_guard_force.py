@@ -22,7 +22,7 @@ from devices.haptics.force_records import (
     SILENT,
 )
 from devices.haptics.kernels.guard_force import guard_force, hear_pose
-from disk import UserError
+from system import UserError
 
 LIMITS = ForceLimits(3.3, 1000.0)
 MS = 10**6

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from machine import lock_file
+from system import lock_file
 
 _OWNER = ".owner"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.errors import sentence
-from disk import whole_file
+from system import whole_file
 
 
 def test_a_file_takes_its_place_when_it_is_whole(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_a_file_is_as_open_as_its_user_wants(
     tmp_path: Path, umask: int, mode: int
 ) -> None:
     program = (
-        "import sys, pathlib; from disk import whole_file\n"
+        "import sys, pathlib; from system import whole_file\n"
         "with whole_file(pathlib.Path(sys.argv[1])) as beside: beside.touch()"
     )
     file = tmp_path / "a"

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from disk.whole_file import whole_file
+from system.whole_file import whole_file
 
 PLAIN = frozenset((type(None), bool, int, float, str))
 _DAMAGES = LookupError, TypeError, AttributeError, OverflowError

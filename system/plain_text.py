@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from disk.user_error import UserError
+from system.user_error import UserError
 
 _KEPT = "\n\t"
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-from machine import end_group, group_options, is_alive, user_number
+from system import end_group, group_options, is_alive, user_number
 
 FAMILY = """
 import subprocess, sys, time

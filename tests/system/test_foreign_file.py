@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from disk import ForeignFileError, UserError, foreign_file
+from system import ForeignFileError, UserError, foreign_file
 
 
 @pytest.mark.parametrize(

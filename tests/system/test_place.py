@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from disk import demand_place
+from system import demand_place
 
 
 def test_a_place_is_only_looked_at(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import importlib
 from typing import Any
 
-from machine import use_c_numbers
+from system import use_c_numbers
 
 
 def simple_itk() -> Any:

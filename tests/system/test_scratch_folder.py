@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from disk.scratch_folder import scratch_folder
+from system.scratch_folder import scratch_folder
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from disk.scratch_folder import scratch_folder
+from system.scratch_folder import scratch_folder
 with scratch_folder(Path(sys.argv[1]), "spool-") as folder:
     (folder / "data").write_bytes(b"x" * 100)
     print(folder, flush=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.__main__ import main
 from app.cli.terminal import Stages, print_table
-from disk.plain_text import PlainStream, plain
+from system.plain_text import PlainStream, plain
 
 EVIL = "\x1b]52;c;cm0gLXJm\x07 [/bold] [advanced] \x1b[2J\x9b31m\u202eexe.\ud800"
 """Writes the clipboard, ends a style, clears the screen, turns the order."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from machine import memory_bytes, usable_cores
+from system import memory_bytes, usable_cores
 
 
 def test_memory_is_what_the_kernel_says() -> None:

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from machine import typed_text
+from system import typed_text
 
 
 def test_what_was_typed_is_given_once_and_its_end_is_told(

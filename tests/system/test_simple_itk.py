@@ -16,7 +16,7 @@ __all__ = ["comma", "germany"]
 
 ROOT = Path(__file__).parents[2]
 SOURCES = (
-    *("anatomy", "app", "devices", "disk", "machine", "paravol", "renderers"),
+    *("anatomy", "app", "devices", "system", "paravol", "renderers"),
     *("scenarios", "surgery"),
 )
 
@@ -60,7 +60,7 @@ def test_no_other_module_asks_for_the_library() -> None:
         if isinstance(node, ast.Constant | ast.Import | ast.ImportFrom)
         and "SimpleITK" in _asked(node)
     ]
-    assert asked == ["disk/simple_itk.py"]
+    assert asked == ["system/simple_itk.py"]
 
 
 def _asked(node: ast.Constant | ast.Import | ast.ImportFrom) -> list[str]:

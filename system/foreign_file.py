@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from disk.user_error import UserError
+from system.user_error import UserError
 
 LONGEST = 200
 """Characters of a library's complaint that a sentence repeats."""

@@ -6,9 +6,9 @@ from typing import TypeVar
 
 import msgspec
 
-from disk.foreign_file import ForeignFileError, foreign_file
-from disk.line_finder import json_line, toml_line
-from disk.validation_message import decode_untyped, place_of, validation_message
+from system.foreign_file import ForeignFileError, foreign_file
+from system.line_finder import json_line, toml_line
+from system.validation_message import decode_untyped, place_of, validation_message
 
 _T = TypeVar("_T")
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk import ForeignFileError
-from disk.line_finder import json_line, toml_line
-from disk.typed_record import decode_json, decode_toml, read_kept
+from system import ForeignFileError
+from system.line_finder import json_line, toml_line
+from system.typed_record import decode_json, decode_toml, read_kept
 
 
 class Round(msgspec.Struct, forbid_unknown_fields=True, tag="round", tag_field="kind"):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk.csv_table import CsvTable
-from disk.plain_text import plain
+from system.csv_table import CsvTable
+from system.plain_text import plain
 
 BEGINNINGS = ("=", "+", "-", "@", "\t", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from disk.object_file import read_objects, save_objects
+from system.object_file import read_objects, save_objects
 
 HERE = __name__.partition(".")[0]
 

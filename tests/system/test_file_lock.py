@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from machine import NoLocksError, lock_file, locked
+from system import NoLocksError, lock_file, locked
 
 HOLD = """
 import os, sys
-from machine import lock_file
+from system import lock_file
 lock_file(os.open(sys.argv[1], os.O_RDWR), waits=False)
 print("held", flush=True)
 sys.stdin.read()
