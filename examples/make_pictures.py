@@ -48,8 +48,8 @@ from benchmarks.machine import machine
 from benchmarks.nasal_views import NasalView
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from devices import load_probe_path
-from paravol import session_setup as setup
 from paravol.patient import PatientScene, load_patient, load_phantom, no_progress
+from paravol.sessions import session_setup as setup
 from paravol.view import EndoscopeView
 from renderers import scene as scenery
 from renderers import shading

@@ -7,9 +7,9 @@
 No person flew these runs. Each follows a plan as a hand of a stated skill might: in
 submovements of least jerk along the way, with pauses and ways back, off the planned way
 by a slow wander, with tremor and the noise of an arm. The plan is the path that comes
-with an exercise, or what `paravol.scripted_hand` does in it. The figures of `SKILLS`
-are assumptions, chosen so that time and path differ between groups about as much as
-published groups do (experts take half of novices' time and path); they are no
+with an exercise, or what `paravol.exercises.scripted_hand` does in it. The figures of
+`SKILLS` are assumptions, chosen so that time and path differ between groups about as
+much as published groups do (experts take half of novices' time and path); they are no
 measurement of anybody. --keep leaves the recorded sessions in folders by group.
 """
 
@@ -29,12 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import ProbePath, Registration, load_probe_path
+from paravol.exercises.scripted_hand import ScriptedHand
 from paravol.inputs.jaw import Jaw
 from paravol.inputs.pose_completer import AWAY_MM, PATH_WORK, path_instrument
 from paravol.patient import PatientScene, load_patient, no_progress
-from paravol.scripted_hand import ScriptedHand
-from paravol.session_metrics import session_metrics
-from paravol.session_setup import build_session, describe_session, operate_on
+from paravol.scoring.session_metrics import session_metrics
+from paravol.sessions.session_setup import build_session, describe_session, operate_on
 from scenarios import Sample, Scenario, load_scenario, tip_frame
 from scenarios.bundle import EditRecord, EventRecord, SampleRecord, SessionRecorder
 from scenarios.instrument_state import EMPTY_HAND

@@ -18,7 +18,7 @@ from paravol.patient import (
     no_progress,
     thread_count,
 )
-from paravol.session_setup import LIVE_TIER, SEED
+from paravol.sessions.session_setup import LIVE_TIER, SEED
 from paravol.snapshots.comparison import Difference, difference
 from paravol.snapshots.rendering_service import running_worker
 from paravol.snapshots.spool_folder import own_spool

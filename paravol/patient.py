@@ -20,7 +20,7 @@ from anatomy.phantom.variants import with_findings, with_variants
 from anatomy.scan.approach import Approach
 from anatomy.tissue import Label
 from anatomy.wall_layers import WallLayers
-from paravol.slice_views import SECOND, SliceViews
+from paravol.slices.slice_views import SECOND, SliceViews
 from renderers.scene import AirSurface, Scene, Volume
 from scenarios import Scenario, Structures, tip_frame
 from surgery.decongestion import BLOOD_BIAS, decongest

@@ -2,16 +2,16 @@
 
 from paravol.looks import HighQualityPicture, Look, instrument, load, phantom, scene
 from paravol.looks import Patient as PatientScene
-from paravol.session_replay import (
+from paravol.sessions.session_replay import (
     RecordedSession,
     ReplayedFrame,
     ReplayReport,
     read_session,
     replay_frames,
 )
-from paravol.session_replay import replay_session as replay
-from paravol.session_setup import flight_pose
-from paravol.session_timeline import SessionTimeline
+from paravol.sessions.session_replay import replay_session as replay
+from paravol.sessions.session_setup import flight_pose
+from paravol.sessions.session_timeline import SessionTimeline
 
 __all__ = [
     "HighQualityPicture",

@@ -12,13 +12,13 @@ from pathlib import Path
 
 from app.cli.root import thread_count
 from devices.microscribe.emulator.emulator_client import MicroScribeEmulator
-from paravol.exercise_path import recorded_path, recorded_path_file
-from paravol.flight import Flight, FlightOrder
-from paravol.flight_events import FlightEvent
-from paravol.flight_loop import FrameEvent
+from paravol.exercises.exercise_path import recorded_path, recorded_path_file
+from paravol.flight.flight import Flight, FlightOrder
+from paravol.flight.flight_events import FlightEvent
+from paravol.flight.flight_loop import FrameEvent
 from paravol.inputs import choose_input
 from paravol.inputs.hand import MouseInput
-from paravol.session_store import SessionStore
+from paravol.sessions.session_store import SessionStore
 from scenarios import load_scenario
 
 FRAMES = 12

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from paravol.inputs.flight_input import in_the_patient
 from paravol.patient import PatientScene
-from paravol.session_setup import (
+from paravol.sessions.session_setup import (
     build_session,
     build_view,
     describe_session,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from paravol.machine_check import OUR_PACKAGES
+from paravol.checks.machine_check import OUR_PACKAGES
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())

@@ -11,7 +11,7 @@ import pytest
 
 import paravol
 from paravol.patient import load_phantom, no_progress
-from paravol.session_setup import (
+from paravol.sessions.session_setup import (
     LIVE_TIER,
     SEED,
     build_session,

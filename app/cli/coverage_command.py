@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from anatomy.files.surfaces import Surface, save_surface
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.coverage_map import SessionCoverage, seconds_at, session_coverage
+from paravol.slices.coverage_map import SessionCoverage, seconds_at, session_coverage
 from renderers.scene.image import save_png
 from scenarios.bundle import write_json
 from scenarios.metrics.value_text import value_text

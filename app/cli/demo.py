@@ -19,16 +19,17 @@ from app.cli.root import (
 )
 from app.cli.terminal import Stages, print_json, print_table
 from devices import ProbePath
-from paravol import flight_events as events
 from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
-from paravol.exercise_path import recorded_path
-from paravol.flight import FinishedFlight, Flight, FlightOrder
-from paravol.flight_loop import FrameEvent
+from paravol.exercises.exercise_path import recorded_path
+from paravol.flight import flight_events as events
+from paravol.flight.flight import FinishedFlight, Flight, FlightOrder
+from paravol.flight.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
 from paravol.inputs.open_arm import demand_port
 from paravol.output_folder import claimed_folder, remove_old_session
-from paravol.score_table import score_rows
-from paravol.session_replay import VIDEO_FPS, ReplayReport, replay_session
+from paravol.scoring.score_table import score_rows
+from paravol.sessions.session_replay import VIDEO_FPS, ReplayReport, replay_session
+from paravol.sessions.video import VideoWriter
 from paravol.snapshots.moments import (
     SelectedFrame,
     SnapshotReport,
@@ -37,7 +38,6 @@ from paravol.snapshots.moments import (
 )
 from paravol.snapshots.rendering_service import startable_ranks
 from paravol.versions import versions
-from paravol.video import VideoWriter
 from scenarios import Scenario, Score, load_scenario
 from scenarios.bundle import write_json
 from system import UserError

@@ -7,11 +7,11 @@ from importlib import metadata
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
-from paravol.arm_check import LOOK_S, adapter_findings, check_arm
-from paravol.device_check import device_findings
-from paravol.finding import Finding
-from paravol.known_constants import constants_findings
-from paravol.machine_check import machine_findings, program_findings
+from paravol.checks.arm_check import LOOK_S, adapter_findings, check_arm
+from paravol.checks.device_check import device_findings
+from paravol.checks.finding import Finding
+from paravol.checks.known_constants import constants_findings
+from paravol.checks.machine_check import machine_findings, program_findings
 from system import UserError, usable_cores
 
 

@@ -12,8 +12,8 @@ from anatomy.scan.imported import ImportedHead
 from app.cli.root import FLATTENED, Json
 from app.cli.slices_command import quality_lines
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.case_import import ImportedCase, import_case
-from paravol.case_options import ImportOptions
+from paravol.cases.case_import import ImportedCase, import_case
+from paravol.cases.case_options import ImportOptions
 
 LISTED_CAVITIES = 6
 

@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.metric_texts import metric_remark, metric_text, says_nothing
-from paravol.session_metrics import SessionMetrics, session_metrics
+from paravol.scoring.metric_texts import metric_remark, metric_text, says_nothing
+from paravol.scoring.session_metrics import SessionMetrics, session_metrics
 from scenarios.bundle import write_json
 from scenarios.metrics import (
     DEFINITIONS,

@@ -14,7 +14,7 @@ from system import UserError
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
     from app.window.page import Page
-    from paravol.window_preferences import WindowPreferences
+    from paravol.trainee.window_preferences import WindowPreferences
 
 EDGE_SAMPLES = 8
 """For smooth edges, where a graphics card draws them."""
@@ -42,7 +42,7 @@ class OpenedWindow:
         # Only here: where libraries are missing, loading Qt fails.
         from app.window.application import make_application
         from app.window.main_window import MainWindow
-        from paravol.window_preferences import read_preferences
+        from paravol.trainee.window_preferences import read_preferences
 
         self._application = make_application()
         self.window: MainWindow = MainWindow(screenshot, looks or read_preferences())

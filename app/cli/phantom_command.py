@@ -21,7 +21,7 @@ from anatomy.phantom.variants import (
 )
 from app.cli.root import FLATTENED, Json, Seed
 from app.cli.terminal import Stages, print_json
-from paravol.case_options import PhantomOptions
+from paravol.cases.case_options import PhantomOptions
 from paravol.output_folder import claimed_case, remove_exercise
 from system import UserError
 

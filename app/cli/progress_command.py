@@ -29,9 +29,9 @@ from paravol.progress.session_entry import (
 )
 from paravol.progress.store import ProgressStore
 from paravol.progress.xapi import HOME_PAGE, statements
-from paravol.session_metrics import session_metrics
-from paravol.session_scoring import fitting_rubric, score_session
-from paravol.session_store import SUFFIX, SessionStore
+from paravol.scoring.session_metrics import session_metrics
+from paravol.scoring.session_scoring import fitting_rubric, score_session
+from paravol.sessions.session_store import SUFFIX, SessionStore
 from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
 from scenarios.metrics.value_text import value_text

@@ -9,15 +9,15 @@ from app.cli.page_window import run_page
 from app.cli.replay_options import REPLAYED, ReplayOptions
 from app.cli.root import Json, thread_count
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.score_table import score_rows
+from paravol.scoring.score_table import score_rows
 from scenarios.bundle import read_notes
 from system import UserError
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
     from app.window.replay.replay_page import ReplayPage
-    from paravol.session_pictures import SessionPictures, SideBySide
-    from paravol.session_replay import ReplayReport
+    from paravol.sessions.session_pictures import SessionPictures, SideBySide
+    from paravol.sessions.session_replay import ReplayReport
 
 
 def replay(
@@ -62,7 +62,7 @@ def _run_window(folder: Path, options: ReplayOptions) -> int:
         window: "MainWindow", edge_samples: int
     ) -> "tuple[ReplayPage, Callable[[], object]]":
         from app.window.replay.replay_page import ReplayPage
-        from paravol.replays.replay_events import ReplayOrder
+        from paravol.sessions.replay_events import ReplayOrder
 
         page = ReplayPage(edge_samples=edge_samples)
         window.dropped.connect(page.open)
@@ -78,7 +78,7 @@ def run_replay(
     folder: Path, *, check: bool, video: Path | None, threads: int, as_json: bool
 ) -> int:
     """Replay a session; with `check`, 1 unless everything came out the same."""
-    from paravol.session_replay import replay_session
+    from paravol.sessions.session_replay import replay_session
 
     with Stages() as stages:
         report = replay_session(folder, threads=threads, progress=stages, video=video)
@@ -139,7 +139,7 @@ def run_at(
 
 def run_film(folder: Path, options: ReplayOptions, *, as_json: bool) -> None:
     """Write a film at a speed, of a part, by another camera, or of two sessions."""
-    from paravol.session_pictures import SideBySide, film_session
+    from paravol.sessions.session_pictures import SideBySide, film_session
 
     assert options.video is not None
     speed = 1.0 if options.speed is None else options.speed
@@ -173,7 +173,7 @@ def _alignment(
     options: ReplayOptions, shown: "SessionPictures | SideBySide"
 ) -> list[tuple[str, str]]:
     """Return what ties a session to the one beside it."""
-    from paravol.session_pictures import SideBySide
+    from paravol.sessions.session_pictures import SideBySide
 
     if not isinstance(shown, SideBySide):
         return []
@@ -185,7 +185,7 @@ def _pictures(
     folder: Path, options: ReplayOptions, stages: "Stages"
 ) -> "tuple[SessionPictures, SessionPictures | SideBySide]":
     """Return the session's pictures, and those that were asked for."""
-    from paravol.session_pictures import SessionPictures, SideBySide
+    from paravol.sessions.session_pictures import SessionPictures, SideBySide
     from paravol.snapshots.view_file import load_view
 
     camera = None if options.camera is None else load_view(options.camera).camera

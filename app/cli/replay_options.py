@@ -108,7 +108,7 @@ class ReplayOptions:
             if word is not None and self.video is None:
                 raise UserError(f"{name} goes with --video, the film.")
         if self.speed is not None:
-            from paravol.player import demand_speed
+            from paravol.sessions.player import demand_speed
 
             demand_speed(self.speed)
         if self.check and self.is_own_film:

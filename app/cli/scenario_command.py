@@ -89,7 +89,7 @@ def check(file: Path, *, json: Json = False) -> int:
     file
         A scenario file, NAME.toml; docs/scenarios.md describes its keys.
     """
-    from paravol.exercise_fit import fit_problems
+    from paravol.exercises.exercise_fit import fit_problems
     from paravol.patient import load_patient
 
     if file.suffix != ".toml":
@@ -160,7 +160,7 @@ def from_path(
     case
         Where the case that was flown through lies now.
     """
-    from paravol.recorded_scenario import scenario_from_session
+    from paravol.exercises.recorded_scenario import scenario_from_session
 
     with Stages(quiet=json) as stages:
         made = scenario_from_session(

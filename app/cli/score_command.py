@@ -10,16 +10,16 @@ from cyclopts.validators import Number
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.scoring_executors import scoring_executor
-from paravol.session_metrics import session_metrics
-from paravol.session_scoring import (
+from paravol.scoring.scoring_executors import scoring_executor
+from paravol.scoring.session_metrics import session_metrics
+from paravol.scoring.session_scoring import (
     BatchOrder,
     Scored,
     patient_of,
     score_all,
     sessions_in,
 )
-from paravol.verdict_texts import (
+from paravol.scoring.verdict_texts import (
     points_figure,
     points_text,
     verdict_text,

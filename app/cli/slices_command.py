@@ -9,8 +9,8 @@ import numpy as np
 from anatomy.case import CaseRecord, read_case
 from app.cli.root import Json, Place
 from app.cli.terminal import Stages, print_json
-from paravol.slice_sheet import entrance_of, label_at, slice_sheet, transfer_of
-from paravol.slice_views import Show
+from paravol.slices.slice_sheet import entrance_of, label_at, slice_sheet, transfer_of
+from paravol.slices.slice_views import Show
 from renderers.scene import save_png
 from system import UserError
 

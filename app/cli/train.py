@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.window.desk import DeskOrder
-    from paravol.flight_events import FlightEnd, Hear
-    from paravol.training_setup import TrainingSetup
-    from paravol.window_preferences import WindowPreferences
+    from paravol.exercises.training_setup import TrainingSetup
+    from paravol.flight.flight_events import FlightEnd, Hear
+    from paravol.trainee.window_preferences import WindowPreferences
     from scenarios import Scenario
 
 SIZES = (64, 2048)
@@ -110,7 +110,7 @@ def chosen_looks(options: TrainOptions) -> "WindowPreferences":
     """Return the window's looks: as typed, else as they were chosen last."""
     import msgspec
 
-    from paravol.window_preferences import read_preferences
+    from paravol.trainee.window_preferences import read_preferences
 
     looks = read_preferences()
     if options.theme is not None:
@@ -147,7 +147,7 @@ def training_setup(
 
     watcher: makes who looks on at each flight.
     """
-    from paravol.training_setup import DeviceSetup, TrainingSetup
+    from paravol.exercises.training_setup import DeviceSetup, TrainingSetup
 
     placed = options.devices
     devices = DeviceSetup(

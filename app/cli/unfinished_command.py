@@ -4,10 +4,10 @@ from pathlib import Path
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol import unfinished_sessions as sessions
-from paravol.score_table import score_rows
-from paravol.session_store import SessionStore
-from paravol.unfinished_sessions import UnfinishedSession
+from paravol.scoring.score_table import score_rows
+from paravol.sessions import unfinished_sessions as sessions
+from paravol.sessions.session_store import SessionStore
+from paravol.sessions.unfinished_sessions import UnfinishedSession
 from system import UserError
 
 

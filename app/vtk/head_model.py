@@ -8,8 +8,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from paravol.cutaway import Cutaway
 from paravol.patient import PatientScene
+from paravol.slices.cutaway import Cutaway
 from renderers.scene import AirSurface, Volume
 from scenarios import Scenario
 

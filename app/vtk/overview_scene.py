@@ -15,7 +15,7 @@ from vtkmodules.vtkRenderingCore import vtkTexture
 
 from app.vtk.head_model import HeadModel
 from app.vtk.picture_actor import PictureActor
-from paravol.cutaway import Cutaway
+from paravol.slices.cutaway import Cutaway
 from renderers.fsr.actor import camera_of
 from renderers.scene import Mesh
 from scenarios import Endoscope, View

@@ -25,21 +25,21 @@ from app.window.page import Page, TextPage
 from app.window.result.debrief_process import write_beside
 from app.window.texts import later, tr
 from app.window.tour import Tour
-from paravol.flight import FlightOrder
-from paravol.flight_events import FlightEnd
+from paravol.exercises.training_setup import TrainingSetup
+from paravol.flight.flight import FlightOrder
+from paravol.flight.flight_events import FlightEnd
 from paravol.inputs.open_arm import demand_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
-from paravol.session_setup import flown_scenario
-from paravol.trainee.cases import KnownCase, add_case, is_case, known_cases
-from paravol.trainee.choices import ChoiceFile
-from paravol.trainee.found_devices import EMULATOR, MOUSE, FoundDevice, find_devices
-from paravol.training_setup import TrainingSetup
-from paravol.unfinished_sessions import (
+from paravol.sessions.session_setup import flown_scenario
+from paravol.sessions.unfinished_sessions import (
     UnfinishedSession,
     discard,
     recover,
     unfinished_sessions,
 )
+from paravol.trainee.cases import KnownCase, add_case, is_case, known_cases
+from paravol.trainee.choices import ChoiceFile
+from paravol.trainee.found_devices import EMULATOR, MOUSE, FoundDevice, find_devices
 from paravol.volume.scan import Scan, scans_of
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
@@ -538,7 +538,7 @@ class Desk(QObject):
         head: that was flown through, where it is loaded already.
         """
         from app.window.replay.replay_page import ReplayPage
-        from paravol.replays.replay_events import ReplayOrder
+        from paravol.sessions.replay_events import ReplayOrder
 
         page = ReplayPage(edge_samples=self._order.edge_samples)
         page.left.connect(self.open_home)

@@ -28,7 +28,7 @@ from app.window.style import style_sheet, take_theme
 from app.window.texts import take_language, tr
 from app.window.themes import DARK, THEMES
 from app.window.window_size import LEAST, FullScreen, first_size, scale_for
-from paravol.window_preferences import WindowPreferences, write_preferences
+from paravol.trainee.window_preferences import WindowPreferences, write_preferences
 from system import UserError
 
 

@@ -22,8 +22,8 @@ from app.window.style import OVER
 from app.window.texts import tr
 from paravol.feedback import TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer
-from paravol.readings import tool_text
-from paravol.side_letters import looks_towards, side_letters
+from paravol.scoring.readings import tool_text
+from paravol.slices.side_letters import looks_towards, side_letters
 from scenarios import InstrumentState, Scenario, View
 
 

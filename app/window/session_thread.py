@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from paravol.slice_views import SliceViews
+from paravol.slices.slice_views import SliceViews
 
 if TYPE_CHECKING:
     from app.vtk.head_model import HeadModel

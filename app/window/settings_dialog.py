@@ -22,7 +22,7 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import hold, lay
 from app.window.texts import LANGUAGES, tr
 from app.window.themes import THEMES
-from paravol.window_preferences import WindowPreferences
+from paravol.trainee.window_preferences import WindowPreferences
 
 FONT_STEPS = (0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)
 """To choose from, within `window_preferences.FONT_SCALES`."""

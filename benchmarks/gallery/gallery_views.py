@@ -14,7 +14,7 @@ from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.second_channel import SecondChannel
 from paravol.patient import load_phantom
-from paravol.session_setup import build_session, operate_on
+from paravol.sessions.session_setup import build_session, operate_on
 from renderers.scene import Camera, Projection, Scene
 from renderers.shading import ScopeLight
 from scenarios import Endoscope, Sample, load_scenario, tip_frame

@@ -14,11 +14,11 @@ from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, once
 from devices import Pose, ProbePath, Registration
-from paravol.flight_loop import Timing as LoopTiming
-from paravol.flight_loop import fly
+from paravol.flight.flight_loop import Timing as LoopTiming
+from paravol.flight.flight_loop import fly
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.patient import PatientScene, load_patient, no_progress
-from paravol.session_setup import (
+from paravol.sessions.session_setup import (
     LIVE_TIER,
     SEED,
     build_session,

@@ -20,7 +20,7 @@ from paravol.haptics.force_loop import (
 )
 from paravol.haptics.tissue_copies import TissueCopies
 from paravol.patient import load_patient, no_progress
-from paravol.session_setup import (
+from paravol.sessions.session_setup import (
     LIVE_TIER,
     SEED,
     build_view,

@@ -13,8 +13,8 @@ from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import measure
 from devices import Registration
 from paravol.patient import PatientScene, load_patient, no_progress
-from paravol.session_scoring import score_session
-from paravol.session_setup import build_session, describe_session
+from paravol.scoring.session_scoring import score_session
+from paravol.sessions.session_setup import build_session, describe_session
 from scenarios import Sample, tip_frame
 from scenarios.bundle import FrameRecord, SampleRecord, SessionRecorder
 from scenarios.rubrics import load_rubric

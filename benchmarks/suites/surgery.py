@@ -15,7 +15,7 @@ from benchmarks.scenes import SubjectSource, subjects
 from benchmarks.schema import Setting
 from benchmarks.timing import CallClock, measure
 from paravol.patient import load_patient, no_progress
-from paravol.session_setup import (
+from paravol.sessions.session_setup import (
     LIVE_TIER,
     SEED,
     build_view,

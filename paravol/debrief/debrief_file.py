@@ -6,7 +6,6 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from paravol.coverage_map import coverage_picture
 from paravol.debrief.events import events_of, worth_a_picture
 from paravol.debrief.findings import Findings, gather
 from paravol.debrief.head_picture import head_picture
@@ -18,8 +17,9 @@ from paravol.debrief.pictures import (
     draw_pictures,
 )
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
-from paravol.session_scoring import assessment_of, fitting_rubric
-from paravol.session_setup import flown_scenario
+from paravol.scoring.session_scoring import assessment_of, fitting_rubric
+from paravol.sessions.session_setup import flown_scenario
+from paravol.slices.coverage_map import coverage_picture
 from scenarios.bundle import read_recording
 from scenarios.rubrics import load_rubric
 from system import UserError, whole_file

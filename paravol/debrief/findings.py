@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import load_probe_path
-from paravol.keyframes import APART_S, Keyframes, save_keyframes
 from paravol.patient import PatientScene, Progress
-from paravol.session_metrics import SessionMetrics, session_metrics
-from paravol.session_timeline import SessionTimeline
+from paravol.scoring.session_metrics import SessionMetrics, session_metrics
+from paravol.sessions.keyframes import APART_S, Keyframes, save_keyframes
+from paravol.sessions.session_timeline import SessionTimeline
 from scenarios import Sample, Scenario, Score, Session, load_scenario, tip_frame
 from scenarios.bundle import Recording
 from scenarios.coverage import CoverageWatch

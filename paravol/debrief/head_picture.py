@@ -6,10 +6,10 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from paravol.cutaway import Cutaway
 from paravol.debrief.charts import head
 from paravol.debrief.pictures import Picture
 from paravol.patient import PatientScene
+from paravol.slices.cutaway import Cutaway
 from renderers.scene import Camera, Projection
 
 SIZE = 480, 400

@@ -15,9 +15,9 @@ from paravol.debrief.colours import TEMPLATES, templates
 from paravol.debrief.events import Event, Kind
 from paravol.debrief.findings import Findings
 from paravol.debrief.pictures import Picture, Pictures, Quality
-from paravol.metric_texts import metric_figure
-from paravol.score_table import score_rows
-from paravol.verdict_texts import headline_text, points_text, verdict_text
+from paravol.scoring.metric_texts import metric_figure
+from paravol.scoring.score_table import score_rows
+from paravol.scoring.verdict_texts import headline_text, points_text, verdict_text
 from scenarios.hazard_watch import ALWAYS_NEAR
 from scenarios.metrics import Track
 from scenarios.metrics.value_text import value_text

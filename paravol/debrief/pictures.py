@@ -15,7 +15,7 @@ from PIL import Image
 from paravol.debrief.events import Event
 from paravol.debrief.findings import Findings
 from paravol.patient import Progress
-from paravol.session_setup import build_view
+from paravol.sessions.session_setup import build_view
 from paravol.snapshots.head_scene import RenderSettings
 from paravol.snapshots.render_session import render_session
 from paravol.snapshots.view_file import ScopeLook

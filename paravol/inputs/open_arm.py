@@ -8,7 +8,7 @@ import numpy as np
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator
 from devices.microscribe.driver.driver import SerialPort, SerialPorts
-from paravol.known_constants import demand_known_constants
+from paravol.checks.known_constants import demand_known_constants
 from scenarios import Scenario
 from system import UserError
 

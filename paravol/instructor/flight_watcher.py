@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from paravol import flight_events as events
-from paravol.flight_events import FlightEnd
-from paravol.flight_loop import FrameEvent
+from paravol.flight import flight_events as events
+from paravol.flight.flight_events import FlightEnd
+from paravol.flight.flight_loop import FrameEvent
 from paravol.patient import PatientScene
-from paravol.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
-from paravol.side_letters import looks_towards, side_letters
+from paravol.scoring.readings import HAZARD_FAR_MM, NEAR_MM, tool_text
+from paravol.slices.side_letters import looks_towards, side_letters
 from scenarios import Scenario
 from scenarios.hazard_watch import ALWAYS_NEAR, hazard_gaps
 from scenarios.instrument_state import NO_TOOL

@@ -25,7 +25,7 @@ from typing import Any
 
 from devices.port import Closing
 from paravol.debrief.colours import templates
-from paravol.flight_events import Hear
+from paravol.flight.flight_events import Hear
 from paravol.instructor.flight_watcher import FlightWatcher
 from scenarios import Scenario
 from system import UserError

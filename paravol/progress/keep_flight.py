@@ -6,9 +6,9 @@ from pathlib import Path
 from paravol.patient import PatientScene
 from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
-from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, fitting_rubric
-from paravol.verdict_texts import whole_text
+from paravol.scoring.session_metrics import session_metrics
+from paravol.scoring.session_scoring import assessment_of, fitting_rubric
+from paravol.scoring.verdict_texts import whole_text
 from scenarios.bundle import read_recording
 from scenarios.rubrics import Assessment
 from system import UserError

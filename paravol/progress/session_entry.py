@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from paravol.recorded_flight import demand_as_flown
+from paravol.sessions.recorded_flight import demand_as_flown
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, read_recording
 from scenarios.metrics import Metric

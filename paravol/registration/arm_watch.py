@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import Pose
-from paravol.arm_check import PEDALS
+from paravol.checks.arm_check import PEDALS
 
 LOOK_S = 1.0
 """Rate and noise are those of the last second."""

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from paravol.sessions.video import VideoWriter
 from paravol.snapshots.head_scene import RenderSettings, placed
 from paravol.snapshots.outputs import FILM, save_picture
 from paravol.snapshots.render_session import RenderSession
 from paravol.snapshots.view_file import ViewFile, exposed
-from paravol.video import VideoWriter
 from renderers.scene import GBuffer
 from renderers.shading import AutoGain, meter
 from system import UserError

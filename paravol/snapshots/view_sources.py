@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.case_scenario import scenario_of_case
-from paravol.exercise_path import recorded_path
+from paravol.exercises.case_scenario import scenario_of_case
+from paravol.exercises.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress, load_patient
-from paravol.session_setup import SEED, flown_scenario, path_view
-from paravol.session_timeline import GRACE_S, SessionTimeline
+from paravol.sessions.session_setup import SEED, flown_scenario, path_view
+from paravol.sessions.session_timeline import GRACE_S, SessionTimeline
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.snapshots.view_file import (

@@ -10,8 +10,8 @@ from devices import DeviceError
 from devices.controls.linux_input import input_devices
 from devices.haptics.force_dimension import library_file
 from devices.serial_adapters import permission_remedy
-from paravol.device_check import known_adapters, pads_among
-from paravol.training_setup import DeviceSetup
+from paravol.checks.device_check import known_adapters, pads_among
+from paravol.exercises.training_setup import DeviceSetup
 
 ARM = "arm:"
 FORCE = "force-dimension"

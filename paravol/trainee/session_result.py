@@ -10,8 +10,12 @@ from paravol.debrief.advice import Advice, advice_on
 from paravol.patient import PatientScene, Progress, no_progress
 from paravol.progress.session_entry import SessionEntry, entry_of_session
 from paravol.progress.store import ProgressStore
-from paravol.session_metrics import session_metrics
-from paravol.session_scoring import assessment_of, fitting_rubric, wanted_metrics
+from paravol.scoring.session_metrics import session_metrics
+from paravol.scoring.session_scoring import (
+    assessment_of,
+    fitting_rubric,
+    wanted_metrics,
+)
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
 from scenarios.metrics import DEFINITIONS, Definition, Metric

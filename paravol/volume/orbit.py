@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.side_letters import looks_towards
+from paravol.slices.side_letters import looks_towards
 from renderers.scene import Camera, Projection, Volume
 
 STEEPEST_DEG = 85.0

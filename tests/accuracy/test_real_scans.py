@@ -19,9 +19,9 @@ from anatomy.scan.imported_case import source_record, write_imported_case
 from anatomy.scan.scan import Modality, Scan, read_scan
 from anatomy.tissue import Side
 from devices import load_probe_path
-from paravol.case_scenario import scenario_of_case
+from paravol.exercises.case_scenario import scenario_of_case
 from paravol.patient import PatientScene, load_patient
-from paravol.session_setup import build_view, path_view
+from paravol.sessions.session_setup import build_view, path_view
 from scenarios import load_scenario
 
 SCANS = Path(

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import NasalView, acceptance_views, nasal_scene
-from paravol.session_replay import replay_session
+from paravol.sessions.session_replay import replay_session
 from renderers.art import ActiveRayTracer, Quality
 from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera

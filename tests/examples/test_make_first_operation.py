@@ -12,7 +12,7 @@ from scipy import ndimage
 from benchmarks.gallery.gallery_views import operated_samples
 from devices import load_probe_path
 from paravol.patient import load_phantom
-from paravol.session_setup import build_session, operate_on
+from paravol.sessions.session_setup import build_session, operate_on
 from renderers.scene import Volume
 from scenarios import load_scenario
 from scenarios.operation import Operation

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from paravol.patient import load_patient, load_scene, no_progress
-from paravol.session_setup import build_session, operate_on
+from paravol.sessions.session_setup import build_session, operate_on
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import SceneHead, load_view, save_view
 from paravol.snapshots.view_sources import view_of

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices import load_probe_path
 from paravol.patient import load_patient
-from paravol.session_setup import LIVE_TIER, SEED, build_view, path_view
+from paravol.sessions.session_setup import LIVE_TIER, SEED, build_view, path_view
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import Distortion, Material
 from renderers.scene.facets import Facets

@@ -6,9 +6,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from paravol.exercise_fit import check_fit
+from paravol.exercises.exercise_fit import check_fit
+from paravol.exercises.scripted_hand import ScriptedHand, undone
 from paravol.patient import load_patient, no_progress
-from paravol.scripted_hand import ScriptedHand, undone
 from scenarios import Scenario, load_scenario
 from scenarios.scenario import CURRICULUM, bundled_scenarios
 from scenarios.tasks import Task

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paravol.score_table import clearance
+from paravol.scoring.score_table import clearance
 from scenarios import Score, Scorer
 
 

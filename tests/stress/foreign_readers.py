@@ -47,7 +47,7 @@ from paravol.exchange.flown_path import path_of, read_motions
 from paravol.exchange.perktutor import write_perktutor
 from paravol.exchange.sequence_file import write_sequence
 from paravol.exchange.tool_motion import INSTRUMENT
-from paravol.session_store import SessionStore
+from paravol.sessions.session_store import SessionStore
 from paravol.snapshots.camera_path import load_camera_path
 from paravol.snapshots.path_state import load_state, save_state
 from paravol.snapshots.view_file import load_view

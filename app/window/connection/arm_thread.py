@@ -10,7 +10,7 @@ from app.window.ending import begin_ending
 from app.window.texts import tr
 from devices import DeviceError
 from devices.microscribe import MicroScribe
-from paravol.exercise_path import recorded_path_file
+from paravol.exercises.exercise_path import recorded_path_file
 from paravol.inputs.open_arm import open_arm
 from paravol.inputs.pose_sources import ClosedError
 from paravol.registration.arm_registration import RegistrationOrder, register_arm

@@ -37,12 +37,12 @@ from app.window.scaling import lay
 from app.window.session_page import SessionPage
 from app.window.session_thread import FrameReady, HeadModelled, SlicesReady
 from app.window.texts import later, tr
-from paravol import flight_events as events
 from paravol.feedback import NO_SIGNS, TouchSigns
 from paravol.feedback.shaft_heading import place_in_picture, shaft_heading
 from paravol.feedback.taken_text import bite_text, taken_text, takes_tissue
-from paravol.flight_events import FlightEnd
-from paravol.readings import Readings
+from paravol.flight import flight_events as events
+from paravol.flight.flight_events import FlightEnd
+from paravol.scoring.readings import Readings
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios import View
 from scenarios.instrument_state import NO_TOOL

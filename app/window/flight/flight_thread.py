@@ -21,20 +21,20 @@ from app.window.session_thread import (
     SessionThread,
     SlicesReady,
 )
-from paravol import flight_events as events
-from paravol.cutaway import cutter
 from paravol.feedback import NO_SIGNS, Feedback, SoundPlayer, TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer, hazard_pointer
-from paravol.flight import Flight, FlightOrder
-from paravol.flight_events import FlightEnd, FlightEvent
-from paravol.flight_loop import FrameEvent
+from paravol.flight import flight_events as events
+from paravol.flight.flight import Flight, FlightOrder
+from paravol.flight.flight_events import FlightEnd, FlightEvent
+from paravol.flight.flight_loop import FrameEvent
 from paravol.guide import Guide, GuideMark, NameMark, names_in_view
 from paravol.guide.goals import GuidedHead
 from paravol.guide.scope_place import ScopePlaces, ScopePose
 from paravol.inputs.asked_tissue import spared_by
 from paravol.inputs.hand import limits_about, nostril_fulcrum
 from paravol.patient import PatientScene
-from paravol.session_setup import SEED
+from paravol.sessions.session_setup import SEED
+from paravol.slices.cutaway import cutter
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import (
     MomentPicture,

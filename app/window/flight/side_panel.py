@@ -9,7 +9,7 @@ from app.window.plain_label import PlainLabel
 from app.window.scaling import lay
 from app.window.session_page import SessionSide
 from app.window.texts import tr
-from paravol.flight import FlightOrder
+from paravol.flight.flight import FlightOrder
 from scenarios.instrument_state import EMPTY_HAND
 
 

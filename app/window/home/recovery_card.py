@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 from app.window.plain_label import PlainLabel
 from app.window.scaling import lay
 from app.window.texts import tr
-from paravol.unfinished_sessions import UnfinishedSession
+from paravol.sessions.unfinished_sessions import UnfinishedSession
 
 
 class RecoveryCard(QFrame):

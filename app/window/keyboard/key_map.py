@@ -11,7 +11,7 @@ from app.window.keyboard.places import SCAN_CODES, name_of, place_of
 from app.window.keyboard.printed_keys import PrintedKeys
 from app.window.texts import later, tr
 from devices.controls.keyboard import Feel
-from paravol.window_preferences import WindowPreferences
+from paravol.trainee.window_preferences import WindowPreferences
 
 _MODIFIERS = {
     "Ctrl": Qt.KeyboardModifier.ControlModifier,

@@ -30,9 +30,9 @@ from app.window.scaling import Scaled, hold
 from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.feedback.hazard_pointer import HazardPointer
-from paravol.flight_events import FlightEnd
+from paravol.flight.flight_events import FlightEnd
 from paravol.guide import GuideMark, NameMark
-from paravol.side_letters import SideLetter
+from paravol.slices.side_letters import SideLetter
 
 LEAST_PX = 150
 """Smallest edge of the picture, at the designed size."""

@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from app.window.plain_label import PlainLabel
 from app.window.scaling import Scaled, lay
 from app.window.texts import later, tr
-from paravol.readings import UNKNOWN, Readings
+from paravol.scoring.readings import UNKNOWN, Readings
 
 SHOWN = (later("Time"), later("Clearance"), later("Nostril"))
 """Of the readings; the nearest hazard is on its bar, the rest in the quiet line."""

@@ -38,8 +38,8 @@ from app.window.panels.side_marks import paint_letters
 from app.window.scaling import Scaled, hold
 from app.window.style import OVER, font_of
 from app.window.texts import tr
-from paravol.cutaway import Cutaway
-from paravol.side_letters import SideLetter, side_letters
+from paravol.slices.cutaway import Cutaway
+from paravol.slices.side_letters import SideLetter, side_letters
 from scenarios import Endoscope, View
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 
 from app.window.style import OVER, font_of
 from app.window.texts import later, tr
-from paravol.flight_events import FlightEnd
+from paravol.flight.flight_events import FlightEnd
 
 CLOSE_HINT = later("Q closes the window.")
 

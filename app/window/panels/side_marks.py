@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from app.window.style import OVER, font_of
-from paravol.side_letters import SideLetter
+from paravol.slices.side_letters import SideLetter
 
 _HALF = 10.0
 """Half the height of what a letter stands on, at the designed size."""

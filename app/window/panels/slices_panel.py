@@ -25,8 +25,8 @@ from app.window.panels.qt_image import image_of
 from app.window.scaling import Scaled
 from app.window.style import OVER, font_of
 from app.window.texts import later, tr
-from paravol.side_letters import place_text
-from paravol.slice_views import GRAY_WINDOWS, Plane, Show, SliceViews
+from paravol.slices.side_letters import place_text
+from paravol.slices.slice_views import GRAY_WINDOWS, Plane, Show, SliceViews
 
 HEIGHT_PX = 150
 GAP_PX = 6

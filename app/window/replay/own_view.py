@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from paravol.replays.free_camera import CameraMove
+from paravol.sessions.free_camera import CameraMove
 
 TURN_DEG = 0.2
 """For each pixel that the mouse is dragged."""

@@ -36,11 +36,11 @@ from app.window.session_page import SessionPage
 from app.window.session_thread import FrameReady, HeadModelled, SlicesReady
 from app.window.texts import later, tr
 from devices.port import HostClock
-from paravol.flight_events import Progressed
-from paravol.player import Player
-from paravol.readings import Readings
-from paravol.replays.free_camera import CameraMove
-from paravol.replays.replay_events import (
+from paravol.flight.flight_events import Progressed
+from paravol.scoring.readings import Readings
+from paravol.sessions.free_camera import CameraMove
+from paravol.sessions.player import Player
+from paravol.sessions.replay_events import (
     Measured,
     Measuring,
     Near,
@@ -53,7 +53,7 @@ from paravol.replays.replay_events import (
     Told,
     Unmeasured,
 )
-from paravol.replays.time_marks import TimeMark, next_mark, note_marks
+from paravol.sessions.time_marks import TimeMark, next_mark, note_marks
 from paravol.snapshots.snapshot_queue import MomentPicture
 from scenarios.bundle import Note
 from scenarios.instrument_state import NO_TOOL

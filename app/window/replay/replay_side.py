@@ -25,7 +25,7 @@ from app.window.replay.time_line import clock_text
 from app.window.scaling import lay
 from app.window.session_page import SessionSide
 from app.window.texts import later, tr
-from paravol.replays.replay_events import Row
+from paravol.sessions.replay_events import Row
 from scenarios import Scenario
 from scenarios.bundle.notes import LONGEST_NOTE
 

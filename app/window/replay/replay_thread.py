@@ -12,8 +12,8 @@ from app.window.session_thread import (
     SessionThread,
     SlicesReady,
 )
-from paravol.flight_events import HeadLoaded, Progressed
-from paravol.replays.replay_events import (
+from paravol.flight.flight_events import HeadLoaded, Progressed
+from paravol.sessions.replay_events import (
     Measuring,
     Near,
     ReplayEvent,
@@ -21,7 +21,7 @@ from paravol.replays.replay_events import (
     Seeking,
     ShownReplay,
 )
-from paravol.replays.replay_worker import ReplayWorker
+from paravol.sessions.replay_worker import ReplayWorker
 
 ReplayWindowEvent = ReplayEvent | FrameReady | SlicesReady | HeadModelled
 """What a window hears of a replay; never `ShownReplay` or `HeadLoaded` themselves."""

@@ -28,8 +28,8 @@ from app.window.style import (
     font_of,
 )
 from app.window.texts import tr
-from paravol.keyframes import APART_S
-from paravol.replays.time_marks import MarkKind, TimeMark
+from paravol.sessions.keyframes import APART_S
+from paravol.sessions.time_marks import MarkKind, TimeMark
 
 LANE_PX = 14.0
 NAME_PX = 84.0

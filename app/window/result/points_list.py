@@ -7,7 +7,7 @@ from app.window.plain_label import paragraph
 from app.window.scaling import Scaled, hold, lay, scale_all
 from app.window.texts import tr
 from paravol.debrief.advice import amount
-from paravol.verdict_texts import points_text
+from paravol.scoring.verdict_texts import points_text
 from scenarios.rubrics import Assessment, Part, Standing
 
 

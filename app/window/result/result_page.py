@@ -22,12 +22,12 @@ from app.window.result.debrief_row import DebriefRow
 from app.window.result.points_list import PointsList
 from app.window.scaling import lay
 from app.window.texts import tr
-from paravol.flight_events import FlightEnd
-from paravol.score_table import score_rows
+from paravol.flight.flight_events import FlightEnd
+from paravol.scoring.score_table import score_rows
+from paravol.scoring.verdict_texts import total_text
 from paravol.trainee.exercises import Exercise, short_title
 from paravol.trainee.record import TraineeRecord
 from paravol.trainee.session_result import SessionResult
-from paravol.verdict_texts import total_text
 from scenarios import Scenario
 from scenarios.ladder import Door
 from scenarios.passing import goals_of

@@ -10,9 +10,9 @@ from app.cli import doctor
 from app.cli.doctor import examine
 from app.opengl import OpenGL
 from devices.serial_adapters import SerialAdapter
-from paravol import machine_check
-from paravol.device_check import serial_ports
-from paravol.finding import Finding
+from paravol.checks import machine_check
+from paravol.checks.device_check import serial_ports
+from paravol.checks.finding import Finding
 
 OPENGL = OpenGL("Maker", "Some GPU", "4.6")
 

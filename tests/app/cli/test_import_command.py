@@ -22,7 +22,7 @@ from anatomy.files.volumes import load_volume, save_volume
 from anatomy.tissue import Label
 from app.__main__ import main
 from devices import load_probe_path
-from paravol.case_scenario import scenario_of_case
+from paravol.exercises.case_scenario import scenario_of_case
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.patient import load_case, load_patient
 from renderers.scene import Volume

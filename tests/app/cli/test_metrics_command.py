@@ -8,7 +8,7 @@ import pytest
 
 from app.cli.metrics_command import COLUMNS, OUR_COLUMNS, as_csv, metrics
 from app.cli.metrics_command import MetricsOptions as Options
-from paravol.metric_texts import metric_text
+from paravol.scoring.metric_texts import metric_text
 from scenarios.metrics import Metric
 from system import UserError
 

@@ -9,8 +9,8 @@ from anatomy.case import read_case
 from app.__main__ import main
 from app.cli.phantom_command import phantom
 from devices import load_probe_path
-from paravol.case_options import PhantomOptions
-from paravol.case_scenario import PATH, scenario_of_case
+from paravol.cases.case_options import PhantomOptions
+from paravol.exercises.case_scenario import PATH, scenario_of_case
 from paravol.patient import load_case, load_scene
 
 

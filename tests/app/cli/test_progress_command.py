@@ -10,7 +10,7 @@ import pytest
 from app.__main__ import main
 from app.cli.train import keep_session
 from paravol.progress.store import ProgressStore
-from paravol.session_store import SessionStore
+from paravol.sessions.session_store import SessionStore
 from tests.paravol.progress.learners import entry
 
 SESSION = Path(__file__).parents[2] / "accuracy" / "before_the_move.paravol"

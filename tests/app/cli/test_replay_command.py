@@ -6,8 +6,8 @@ import pytest
 
 from app.cli.replay_command import run_replay
 from app.cli.replay_options import ReplayOptions
-from paravol import session_replay
-from paravol.session_replay import ReplayReport
+from paravol.sessions import session_replay
+from paravol.sessions.session_replay import ReplayReport
 from scenarios import Score
 from scenarios.bundle import Damage
 from system import UserError

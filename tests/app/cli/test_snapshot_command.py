@@ -22,7 +22,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import build_phantom
 from app.__main__ import main
 from devices import load_probe_path
-from paravol.case_scenario import scenario_of_case
+from paravol.exercises.case_scenario import scenario_of_case
 from paravol.patient import load_patient
 from paravol.snapshots.view_file import ViewFile
 from scenarios import Sample, load_scenario, tip_frame

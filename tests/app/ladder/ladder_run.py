@@ -25,12 +25,12 @@ from PySide6.QtWidgets import QApplication  # noqa: E402
 
 from app.window.desk import Desk, DeskOrder  # noqa: E402
 from app.window.main_window import MainWindow  # noqa: E402
-from paravol.flight import FlightOrder  # noqa: E402
+from paravol.exercises.training_setup import DeviceSetup, TrainingSetup  # noqa: E402
+from paravol.flight.flight import FlightOrder  # noqa: E402
 from paravol.progress.session_entry import SessionEntry  # noqa: E402
 from paravol.progress.store import ProgressStore  # noqa: E402
-from paravol.session_store import SessionStore  # noqa: E402
+from paravol.sessions.session_store import SessionStore  # noqa: E402
 from paravol.trainee.choices import ChoiceFile, Choices  # noqa: E402
-from paravol.training_setup import DeviceSetup, TrainingSetup  # noqa: E402
 from scenarios import Scenario, load_scenario  # noqa: E402
 from scenarios.scenario import CURRICULUM  # noqa: E402
 from tests.app.ladder.person import LostError, Person  # noqa: E402

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.window.desk import Desk, DeskOrder
 from app.window.main_window import MainWindow
-from paravol.session_store import SessionStore
-from paravol.training_setup import DeviceSetup, TrainingSetup
+from paravol.exercises.training_setup import DeviceSetup, TrainingSetup
+from paravol.sessions.session_store import SessionStore
 
 
 def delete(*widgets: QWidget) -> None:

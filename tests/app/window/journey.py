@@ -36,9 +36,9 @@ from app.window.settings_dialog import SettingsDialog
 from app.window.tour import Tour
 from app.window.volume.volume_page import VolumePage
 from app.window.volume.volume_picture import VolumePicture
+from paravol.exercises.training_setup import DeviceSetup, TrainingSetup
 from paravol.progress.store import ProgressStore
-from paravol.session_store import SessionStore
-from paravol.training_setup import DeviceSetup, TrainingSetup
+from paravol.sessions.session_store import SessionStore
 from scenarios.bundle import read_recording
 
 Key, Left = Qt.Key, Qt.MouseButton.LeftButton

@@ -53,7 +53,7 @@ class OpenedWindow:
         from app.window.main_window import MainWindow
         from app.window.session_thread import FrameReady
         from devices import load_probe_path
-        from paravol.flight import FlightOrder
+        from paravol.flight.flight import FlightOrder
         from paravol.inputs import choose_input
         from scenarios import load_scenario
 

@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QApplication
 
 from app.window.desk import Desk
 from app.window.home.home_page import HomePage
-from paravol.session_store import SessionStore
+from paravol.exercises.training_setup import DeviceSetup
+from paravol.sessions.session_store import SessionStore
+from paravol.sessions.unfinished_sessions import unfinished_sessions
 from paravol.trainee.choices import ChoiceFile, Choices
-from paravol.training_setup import DeviceSetup
-from paravol.unfinished_sessions import unfinished_sessions
 from tests.app.window.desk_run import delete, opened_desk, until
 from tests.app.window.opened_window import run_script
 from tests.paravol.trainee import hoops_flight
@@ -172,7 +172,7 @@ from app.window.flight.flight_page import FlightPage
 from app.window.home.home_page import HomePage
 from app.window.settings_dialog import SettingsDialog
 from system import UserError
-from paravol import flight
+from paravol.flight import flight
 from paravol.trainee.choices import ChoiceFile, Choices
 from tests.app.window.desk_run import opened_desk, until, wait
 

@@ -18,7 +18,7 @@ from app.window.settings_dialog import SettingsDialog
 from app.window.style import BACKGROUND
 from app.window.themes import DARK, LIGHT, THEMES
 from devices.controls.keyboard import Feel
-from paravol.window_preferences import (
+from paravol.trainee.window_preferences import (
     WindowPreferences,
     preferences_file,
     read_preferences,

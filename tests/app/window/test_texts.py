@@ -30,7 +30,7 @@ from app.window.texts import FOLDER, later, read_po, take_language, tr
 from app.window.themes import THEMES
 from paravol.debrief.events import Kind as EventKind
 from paravol.feedback import Strain
-from paravol.replays.time_marks import MarkKind
+from paravol.sessions.time_marks import MarkKind
 from paravol.trainee.exercises import learns, short_title
 from scenarios import load_scenario
 from scenarios.coverage.sites import SITE_NAMES
@@ -56,19 +56,27 @@ BELOW = (
     *("anatomy/phantom/phantom.py", "devices/controls/gamepad.py"),
     *("paravol/debrief/advice.py", "paravol/debrief/events.py"),
     *("paravol/feedback/taken_text.py", "paravol/feedback/touch_signs.py"),
-    *("paravol/flight.py", "paravol/flight_events.py"),
+    *("paravol/flight/flight.py", "paravol/flight/flight_events.py"),
     *("paravol/guide/goals.py", "paravol/guide/guide.py"),
     *("paravol/inputs/arm.py", "paravol/inputs/haptic.py"),
     *("paravol/inputs/instrument_input.py", "paravol/inputs/second_device.py"),
     *("paravol/inputs/pose_completer.py", "paravol/inputs/reach.py"),
-    *("paravol/metric_texts.py", "paravol/readings.py", "paravol/score_table.py"),
+    *(
+        "paravol/scoring/metric_texts.py",
+        "paravol/scoring/readings.py",
+        "paravol/scoring/score_table.py",
+    ),
     *("paravol/registration/arm_registration.py", "paravol/registration/at_start.py"),
     *("paravol/registration/record_rows.py", "paravol/registration/walk.py"),
-    *("paravol/replays/replay_worker.py", "paravol/replays/time_marks.py"),
-    *("paravol/session_metrics.py", "paravol/session_replay.py"),
-    *("paravol/trainee", "paravol/unfinished_sessions.py", "paravol/verdict_texts.py"),
-    *("paravol/picture_size.py", "paravol/view.py"),
-    "paravol/operation_rehearsal.py",
+    *("paravol/sessions/replay_worker.py", "paravol/sessions/time_marks.py"),
+    *("paravol/scoring/session_metrics.py", "paravol/sessions/session_replay.py"),
+    *(
+        "paravol/trainee",
+        "paravol/sessions/unfinished_sessions.py",
+        "paravol/scoring/verdict_texts.py",
+    ),
+    *("paravol/flight/picture_size.py", "paravol/view.py"),
+    "paravol/flight/operation_rehearsal.py",
     *("paravol/volume/presets.py", "paravol/volume/scan.py"),
     *("scenarios/metrics", "scenarios/passing.py"),
     *("scenarios/rubrics/assess.py", "scenarios/rubrics/assessment.py"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from paravol.exercise_path import start_path
+from paravol.exercises.exercise_path import start_path
 from paravol.inputs.asked_tissue import ASKED, LATER, SPARED, asked_tissue, spared_by
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.inputs.tool_plan import NEAR_MM, ToolPlan, has_jaws, shaves

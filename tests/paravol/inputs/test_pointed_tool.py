@@ -25,7 +25,7 @@ from paravol.inputs.tool_hold import (
 )
 from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM, JAWS_MM, SHUT_STEPS
 from paravol.patient import load_patient, no_progress
-from paravol.session_setup import build_session, operate_on
+from paravol.sessions.session_setup import build_session, operate_on
 from renderers.scene import Volume
 from scenarios import Sample, load_scenario
 from scenarios.clearance import tool_clearance

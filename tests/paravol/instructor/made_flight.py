@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from paravol.flight_loop import FrameEvent
+from paravol.flight.flight_loop import FrameEvent
 from scenarios import Sample, tip_frame
 from scenarios.instrument_state import InstrumentState
 from scenarios.tasks import Status, TaskState

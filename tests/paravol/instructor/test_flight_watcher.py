@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from devices.port import DeviceError, DeviceReason
-from paravol import flight_events as events
+from paravol.flight import flight_events as events
 from paravol.instructor.flight_watcher import (
     LARGEST_PIXELS,
     MOST_INJURIES,

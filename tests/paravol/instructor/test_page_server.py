@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from paravol.flight_events import HeadLoaded, Injured, Progressed, RecordingBegan
+from paravol.flight.flight_events import HeadLoaded, Injured, Progressed, RecordingBegan
 from paravol.instructor import InstructorPage, page_server
 from paravol.instructor.flight_watcher import FlightWatcher
 from paravol.instructor.page_server import MOST_CONNECTIONS, PICTURES_PER_S

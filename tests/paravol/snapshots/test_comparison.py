@@ -6,7 +6,7 @@ from PIL import Image
 
 from devices import load_probe_path
 from paravol.patient import load_patient
-from paravol.session_setup import LIVE_TIER, SEED, build_view, first_views
+from paravol.sessions.session_setup import LIVE_TIER, SEED, build_view, first_views
 from paravol.snapshots.comparison import difference, save_comparison, splatted
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_sources import view_of

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from paravol.looks import Patient
 from paravol.patient import PatientScene
-from paravol.session_setup import operate_on
+from paravol.sessions.session_setup import operate_on
 from paravol.snapshots import view_sources
 from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.moments import SelectedFrame, SnapshotRequestFactory

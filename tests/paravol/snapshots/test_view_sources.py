@@ -6,7 +6,7 @@ import pytest
 
 from devices import load_probe_path
 from paravol.patient import load_patient, no_progress
-from paravol.session_setup import path_view
+from paravol.sessions.session_setup import path_view
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import ViewFile, load_view, save_view
 from paravol.snapshots.view_sources import view_of

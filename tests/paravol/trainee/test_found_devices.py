@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from paravol.exercises.training_setup import DeviceSetup
 from paravol.trainee import found_devices
 from paravol.trainee.found_devices import FoundDevice, find_devices
-from paravol.training_setup import DeviceSetup
 
 
 def test_mouse_and_emulator_are_always_there() -> None:

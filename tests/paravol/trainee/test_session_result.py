@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from paravol.progress.store import ProgressStore
-from paravol.session_scoring import wanted_metrics
+from paravol.scoring.session_scoring import wanted_metrics
 from paravol.trainee.session_result import ResultOrder, quick_metrics, result_of_session
 from scenarios import Scenario
 from scenarios.rubrics import load_rubric

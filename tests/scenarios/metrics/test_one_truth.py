@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from paravol.score_table import score_rows
+from paravol.scoring.score_table import score_rows
 from scenarios.metrics import DEFINITIONS, Definition
 from scenarios.scoring import Scorer
 

@@ -24,10 +24,10 @@ from app.window.flight.flight_thread import DisplayedFrame, FlightThread, ScopeL
 from app.window.keyboard.actions import Act
 from app.window.style import style_sheet
 from app.window.window_size import scale_for
-from paravol.flight import FlightOrder
+from paravol.flight.flight import FlightOrder
 from paravol.guide import GuideMark
 from paravol.inputs import choose_input
-from paravol.readings import Readings
+from paravol.scoring.readings import Readings
 from scenarios import InstrumentState, Scenario
 from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks import Status, TaskState

@@ -15,7 +15,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from app.window.keyboard.actions import Act
-from paravol.flight_events import Injured
+from paravol.flight.flight_events import Injured
 from scenarios.instruments import INSTRUMENTS
 from tests.app.window.opened_window import OpenedWindow
 

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from app.window.home.exercise_list import OPEN_CASE
 from app.window.home.home_page import HomePage
+from paravol.sessions.unfinished_sessions import UnfinishedSession
 from paravol.trainee.cases import KnownCase
 from paravol.trainee.exercises import ladder_of
 from paravol.trainee.found_devices import FoundDevice
-from paravol.unfinished_sessions import UnfinishedSession
 from tests.app.window.desk_run import delete
 from tests.paravol.progress.learners import entry
 

@@ -29,9 +29,9 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 from anatomy.scan.histogram import Peaks, transfer_of
-from paravol.flight_events import FlightEnd
+from paravol.flight.flight_events import FlightEnd
 from paravol.guide import GuideMark, NameMark
-from paravol.slice_views import SliceViews
+from paravol.slices.slice_views import SliceViews
 from paravol.snapshots.snapshot_queue import MomentPicture
 from app.window.panels.moments import MomentView
 from app.window.panels.endoscope_panel import PictureView

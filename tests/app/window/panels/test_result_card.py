@@ -7,7 +7,7 @@ from PySide6.QtCore import QRect, QRectF
 from PySide6.QtWidgets import QApplication
 
 from app.window.panels.result_card import SMALLEST, ResultCard
-from paravol.flight_events import FlightEnd
+from paravol.flight.flight_events import FlightEnd
 from scenarios import Score
 
 INJURY = "2.1 mm deep at 4.8 s, right, through the thin bone, by the upturned forceps"

@@ -23,7 +23,7 @@ from app.window.panels.slices_panel import (
     SHOWN_MM,
     SlicesView,
 )
-from paravol.slice_views import GRAY_WINDOWS, Plane, SliceViews
+from paravol.slices.slice_views import GRAY_WINDOWS, Plane, SliceViews
 from renderers.scene import Volume
 
 EDGE = HEIGHT_PX

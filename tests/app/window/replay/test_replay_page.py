@@ -11,7 +11,7 @@ from paravol.patient import load_patient, no_progress
 from scenarios import load_scenario
 from tests.app.window.desk_run import opened_desk, until
 from tests.app.window.opened_window import run_script
-from tests.paravol.replays.flown_session import along_the_path, record_flight
+from tests.paravol.sessions.flown_session import along_the_path, record_flight
 from tests.paravol.trainee import hoops_flight
 
 REPLAY = """
@@ -151,7 +151,7 @@ prepare_environment()
 application = QApplication([])
 from app.window.home.home_page import HomePage
 from app.window.replay.replay_page import ReplayPage
-from paravol.session_pictures import SessionPictures
+from paravol.sessions.session_pictures import SessionPictures
 from paravol.trainee.choices import ChoiceFile, Choices
 from scenarios.bundle import read_notes
 from tests.app.window.desk_run import opened_desk, until, waits_of_the_window

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.window.replay.time_line import TimeLine, clock_text
-from paravol.replays.time_marks import MarkKind, TimeMark
+from paravol.sessions.time_marks import MarkKind, TimeMark
 
 
 @pytest.fixture

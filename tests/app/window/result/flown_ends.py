@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtWidgets import QApplication, QLabel
 
 from app.window.result.result_page import ResultPage
-from paravol.flight_events import FlightEnd
+from paravol.exercises.scripted_hand import ScriptedHand
+from paravol.flight.flight_events import FlightEnd
 from paravol.patient import PatientScene, load_patient, no_progress
-from paravol.scripted_hand import ScriptedHand
 from paravol.trainee.session_result import (
     ResultOrder,
     SessionResult,

@@ -9,8 +9,8 @@ import pytest
 from PySide6.QtWidgets import QApplication
 
 from app.window.result.result_page import ResultPage
-from paravol.metric_texts import metric_figure
-from paravol.verdict_texts import whole_text
+from paravol.scoring.metric_texts import metric_figure
+from paravol.scoring.verdict_texts import whole_text
 from scenarios.rubrics import Verdict
 from tests.app.window.desk_run import delete
 from tests.app.window.result.flown_ends import (

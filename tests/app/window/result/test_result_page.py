@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 from app.window.result.points_list import part_points_text, reason_text
 from app.window.result.result_page import ResultPage, WhatNext
 from paravol.debrief.advice import Advice
-from paravol.flight_events import FlightEnd
+from paravol.flight.flight_events import FlightEnd
 from paravol.trainee.exercises import ladder_of
 from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario, load_scenario

@@ -1,0 +1,1 @@
+"""Cases: a patient's own scans, made ready to be flown through."""

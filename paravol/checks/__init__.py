@@ -1,0 +1,1 @@
+"""What is found out about this machine, its devices and an arm."""

@@ -1,0 +1,1 @@
+"""Exercises: whether they fit a head, the way into it, and who makes them."""

@@ -1,0 +1,1 @@
+"""One flight: from its order to its end, and what is told of it on the way."""

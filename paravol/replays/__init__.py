@@ -1,1 +1,0 @@
-"""A recorded session looked through by a person: moments, marks, another camera."""

@@ -1,0 +1,1 @@
+"""What a session was worth: its metrics, its score, and their words."""

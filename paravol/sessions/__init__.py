@@ -1,0 +1,1 @@
+"""Recorded sessions: kept, opened, stepped, looked through and drawn again."""

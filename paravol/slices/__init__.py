@@ -1,0 +1,1 @@
+"""Pictures of a head that are no endoscope's: slices, a cutaway, what was seen."""

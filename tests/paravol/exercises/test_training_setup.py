@@ -1,0 +1,33 @@
+"""What all flights of a training have in common reaches each of them."""
+
+from pathlib import Path
+
+from paravol.exercises.training_setup import DeviceSetup, TrainingSetup
+from paravol.flight.flight_events import FlightEvent, Hear
+from paravol.sessions.session_store import SessionStore
+from scenarios import Scenario
+
+
+def test_each_order_has_a_watcher_of_its_own() -> None:
+    asked: list[str] = []
+
+    def watcher(scenario: Scenario) -> Hear:
+        asked.append(scenario.name)
+        heard: list[FlightEvent] = []
+        return heard.append
+
+    setup = TrainingSetup(devices=DeviceSetup(), size=64, threads=1, watcher=watcher)
+    first, second = setup.order("hoops"), setup.order("centring")
+    assert asked == ["hoops", "centring"]
+    assert len(first.watchers) == len(second.watchers) == 1
+    assert first.watchers != second.watchers
+    alone = TrainingSetup(devices=DeviceSetup(), size=64, threads=1)
+    assert alone.order("hoops").watchers == ()
+
+
+def test_each_order_records_where_the_training_looks_for_sessions(
+    tmp_path: Path,
+) -> None:
+    kept = SessionStore(tmp_path / "here")
+    setup = TrainingSetup(devices=DeviceSetup(), size=64, threads=1, sessions=kept)
+    assert setup.order("hoops").kept == kept
