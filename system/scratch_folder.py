@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from system import lock_file
+from system.file_lock import lock_file
 
 _OWNER = ".owner"
 

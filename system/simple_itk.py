@@ -3,7 +3,7 @@
 import importlib
 from typing import Any
 
-from system import use_c_numbers
+from system.c_numbers import use_c_numbers
 
 
 def simple_itk() -> Any:

@@ -6,7 +6,10 @@ import tokenize
 import tomllib
 from collections import Counter
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
+
+from grimp import build_graph
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
@@ -261,17 +264,17 @@ def test_every_source_says_what_it_is() -> None:
 
 
 BUDGET = {
-    "anatomy": 15734,
-    "app": 19305,
-    "benchmarks": 11238,
-    "devices": 13381,
+    "anatomy": 15733,
+    "app": 18807,
+    "benchmarks": 10790,
+    "devices": 13290,
     "examples": 1792,
-    "paravol": 27735,
+    "paravol": 27631,
     "renderers": 37151,
-    "scenarios": 12345,
-    "surgery": 7188,
-    "system": 1128,
-    "tests": 94286,
+    "scenarios": 12343,
+    "surgery": 7181,
+    "system": 1123,
+    "tests": 93922,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
@@ -429,6 +432,16 @@ def test_what_only_tests_reach_is_no_source() -> None:
             if name not in called_from_outside
         ]
     assert not wrong
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    """Late imports count, too; those for types alone do not."""
+    rooms = (name for name in PACKAGES if name != "app")
+    graph = build_graph(*rooms, exclude_type_checking_imports=True)
+    around = {
+        each: graph.find_modules_directly_imported_by(each) for each in graph.modules
+    }
+    TopologicalSorter(around).prepare()
 
 
 def test_files_that_the_documents_name_are_there() -> None:

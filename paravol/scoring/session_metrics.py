@@ -133,8 +133,8 @@ def session_metrics(
     same head, or a scope's track through it, that is compared with. patient: the one
     that was flown through, where it is loaded already, or who loads it. exact: step
     it though its recording says all, see `paravol.sessions.recorded_flight`; the same
-    comes of both. watch: looks on while the session is stepped. timeline: of this session,
-    before its first sample, that is stepped to its end. UserError when the
+    comes of both. watch: looks on while the session is stepped. timeline: of this
+    session, before its first sample, that is stepped to its end. UserError when the
     session cannot be read, holds no sample, was changed, or was flown through another
     head.
     """

@@ -18,10 +18,7 @@ from renderers.scene.spine import Spine
 from system import UserError
 
 if TYPE_CHECKING:
-    from renderers.scene.mesh_drawing import ListedFacets
-
-RowRunner = Callable[[int, Callable[[int, int], None]], None]
-"""Calls ``kernel(first, past_last)`` so that each of so many rows is covered once."""
+    from renderers.scene.mesh_drawing import ListedFacets, RowRunner
 
 
 def run_at_once(rows: int, kernel: Callable[[int, int], None]) -> None:
@@ -87,7 +84,7 @@ class Mesh:
         buffer: GBuffer,
         camera: Camera,
         world_from_mesh: NDArray[np.float64],
-        run: RowRunner = run_at_once,
+        run: "RowRunner" = run_at_once,
     ) -> None:
         """Draw the mesh into `buffer` where it is nearer than what is there.
 

@@ -1,6 +1,7 @@
 """A mesh's triangles drawn into a G-buffer."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,9 @@ from renderers.scene.kernels.triangles import (
     bound_groups,
     list_facets,
 )
-from renderers.scene.mesh import RowRunner
+
+RowRunner = Callable[[int, Callable[[int, int], None]], None]
+"""Calls ``kernel(first, past_last)`` so that each of so many rows is covered once."""
 
 ROOM = 4096
 """Triangles that are listed at a time."""
