@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scenarios.scenario import Scenario
 
 TISSUES = tuple(label.name.lower().replace("_", " ") for label in Label)
-"""Names of `surgery.patient.Books`."""
+"""Names of `surgery.patient.VolumeLedger`."""
 
 SITES = (*SITE_NAMES, *(f"{site}, {side}" for site in SITE_NAMES for side in SIDES))
 """Names of sites of mucosa, of both sides together and of one."""

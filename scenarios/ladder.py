@@ -25,7 +25,7 @@ CONFIDENCE = 0.85
 """Three passes in a row open a door, or five out of six."""
 
 
-class Door(StrEnum):
+class ExerciseStatus(StrEnum):
     """Say how an exercise stands for a trainee."""
 
     LOCKED = "locked"
@@ -34,7 +34,7 @@ class Door(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
+class LadderStep:
     """Hold one exercise of a ladder.
 
     passes, runs: of the last `LAST_RUNS`. bound: of the pass rate, from below. waits:
@@ -42,7 +42,7 @@ class Rung:
     """
 
     name: str
-    door: Door
+    door: ExerciseStatus
     passes: int
     runs: int
     bound: float
@@ -51,7 +51,7 @@ class Rung:
 
 def rungs(
     exercises: Iterable[Scenario], results: Mapping[str, Sequence[bool]]
-) -> list[Rung]:
+) -> list[LadderStep]:
     """Return how each exercise stands, in their order.
 
     results: whether each run was passed, in order of time, by the exercise's name.
@@ -62,11 +62,13 @@ def rungs(
     for exercise in exercises:
         last = list(results.get(exercise.name, ()))[-LAST_RUNS:]
         waits = tuple(name for name in exercise.needs if name not in passed)
-        door = Door.LOCKED if waits else Door.OPEN
+        door = ExerciseStatus.LOCKED if waits else ExerciseStatus.OPEN
         if exercise.name in passed:
-            door = Door.PASSED
+            door = ExerciseStatus.PASSED
         bound = lower_bound(sum(last), len(last))
-        found.append(Rung(exercise.name, door, sum(last), len(last), bound, waits))
+        found.append(
+            LadderStep(exercise.name, door, sum(last), len(last), bound, waits)
+        )
     return found
 
 

@@ -27,7 +27,7 @@ from surgery.injection import Box, Injection, InjectionState
 from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
-from surgery.pushing import LONGEST_MM, Pushing, PushingState, Rod
+from surgery.pushing import LONGEST_MM, Pushing, PushingState, ToolCapsule
 from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
 from surgery.straight_way import is_way
 
@@ -572,7 +572,7 @@ class Operation:
                 self.hurt += self.injuries.cut(edit, self.patient.surface.distance)
 
 
-def _rod(state: InstrumentState, frame: NDArray[np.float64]) -> Rod | None:
+def _rod(state: InstrumentState, frame: NDArray[np.float64]) -> ToolCapsule | None:
     """Return what tissue gives way to; None without a tool, or where it takes tissue.
 
     A tool that sweeps would otherwise push away what it is about to cut.
@@ -584,4 +584,4 @@ def _rod(state: InstrumentState, frame: NDArray[np.float64]) -> Rod | None:
         return None
     end = tool.end(frame, LONGEST_MM)
     places = np.concatenate([end.start_mm, end.end_mm[-1:]])
-    return Rod.along(places, np.clip(end.radius_mm, THINNEST_MM, THICKEST_MM))
+    return ToolCapsule.along(places, np.clip(end.radius_mm, THINNEST_MM, THICKEST_MM))

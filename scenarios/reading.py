@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import msgspec
 
 if TYPE_CHECKING:
-    from scenarios.session import Placed
+    from scenarios.session import ScopeReading
 
 
 class Reading(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Hold what a session measured at one sample, mm; see `scenarios.session.Placed`.
+    """Hold what a session measured at one sample, mm; see `ScopeReading`.
 
     gap_mm: of the scope's shaft to tissue, negative in it; touched: the structure, ""
     without contact. hazards_mm: gap of the scope's shaft to each hazard. tool_hazards:
@@ -29,7 +29,7 @@ class Reading(
     drags_mm: dict[str, float] = {}
 
     @classmethod
-    def of(cls, placed: "Placed") -> "Reading":
+    def of(cls, placed: "ScopeReading") -> "Reading":
         """Take what was measured. Floats keep all their bits."""
         hazards = placed.hazards
         return cls(

@@ -73,7 +73,7 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class ScopeReading:
     """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
 
     touched: "" without contact. hazards: None where nobody knows them. tool_mm,
@@ -94,7 +94,7 @@ class SessionState:
     """Hold a session between two samples; see `Session.freeze`."""
 
     scorer: Scorer
-    stepped: tuple[Sample, Placed] | None
+    stepped: tuple[Sample, ScopeReading] | None
     operation: "OperationState | None"
     tasks: EngineState | None
     clock: "_Clock"
@@ -169,7 +169,7 @@ class Session:
         self._task_events: list[TaskEvent] = []
         self._clock = _Clock()
         self._scorer = Scorer(targets)
-        self._stepped: tuple[Sample, Placed] | None = None
+        self._stepped: tuple[Sample, ScopeReading] | None = None
 
     @property
     def clock_s(self) -> float:
@@ -214,7 +214,7 @@ class Session:
             self._task_events += self.tasks.step(situation)
 
     @property
-    def placed(self) -> Placed | None:
+    def placed(self) -> ScopeReading | None:
         """Return where the last sample's scope was; None before the first."""
         return None if self._stepped is None else self._stepped[1]
 
@@ -273,7 +273,7 @@ class Session:
         )
 
     def _camera(
-        self, sample: Sample, placed: Placed, size: tuple[int, int] | None = None
+        self, sample: Sample, placed: ScopeReading, size: tuple[int, int] | None = None
     ) -> Camera:
         """Return what the scope of a sample sees."""
         scope = self.endoscope.at(sample.scope_deg)
@@ -284,7 +284,7 @@ class Session:
             sample.camera_roll_deg,
         )
 
-    def _watch_mucosa(self, sample: Sample, placed: Placed) -> None:
+    def _watch_mucosa(self, sample: Sample, placed: ScopeReading) -> None:
         watch = self.coverage
         if watch is None or not watch.is_due(self.clock_s):
             return
@@ -294,7 +294,7 @@ class Session:
         camera = self._camera(sample, placed)
         watch.step(self.clock_s, camera, self._distance, lens)
 
-    def _situation(self, sample: Sample, placed: Placed) -> Situation:
+    def _situation(self, sample: Sample, placed: ScopeReading) -> Situation:
         """Return what a sample means to tasks."""
         camera = self._camera(sample, placed)
         hand = sample.instrument
@@ -326,7 +326,7 @@ class Session:
             injured=operation.injured,
         )
 
-    def _placed(self, sample: Sample) -> Placed:
+    def _placed(self, sample: Sample) -> ScopeReading:
         """Return the tip's pose in the patient and the gap around the shaft."""
         if self._stepped is not None and self._stepped[0] is sample:
             # a frame shows the sample that was scored last
@@ -348,7 +348,7 @@ class Session:
         tool = self._tool_clearance(sample, frame)
         # what works is meant to touch
         is_idle = tool is not None and not sample.instrument.is_working
-        return Placed(
+        return ScopeReading(
             world_from_tip,
             clearance.gap_mm,
             touched,

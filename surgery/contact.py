@@ -1,8 +1,8 @@
 """What a scope or a tool meets: walls hold it where nothing pushes back on the hand.
 
 Mouse and gamepad feel no wall. What they steer goes as far as tissue lets it, and
-slides along (see `surgery.kernels.hold_back`). With an arm nothing is moved: its scope
-is where it is, and a contact is shown and scored.
+slides along (see `surgery.kernels.resolve_contact`). With an arm nothing is moved: its
+scope is where it is, and a contact is shown and scored.
 """
 
 import math
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.cross import cross
 from renderers.scene import Volume
 from surgery.kernels.distance_field import HOLE, DistanceField
-from surgery.kernels.hold_back import hold_back
+from surgery.kernels.resolve_contact import resolve_contact
 from system import UserError
 
 Doubles = NDArray[np.float64]
@@ -78,14 +78,14 @@ class ShaftHold:
     ) -> Doubles:
         """Return the pose that a shaft gets to, 4x4, on its way to a wanted one.
 
-        balls, grown: as `surgery.kernels.hold_back` takes them. give_mm: how deep a
-        wall is dented. The least gap is kept, or that depth: nothing is pushed deeper.
-        The wanted pose itself is returned where nothing holds.
+        balls, grown: as `surgery.kernels.resolve_contact` takes them. give_mm: how
+        deep a wall is dented. The least gap is kept, or that depth: nothing is pushed
+        deeper. The wanted pose itself is returned where nothing holds.
         """
         away = float(np.linalg.norm(self.pivot_mm - start[:3, 3]))
         lever = max(away, LEAST_LEVER_MM)
         rod, aim = _rod(start, lever), _rod(wanted, lever)
-        hold_back(
+        resolve_contact(
             self._field,
             self.guard,
             balls,

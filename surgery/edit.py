@@ -7,7 +7,7 @@ from surgery.solids import Rows
 
 
 @dataclass(frozen=True, slots=True)
-class Taker:
+class CuttingLimits:
     """Say what a tool can take away.
 
     force_n: axial force that it brings on bone; walls and grounds that bear more stay.
@@ -26,7 +26,8 @@ class Edit:
     one stroke are undone together. tool: its name. solids: what was cut out, see
     `surgery.solids`. taken_mm3: by tissue. bone_mm3: of them bone of walls, by the
     walls' names. pieces_mm3: of them what had become loose. counts: the sum in shares
-    of a voxel, an integer, see `surgery.patient.Books`. change: for whoever shows it.
+    of a voxel, an integer, see `surgery.patient.VolumeLedger`. change: for who
+    shows it.
     """
 
     number: int

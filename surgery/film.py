@@ -104,7 +104,7 @@ BLEEDING_SHARE = 0.2
 
 
 @dataclass(slots=True)
-class FilmBooks:
+class FilmLedger:
     """Count blood in units of `UNIT_MM3`; integers, so that nothing gets lost.
 
     bled: by `KINDS`. sucked. left: unused, by the nostril, by the throat, over the
@@ -117,7 +117,7 @@ class FilmBooks:
     sucked: int = 0
     left: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, np.int64))
 
-    def copy(self) -> "FilmBooks":
+    def copy(self) -> "FilmLedger":
         """Return books that no later step touches."""
         return replace(self, bled=self.bled.copy(), left=self.left.copy())
 
@@ -190,7 +190,7 @@ class FilmState:
 
     cells: tuple[NDArray[Any], ...]
     sources: _Sources
-    books: FilmBooks
+    books: FilmLedger
     arteries: dict[tuple[str, str], int]
     clock: tuple[int | None, int]
     suction: Suction | None
@@ -237,7 +237,7 @@ class BloodFilm:
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
             raise UserError(f"blood bias must be within 0..10, got {blood_bias}")
         volume = surface.distance
-        self.books = FilmBooks()
+        self.books = FilmLedger()
         self.arteries: dict[tuple[str, str], int] = {}
         self.hold_mm = HOLD_MM
         self._wounds = surface.wounds

@@ -19,7 +19,7 @@ from renderers.scene import AirSurface, Change, Volume, Wounds
 from renderers.scene.scene import WOUND_UNIT_MM
 from renderers.scene.volume import AIR_HU
 from surgery import solids as solid
-from surgery.edit import Edit, Taker
+from surgery.edit import CuttingLimits, Edit
 from surgery.kernels.carve import FULL, carve, clear_pieces, fill_all, share_out
 from system import UserError
 
@@ -41,7 +41,7 @@ _PER_UNIT = 1.0 / WOUND_UNIT_MM
 
 
 @dataclass(slots=True)
-class Books:
+class VolumeLedger:
     """Count what was taken, in shares of a voxel: `FULL` of them are one.
 
     by_label: ``(256,)`` int64, by the tissue's `Label`. by_wall: ``(256,)`` int64, of
@@ -80,11 +80,11 @@ class Books:
             found[name] = found.get(name, 0.0) + self.mm3(int(self.by_wall[n]))
         return found
 
-    def copy(self) -> "Books":
+    def copy(self) -> "VolumeLedger":
         """Return books that no later edit touches."""
         return replace(self, by_label=self.by_label.copy(), by_wall=self.by_wall.copy())
 
-    def add(self, other: "Books", sign: int = 1) -> None:
+    def add(self, other: "VolumeLedger", sign: int = 1) -> None:
         """Add what others count, or take it away again."""
         self.by_label += sign * other.by_label
         self.by_wall += sign * other.by_wall
@@ -96,7 +96,7 @@ class _Before:
     """Hold what an edit replaced, flat: voxel numbers, distances, three fills."""
 
     edit: Edit
-    books: Books
+    books: VolumeLedger
     voxels: NDArray[np.int32]
     distance: NDArray[np.float32]
     fills: tuple[NDArray[np.uint16], ...]
@@ -117,7 +117,7 @@ class PatientState:
     voxels: NDArray[np.int64]
     distance: NDArray[np.float32]
     fills: tuple[NDArray[np.uint16], ...]
-    books: Books
+    books: VolumeLedger
     undo: tuple[_Before, ...]
     edits: int
     touched: tuple[NDArray[np.int64], NDArray[np.int64]] | None
@@ -169,7 +169,7 @@ class OperatedPatient:
         self._thickness = layers.table()
         self._fills = self.fill, flesh, bone
         self._fill_up(distance.values, layers.wall.values, self._fills)
-        self.books = Books(float(np.prod(distance.spacing_mm)))
+        self.books = VolumeLedger(float(np.prod(distance.spacing_mm)))
         self.ct = None
         if ct is not None:
             self._ct = ct.values.copy()
@@ -184,14 +184,16 @@ class OperatedPatient:
         self._kinds = np.zeros((256, 2), np.uint8)
         for row, kind in enumerate(layers.kinds):
             self._kinds[row] = kind.mucosa, kind.bone
-        self._takers: dict[Taker, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
+        self._takers: dict[
+            CuttingLimits, tuple[NDArray[np.float32], NDArray[np.uint8]]
+        ] = {}
         self._undo: deque[_Before] = deque()
         self._undo_bytes = 0
 
     def carve(
         self,
         solids: solid.Rows,
-        taker: Taker,
+        taker: CuttingLimits,
         *,
         time_s: float = 0.0,
         tool: str = "",
@@ -209,7 +211,7 @@ class OperatedPatient:
         here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
         old = self._distance[here].copy()
         old_fills = [fill[here].copy() for fill in self._fills]
-        books = Books(self.books.voxel_mm3)
+        books = VolumeLedger(self.books.voxel_mm3)
         bounds = np.empty(6, np.int64)
         counts = books.by_label, books.by_wall
         changed = carve(
@@ -279,11 +281,11 @@ class OperatedPatient:
         self._follow(low, high)
         return edit
 
-    def would_take(self, solids: solid.Rows, taker: Taker) -> dict[str, float]:
+    def would_take(self, solids: solid.Rows, taker: CuttingLimits) -> dict[str, float]:
         """Return what `carve` would take, mm3 by tissue; nothing is cut."""
         solids = solid.checked(solids)
         box = self._box(solids, REACH_MM)
-        books = Books(self.books.voxel_mm3)
+        books = VolumeLedger(self.books.voxel_mm3)
         if np.any(box[3:] <= box[:3]):
             return {}
         here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
@@ -445,7 +447,7 @@ class OperatedPatient:
         return np.concatenate([first, end]).astype(np.int64)
 
     def _tables(
-        self, taker: Taker
+        self, taker: CuttingLimits
     ) -> tuple[
         NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]
     ]:

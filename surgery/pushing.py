@@ -82,7 +82,7 @@ _MOBILE = (
 
 
 @dataclass(frozen=True, slots=True)
-class Rod:
+class ToolCapsule:
     """Describe the round end of a tool.
 
     tip_mm: ``(3,)`` LPS, centre of its end ball. back: ``(3,)`` unit, along the shaft
@@ -95,10 +95,10 @@ class Rod:
     back: NDArray[np.float64]
     radius_mm: float
     length_mm: float = LONGEST_MM
-    behind: "Rod | None" = None
+    behind: "ToolCapsule | None" = None
 
     @classmethod
-    def of(cls, tip_mm: ArrayLike, back: ArrayLike, radius_mm: float) -> "Rod":
+    def of(cls, tip_mm: ArrayLike, back: ArrayLike, radius_mm: float) -> "ToolCapsule":
         """Check and make a straight one; UserError for what is no end of a tool."""
         tip = np.asarray(tip_mm, np.float64)
         axis = np.asarray(back, np.float64)
@@ -114,7 +114,7 @@ class Rod:
         return cls(tip, axis / length, float(radius_mm))
 
     @classmethod
-    def along(cls, places_mm: ArrayLike, radius_mm: ArrayLike) -> "Rod":
+    def along(cls, places_mm: ArrayLike, radius_mm: ArrayLike) -> "ToolCapsule":
         """Make one along two or three places, the tip first; UserError as `of`.
 
         radius_mm: of each part between two places. The last goes on as a shaft.
@@ -204,7 +204,9 @@ class Pushing:
             [k.mucosa in _MOBILE or k.bone in _MOBILE for k in kinds]
         )
 
-    def push(self, time_s: float, generation: int, rod: Rod | None) -> Change | None:
+    def push(
+        self, time_s: float, generation: int, rod: ToolCapsule | None
+    ) -> Change | None:
         """Take in one sample: tissue gives way to a tool, or springs back from it.
 
         Samples come in order of time. generation: of the change, if there is one. rod:
@@ -292,14 +294,14 @@ class Pushing:
         """Return the voxels that each dent may move."""
         return [self._box_of(dent) for dent in self._dents()]
 
-    def _measured(self, rod: Rod) -> tuple[Dent, Dent]:
+    def _measured(self, rod: ToolCapsule) -> tuple[Dent, Dent]:
         """Return the dents of a tool's tip and of what is behind it."""
         tip = self._measured_part(rod, _no_dent())
         if rod.behind is None:
             return tip, _no_dent()
         return tip, self._measured_part(rod.behind, tip)
 
-    def _measured_part(self, rod: Rod, other: Dent) -> Dent:
+    def _measured_part(self, rod: ToolCapsule, other: Dent) -> Dent:
         dent = _dent_of(rod)
         values = self._rest[0]
         measure_dent(values, self._grid.voxel, self.shifts, *dent, other)
@@ -311,7 +313,7 @@ class Pushing:
         size[4] = max(LEAST_FADING_MM, FADING * float(depth.max()))
         return Dent(dent.frame, size, depth)
 
-    def _shift(self, rod: Rod) -> bool:
+    def _shift(self, rod: ToolCapsule) -> bool:
         """Let a turbinate go along with a tool that is too deep in it."""
         over = _deep(self._held) - YIELD_MM
         if over <= 0:
@@ -458,7 +460,7 @@ def _deep(dents: tuple[Dent, Dent]) -> float:
     return max(float(dent.depth.max()) for dent in dents)
 
 
-def _dent_of(rod: Rod) -> Dent:
+def _dent_of(rod: ToolCapsule) -> Dent:
     """Return the frame of a dent around a tool, without depth."""
     axis = rod.back
     side = np.zeros(3)

@@ -3,7 +3,7 @@
 from system.c_numbers import use_c_numbers
 from system.file_lock import NoLocksError, lock_file, locked
 from system.foreign_file import ForeignFileError, foreign_file
-from system.place import demand_place
+from system.place import require_place
 from system.processes import (
     be_punctual,
     end_group,
@@ -23,7 +23,6 @@ __all__ = [
     "NoLocksError",
     "UserError",
     "be_punctual",
-    "demand_place",
     "end_group",
     "foreign_file",
     "group_options",
@@ -32,6 +31,7 @@ __all__ = [
     "locked",
     "lower_priority",
     "memory_bytes",
+    "require_place",
     "simple_itk",
     "typed_text",
     "usable_cores",

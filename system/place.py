@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 
-def demand_place(path: Path) -> None:
+def require_place(path: Path) -> None:
     """Raise OSError, with the name that was asked for, where no file can be written.
 
     Leaves nothing behind: folders that are missing are made when the file is.

@@ -43,7 +43,7 @@ def annotate(
     if text and remove is not None:
         raise UserError("Write a note or remove one, not both.")
     if at is not None:
-        _demand_time(session, at)
+        _require_time(session, at)
         notes = add_note(session, at, text)
     elif remove is not None:
         notes = remove_note(session, remove)
@@ -65,7 +65,7 @@ def note_rows(notes: tuple[Note, ...]) -> list[tuple[str, str]]:
     ]
 
 
-def _demand_time(session: Path, at: float) -> None:
+def _require_time(session: Path, at: float) -> None:
     records = read_recording(session).records
     times = [r.time_s for r in records if isinstance(r, SampleRecord)]
     if not times or not times[0] <= at <= times[-1]:

@@ -13,7 +13,7 @@ from paravol.slices.coverage_map import SessionCoverage, seconds_at, session_cov
 from renderers.scene.image import save_png
 from scenarios.bundle import write_json
 from scenarios.metrics.value_text import value_text
-from system import UserError, demand_place
+from system import UserError, require_place
 
 
 @Parameter(name="*")
@@ -54,7 +54,7 @@ def coverage(
             raise UserError(f"{file} must end in {' or '.join(endings)}.")
     for file in (options.out, options.picture, options.json_file):
         if file is not None:
-            demand_place(file)
+            require_place(file)
     with Stages() as stages:
         seen = session_coverage(session, options.case, stages)
     if options.out is not None:

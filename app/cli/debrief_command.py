@@ -8,7 +8,7 @@ from app.cli.root import Flag, Json, Threads, thread_count
 from app.cli.terminal import Stages, print_json
 from paravol.debrief import DebriefOrder, write_debrief
 from paravol.debrief.pictures import Quality
-from system import demand_place
+from system import require_place
 
 
 def debrief(
@@ -62,7 +62,7 @@ def debrief(
         case=case,
         rubric=rubric,
     )
-    demand_place(order.out)
+    require_place(order.out)
     with Stages() as stages:
         written = write_debrief(order, stages, stages.say)
     if json:

@@ -25,7 +25,7 @@ from paravol.flight import flight_events as events
 from paravol.flight.flight import FinishedFlight, Flight, FlightOrder
 from paravol.flight.flight_loop import FrameEvent
 from paravol.inputs.arm import ArmInput
-from paravol.inputs.open_arm import demand_port
+from paravol.inputs.open_arm import require_port
 from paravol.output_folder import claimed_folder, remove_old_session
 from paravol.scoring.score_table import score_rows
 from paravol.sessions.session_replay import VIDEO_FPS, ReplayReport, replay_session
@@ -135,7 +135,7 @@ def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
     """
     if options.size % 2:
         raise UserError(f"--size must be even, for the film; got {options.size}.")
-    demand_port(options.device)
+    require_port(options.device)
     names = options.names
     options = replace(
         options,

@@ -47,7 +47,7 @@ def desktop_entry(*, remove: Flag = False) -> int:
         shutil.copyfile(ICON, beside)
     with whole_file(entry) as beside:
         beside.write_text(entry_text(command(), icon), "utf-8")
-        _demand_valid(beside)
+        _require_valid(beside)
     print(f"Wrote {entry}; the desktop shows PARAVOL among its applications.")
     return 0
 
@@ -105,7 +105,7 @@ def _escaped(text: str) -> str:
     return text.replace("\\", "\\\\")
 
 
-def _demand_valid(entry: Path) -> None:
+def _require_valid(entry: Path) -> None:
     """Let the desktop's own tool read the entry, where it is installed."""
     tool = shutil.which("desktop-file-validate")
     if tool is None:

@@ -19,7 +19,7 @@ from scenarios.metrics import (
     definitions_named,
     load_settings,
 )
-from system import demand_place, whole_file
+from system import require_place, whole_file
 from system.csv_table import CsvTable
 
 COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
@@ -79,7 +79,7 @@ def metrics(
     """
     for file in (options.csv, options.json_file):
         if file is not None:
-            demand_place(file)
+            require_place(file)
     settings = Settings()
     if options.settings is not None:
         settings = load_settings(options.settings)

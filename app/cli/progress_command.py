@@ -13,7 +13,7 @@ from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from paravol.progress.cohort import Standing, standings
 from paravol.progress.csv_export import as_csv
-from paravol.progress.curve_plot import demand_format, draw_curve
+from paravol.progress.curve_plot import draw_curve, require_format
 from paravol.progress.learning_curve import (
     LearningCurve,
     fit_learning_curve,
@@ -24,8 +24,8 @@ from paravol.progress.session_entry import (
     PERCENT,
     SessionEntry,
     bundle_sha256,
-    demand_name,
     entry_of_session,
+    require_name,
 )
 from paravol.progress.store import ProgressStore
 from paravol.progress.xapi import HOME_PAGE, statements
@@ -36,7 +36,7 @@ from scenarios.bundle import read_recording, write_json
 from scenarios.metrics import Metric
 from scenarios.metrics.value_text import value_text
 from scenarios.rubrics import Assessment, load_rubric
-from system import UserError, demand_place, whole_file
+from system import UserError, require_place, whole_file
 from system.typed_record import decode_json
 
 DURATION = "duration"
@@ -165,8 +165,8 @@ def curve(
         Draw it into this .png or .svg file.
     """
     if out is not None:
-        demand_format(out)
-        demand_place(out)
+        require_format(out)
+        require_place(out)
     kept = open_store(store)
     entries = kept.sessions(trainee=trainee, exercise=exercise)
     if not entries:
@@ -251,7 +251,7 @@ def export(
         raise UserError("Name a file: --csv FILE, --xapi FILE or both.")
     for place in (csv, xapi):
         if place is not None:
-            demand_place(place)
+            require_place(place)
     entries = open_store(store).sessions(trainee=trainee, exercise=exercise)
     if csv is not None:
         with whole_file(csv) as beside:
@@ -294,7 +294,7 @@ def add(
     if assessment is not None and (len(sessions) != 1 or rubric):
         raise UserError("--assessment goes with one session, without --rubric.")
     named = load_rubric(rubric) if rubric else None
-    demand_name(trainee)
+    require_name(trainee)
     scored = None
     if assessment is not None:
         scored = _read_assessment(assessment)

@@ -17,7 +17,7 @@ from devices.registration.registration_file import (
     save_registration,
 )
 from paravol.inputs.igtl import peer_address
-from paravol.inputs.open_arm import demand_port
+from paravol.inputs.open_arm import require_port
 from paravol.inputs.typed_pedals import HELP, TypedPedals
 from paravol.registration.arm_registration import (
     RegistrationOrder,
@@ -159,7 +159,7 @@ def _check(options: RegisterOptions) -> None:
         )
     if options.input is not None:
         _tracker(options.input)
-    demand_port(options.device)
+    require_port(options.device)
     if options.out.suffix != ".json":
         raise UserError(f"--out must name a .json file, got {options.out}.")
     if not options.out.absolute().parent.is_dir():

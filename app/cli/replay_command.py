@@ -30,7 +30,7 @@ def replay(
     session
         A folder NAME.paravol.
     """
-    options.demand_sense()
+    options.require_sense()
     options = replace(options, threads=thread_count(options.threads))
     if options.window:
         return _run_window(session, options)

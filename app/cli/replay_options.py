@@ -71,12 +71,12 @@ class ReplayOptions:
         asked = (self.speed, self.from_s, self.to_s, self.beside, self.camera)
         return self.video is not None and any(word is not None for word in asked)
 
-    def demand_sense(self) -> None:
+    def require_sense(self) -> None:
         """UserError for options that do not go together."""
         if (self.view_at is None) != (self.out is None):
             raise UserError("--view-at and --out go together.")
         if self.window:
-            self._demand_window()
+            self._require_window()
         is_timed = (
             self.window
             or self.at is not None
@@ -108,16 +108,16 @@ class ReplayOptions:
             if word is not None and self.video is None:
                 raise UserError(f"{name} goes with --video, the film.")
         if self.speed is not None:
-            from paravol.sessions.player import demand_speed
+            from paravol.sessions.player import require_speed
 
-            demand_speed(self.speed)
+            require_speed(self.speed)
         if self.check and self.is_own_film:
             raise UserError(
                 "--check compares the recorded frames; leave --speed, --from, --to, "
                 "--beside and --camera out."
             )
 
-    def _demand_window(self) -> None:
+    def _require_window(self) -> None:
         """UserError for what the window has buttons for, or no use of."""
         others = {
             "--check": self.check or None,

@@ -10,7 +10,14 @@ from app.cli.root import Json, ScenarioName
 from app.cli.terminal import Stages, print_json, print_table
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import told
-from scenarios.ladder import LAST_RUNS, LEAST_RATE, Door, Rung, false_unlock, rungs
+from scenarios.ladder import (
+    LAST_RUNS,
+    LEAST_RATE,
+    ExerciseStatus,
+    LadderStep,
+    false_unlock,
+    rungs,
+)
 from scenarios.scenario import CameraHold, Level, Scope, bundled_scenarios
 from scenarios.tasks import Task
 from system import UserError
@@ -189,8 +196,8 @@ def _told(exercise: Scenario) -> dict[str, Any]:
     }
 
 
-def _door(rung: Rung) -> str:
-    if rung.door is Door.LOCKED:
+def _door(rung: LadderStep) -> str:
+    if rung.door is ExerciseStatus.LOCKED:
         return f" (after {', '.join(rung.waits)})"
     if rung.runs:
         return f" ({rung.door}; {rung.passes} of the last {rung.runs} runs passed)"

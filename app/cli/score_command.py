@@ -36,7 +36,7 @@ from scenarios.rubrics import (
     load_rubric,
 )
 from scenarios.rubrics.rubric import Rubric
-from system import UserError, demand_place, whole_file
+from system import UserError, require_place, whole_file
 from system.csv_table import CsvTable
 
 OUT = "assessments"
@@ -101,7 +101,7 @@ def score(
     """
     for file in (options.csv, options.json_file):
         if file is not None:
-            demand_place(file)
+            require_place(file)
     rubric = load_rubric(options.rubric) if options.rubric else None
     order = BatchOrder(
         rubric,

@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli.snapshot_options import SnapshotOptions, check, demand_places
+from app.cli.snapshot_options import SnapshotOptions, check, require_places
 from app.cli.terminal import Stages, print_json
 from paravol.snapshots.camera_path import load_camera_path, views_along
-from paravol.snapshots.comparison import demand_splats
+from paravol.snapshots.comparison import require_splats
 from paravol.snapshots.film import FilmReport, draw_film
 from paravol.snapshots.head_scene import HeadScene, RenderSettings
 from paravol.snapshots.render_session import render_session
@@ -36,7 +36,7 @@ MOST_FRAMES = 20_000
 def run_snapshot(options: SnapshotOptions) -> int:
     """Render and save; return the exit status."""
     check(options)
-    demand_places(options)
+    require_places(options)
     settings = _render_settings(options)
     with Stages() as stages:
         with warnings.catch_warnings(record=True) as caught:
@@ -45,9 +45,9 @@ def run_snapshot(options: SnapshotOptions) -> int:
         messages = list(dict.fromkeys(str(found.message) for found in caught))
         for view in views[:1] + views[-1:]:
             head.demand(view)
-            _demand_light(options, view)
+            _require_light(options, view)
             if options.against == "fsr":
-                demand_splats(view)
+                require_splats(view)
         if options.confidence is not None:
             rated_surface(head)
         if options.save_view is not None:
@@ -155,7 +155,7 @@ def _views_at(
     return HeadScene.of(head, stages), [view]
 
 
-def _demand_light(options: SnapshotOptions, view: ViewFile) -> None:
+def _require_light(options: SnapshotOptions, view: ViewFile) -> None:
     """Raise UserError where the endoscope's light is asked for, and there is none."""
     name = "--path-traced" if options.path_traced else "--tolerance"
     if (options.path_traced or options.tolerance is not None) and isinstance(

@@ -21,7 +21,7 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from system import UserError, demand_place
+from system import UserError, require_place
 
 WHAT = Parameter(group=Group("What is shown", sort_key=1))
 CAMERA = Parameter(group=Group("Camera", sort_key=2))
@@ -182,8 +182,8 @@ def snapshot(
 
 def check(options: SnapshotOptions) -> None:
     """Raise UserError for options that do not go together, before the slow work."""
-    from paravol.snapshots.outputs import demand_endings
-    from paravol.snapshots.wall_confidence import demand_map
+    from paravol.snapshots.outputs import require_endings
+    from paravol.snapshots.wall_confidence import require_map
 
     for is_wrong, sentence in (
         *_about_the_view(options),
@@ -193,9 +193,9 @@ def check(options: SnapshotOptions) -> None:
     ):
         if is_wrong:
             raise UserError(sentence)
-    demand_endings(options.files, film=options.is_film)
+    require_endings(options.files, film=options.is_film)
     if options.confidence is not None:
-        demand_map(options.confidence)
+        require_map(options.confidence)
 
 
 Rules = list[tuple[bool, str]]
@@ -325,17 +325,17 @@ def _without_effect(options: SnapshotOptions) -> Rules:
     ]
 
 
-def demand_places(options: SnapshotOptions) -> None:
+def require_places(options: SnapshotOptions) -> None:
     """Raise OSError for a file that could not be written when the picture is there.
 
     UserError for a spool folder that is none.
     """
-    from paravol.snapshots.spool_folder import demand_spool
+    from paravol.snapshots.spool_folder import require_spool
 
     for file in options.files:
-        demand_place(file if file.suffix else file / "frame-00001.png")
+        require_place(file if file.suffix else file / "frame-00001.png")
     if options.spool is not None:
-        demand_spool(options.spool)
+        require_spool(options.spool)
     for other in (options.save_view, options.confidence, options.state):
         if other is not None:
-            demand_place(other)
+            require_place(other)

@@ -17,7 +17,7 @@ from system import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.window.desk import DeskOrder
+    from app.window.navigator import NavigatorOrder
     from paravol.exercises.training_setup import TrainingSetup
     from paravol.flight.flight_events import FlightEnd, Hear
     from paravol.trainee.window_preferences import WindowPreferences
@@ -59,22 +59,22 @@ def _train(
 
     trial: waits for the trial of OpenGL that goes on beside.
     """
-    from paravol.inputs.open_arm import demand_port
+    from paravol.inputs.open_arm import require_port
 
     if options.case is not None:
         order = setup.order_for_case(options.case)
     else:
         # without a name a trial: what was typed wrongly is told before a window opens
         order = setup.order(options.scenario or TRIAL)
-    demand_port(options.device)
+    require_port(options.device)
     opened = OpenedWindow(trial(), options.screenshot, chosen_looks(options))
 
     from PySide6.QtCore import QTimer
 
-    from app.window.desk import Desk
+    from app.window.navigator import Navigator
 
     window = opened.window
-    desk = Desk(window, _desk_order(options, setup, opened.edge_samples))
+    desk = Navigator(window, _desk_order(options, setup, opened.edge_samples))
 
     def shut_later() -> None:
         if options.seconds is not None:
@@ -122,12 +122,12 @@ def chosen_looks(options: TrainOptions) -> "WindowPreferences":
 
 def _desk_order(
     options: TrainOptions, setup: "TrainingSetup", edge_samples: int
-) -> "DeskOrder":
-    from app.window.desk import DeskOrder
+) -> "NavigatorOrder":
+    from app.window.navigator import NavigatorOrder
 
     is_named = options.scenario is not None or options.case is not None
     named = (options.input, options.device, options.haptics_fault)
-    return DeskOrder(
+    return NavigatorOrder(
         setup,
         # at home whoever was there last is offered; a flight that is named has nobody
         trainee=options.trainee if is_named else options.trainee or None,
@@ -198,9 +198,9 @@ def keep_session(
 
 def _check(options: TrainOptions) -> None:
     """Refuse bad options before anything slow begins."""
-    from paravol.progress.session_entry import demand_name
+    from paravol.progress.session_entry import require_name
 
-    demand_name(options.trainee)
+    require_name(options.trainee)
     size, record = options.size, options.record
     seconds, screenshot = options.seconds, options.screenshot
     low, high = SIZES

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from app.cli.root import FLATTENED, Flag, Oversubscribe, rank_count
 from paravol.snapshots.rendering_service import run_worker_command
-from paravol.snapshots.spool_folder import demand_spool
+from paravol.snapshots.spool_folder import require_spool
 from paravol.snapshots.worker_options import WorkerOptions
 
 ONE_RANK = WorkerOptions()
@@ -31,6 +31,6 @@ def worker(
     create
         Make the folder if it is missing.
     """
-    demand_spool(spool, create=create)
+    require_spool(spool, create=create)
     ranks = rank_count(options.ranks, oversubscribe=oversubscribe)
     return run_worker_command(spool, replace(options, ranks=ranks))

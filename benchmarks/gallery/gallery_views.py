@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks import nasal_views
 from benchmarks.nasal_views import NasalView, acceptance_views, path_views
 from devices import Pose, ProbePath, load_probe_path
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.second_channel import SecondChannel
@@ -73,7 +73,9 @@ def pinhole(camera: Camera) -> Camera:
 
 def operated_samples(path: ProbePath, endoscope: Endoscope) -> Iterator[Sample]:
     """Yield what a recording of a path without any arm would hold."""
-    joiner = SecondChannel(PathChannel(path), ScopeInHand(), OperatingHand(endoscope))
+    joiner = SecondChannel(
+        PathChannel(path), ScopeInHand(), InstrumentController(endoscope)
+    )
     for time_s in path.t_s.tolist():
         at = path.sample(time_s)
         frame = tip_frame(at.tip_mm, at.axis)

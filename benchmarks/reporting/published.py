@@ -6,7 +6,7 @@ from benchmarks.machine import ROOT
 from benchmarks.reporting.pages import measurements_page, write_report
 from benchmarks.reporting.quotes import filled
 from benchmarks.schema import Results, load_results, save_results
-from system import UserError, demand_place, whole_file
+from system import UserError, require_place, whole_file
 
 PUBLISHED = ROOT / "benchmarks" / "results" / "published.json"
 MEASUREMENTS, README = "docs/measurements.md", "README.md"
@@ -49,7 +49,7 @@ def report_results(
     write_docs: see `write_documents`, too. Raises UserError where there is no file.
     """
     page = page or results.with_name("report.html")
-    demand_place(page)
+    require_place(page)
     if not results.is_file():
         raise UserError(f"{results} is not there; paravol bench makes it")
     found = load_results(results)

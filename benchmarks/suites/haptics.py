@@ -30,7 +30,7 @@ from paravol.sessions.session_setup import (
 )
 from scenarios import tip_frame
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 
 ALONE, BESIDE = "alone", "beside frames and cuts"
 LONG_S, SHORT_S = 20.0, 3.0
@@ -98,7 +98,7 @@ class HapticsPlan(Plan, suite="haptics"):
                 if number % CUT_EVERY == 0:
                     place = pose[:3, 3] - AHEAD_MM * pose[:3, 2]
                     solid = solids.capsule(place, place, CUT_MM)
-                    edit = patient.carve(solid, Taker(20.0, 1.0))
+                    edit = patient.carve(solid, CuttingLimits(20.0, 1.0))
                     if edit is not None:
                         change = operation.pushing.follow(edit.change)
                         view.apply([change])

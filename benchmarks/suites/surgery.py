@@ -31,11 +31,11 @@ from renderers.scene.thread_pool import ThreadPool
 from scenarios import View, tip_frame
 from scenarios.coverage.watch import RATE_HZ
 from surgery import solids
-from surgery.edit import Edit, Taker
+from surgery.edit import CuttingLimits, Edit
 from surgery.film import STEPS_PER_S, BloodFilm
 from surgery.injury import InjuryWatch
 from surgery.patient import OperatedPatient
-from surgery.pushing import Pushing, Rod
+from surgery.pushing import Pushing, ToolCapsule
 
 REBUILD, UPDATE = "full rebuild", "local update"
 NEW_TRACER, TRACER_UPDATE = "new tracer", "tracer update"
@@ -178,7 +178,9 @@ class SurgeryPlan(Plan, suite="surgery"):
         return np.array(found)
 
     def _bite(self, place: NDArray[np.float64]) -> Edit | None:
-        return self._patient.carve(solids.capsule(place, place, RADIUS_MM), Taker())
+        return self._patient.carve(
+            solids.capsule(place, place, RADIUS_MM), CuttingLimits()
+        )
 
     @staticmethod
     def _before(place: NDArray[np.float64], out: NDArray[np.float64]) -> Camera:
@@ -249,7 +251,7 @@ class SurgeryPlan(Plan, suite="surgery"):
         generation = 0
         for place, out in self._places:
             for depth in np.linspace(0.0, 1.0, SAMPLES):
-                rod = Rod.of(place + (ROD_MM - depth) * out, out, ROD_MM)
+                rod = ToolCapsule.of(place + (ROD_MM - depth) * out, out, ROD_MM)
                 generation += 1
                 sample = partial(pushing.push, generation / 60, generation, rod)
                 change = bend.time(sample)
@@ -272,7 +274,7 @@ class SurgeryPlan(Plan, suite="surgery"):
             end = place - 3 * out
             before = int(patient.fill.sum(dtype=np.int64))
             solid = solids.capsule(place, end, radius)
-            edit = clock.time(partial(patient.carve, solid, Taker()))
+            edit = clock.time(partial(patient.carve, solid, CuttingLimits()))
             if edit is None:
                 continue
             after = int(patient.fill.sum(dtype=np.int64))
@@ -332,7 +334,7 @@ class SurgeryPlan(Plan, suite="surgery"):
             def show(
                 solid: solids.Rows = solid, seen: View = seen, number: int = n
             ) -> None:
-                edit = operation.patient.carve(solid, Taker(20.0, 1.0))
+                edit = operation.patient.carve(solid, CuttingLimits(20.0, 1.0))
                 if edit is not None:
                     view.apply([operation.pushing.follow(edit.change)])
                 view.draw(seen, number=number, elapsed_s=1 / 60)

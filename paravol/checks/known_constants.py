@@ -16,7 +16,7 @@ MOST_LISTED = 4
 """Most changes that are listed; the rest are counted."""
 
 
-def demand_known_constants(arm: ArmDescription, port: str) -> None:
+def require_known_constants(arm: ArmDescription, port: str) -> None:
     """Remember a new arm; raise DeviceError(CONSTANTS) when its constants changed.
 
     So it does for a new arm with constants that no other of its model has. Where

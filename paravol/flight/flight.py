@@ -24,7 +24,7 @@ from paravol.exercises.exercise_fit import check_fit
 from paravol.exercises.exercise_path import start_path
 from paravol.flight import flight_events as events
 from paravol.flight.flight_events import FlightEnd, FlightEvent, Hear
-from paravol.flight.flight_loop import FrameEvent, Listeners, Pace, Timing, fly
+from paravol.flight.flight_loop import FrameEvent, FramePacing, Listeners, Timing, fly
 from paravol.flight.operation_rehearsal import Rehearsal, rehearse
 from paravol.flight.picture_size import PictureSize
 from paravol.flight.pose_streaming import publish_sample, streaming
@@ -32,8 +32,8 @@ from paravol.flight.preparation import Preparation
 from paravol.guide.goals import open_task
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.hand import pointed_tool
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.instrument_input import InstrumentInput
-from paravol.inputs.operating_hand import OperatingHand
 from paravol.inputs.pose_completer import pedal_record
 from paravol.inputs.pose_sources import (
     CancellableSource,
@@ -162,7 +162,7 @@ class Flight:
             follows_post=scope.camera is CameraHold.WITH_POST,
             camera_deg=scope.camera_roll_deg,
         )
-        self.hand = OperatingHand(scope.endoscope(), order.scenario.tools)
+        self.hand = InstrumentController(scope.endoscope(), order.scenario.tools)
         self._channel = SecondChannel(order.input.completer, self.scope, self.hand)
         self.recording = Recording(
             order, lambda why: self._tell(events.RecordingStopped(why))
@@ -236,7 +236,7 @@ class Flight:
         self._tell(events.HeadLoaded(patient))
 
         # much of it lets go of the interpreter, as much of what is beside it
-        rehearsal = Rehearsal(self._demand_open)
+        rehearsal = Rehearsal(self._require_open)
         rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal))
         size = (self.size, self.size)
         view = build_view(
@@ -248,7 +248,7 @@ class Flight:
             threads=order.threads,
             progress=self._progress,
         )
-        divided.wait(self._demand_open)
+        divided.wait(self._require_open)
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)
         rehearsed.wait(lambda: self._progress(*rehearsal.staged))
         self._progress("Opening the input", 0.0)
@@ -325,13 +325,13 @@ class Flight:
         for hear in self._hearers:
             hear(event)
 
-    def _demand_open(self, stage: str = "", share: float = 0.0) -> None:
+    def _require_open(self, stage: str = "", share: float = 0.0) -> None:
         """End a preparation that nobody waits for any more; it is told by no one."""
         if self._closed.is_set():
             raise ClosedError
 
     def _progress(self, stage: str, share: float) -> None:
-        self._demand_open()
+        self._require_open()
         self._tell(events.Progressed(stage, share))
 
     def _register(self, source: OrderedPoses) -> tuple[Registration, float | None]:
@@ -436,7 +436,7 @@ class Flight:
                     tell,
                     self.order.input.changed,
                 ),
-                pace=Pace(self.order.input.may_skip, self.picture),
+                pace=FramePacing(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,
                 at_bite=self.hand.at_bite,
             )

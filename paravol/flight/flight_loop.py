@@ -109,7 +109,7 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class FramePacing:
     """Say what is given up where frames would be late.
 
     may_skip: on a machine that cannot work on all poses in time, some are left out
@@ -121,7 +121,7 @@ class Pace:
     sizes: PictureSize | None = None
 
 
-ALL_OF_IT = Pace()
+NO_SKIPPING = FramePacing()
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +151,7 @@ def fly(
     on_frame: OnFrame,
     keeps: Callable[[float], bool],
     listeners: Listeners = NOBODY,
-    pace: Pace = ALL_OF_IT,
+    pace: FramePacing = NO_SKIPPING,
     keyframes: Keyframes | None = None,
     at_bite: Callable[[Sample], Sample] = lambda sample: sample,
 ) -> Timing:

@@ -8,12 +8,12 @@ import numpy as np
 
 from devices.microscribe import MicroScribe, MicroScribeEmulator
 from devices.microscribe.driver.driver import SerialPort, SerialPorts
-from paravol.checks.known_constants import demand_known_constants
+from paravol.checks.known_constants import require_known_constants
 from scenarios import Scenario
 from system import UserError
 
 
-def demand_port(device: str | None) -> None:
+def require_port(device: str | None) -> None:
     """Raise DeviceError for a serial port that cannot be opened; None is no port.
 
     Asked before anything slow begins. A port at the far end of a network is left alone.
@@ -30,7 +30,7 @@ def arm_at(device: str) -> Iterator[MicroScribe]:
     use, it is looked for until it is there again.
     """
     with MicroScribe(device, replug=SerialPorts()) as arm:
-        demand_known_constants(arm.description, device)
+        require_known_constants(arm.description, device)
         yield arm
 
 

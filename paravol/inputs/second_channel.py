@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from devices import Pose
 from devices.controls.pedals import ButtonEvent, Debouncer
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pose_completer import PoseCompleter
 from paravol.inputs.scope_in_hand import ScopeInHand
 from scenarios import Sample
@@ -25,7 +25,7 @@ class SecondChannel:
 
     channel: PoseCompleter
     scope: ScopeInHand
-    hand: OperatingHand
+    hand: InstrumentController
     on_pedal: Callable[[ButtonEvent, Sample], None] = _unheard
     on_sample: Callable[[Sample, Pose], None] = _unheard
     _debouncer: Debouncer = field(default_factory=Debouncer)

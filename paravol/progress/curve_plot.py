@@ -15,7 +15,7 @@ _BLUE, _ORANGE = "#0072b2", "#d55e00"
 """Of Okabe and Ito's palette: told apart by those who see red as green."""
 
 
-def demand_format(file: Path) -> None:
+def require_format(file: Path) -> None:
     """Raise UserError unless a picture can be written by this name."""
     if file.suffix.lower() not in FORMATS:
         raise UserError(f"--out must name a .png or .svg file, got {file}.")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from paravol.sessions.recorded_flight import demand_as_flown
+from paravol.sessions.recorded_flight import require_as_flown
 from scenarios import Scenario, Score
 from scenarios.bundle import Recording, read_recording
 from scenarios.metrics import Metric
@@ -110,7 +110,7 @@ class _Result(msgspec.Struct):
     score: Score
 
 
-def demand_name(name: str) -> str:
+def require_name(name: str) -> str:
     """Return a trainee's name; UserError for one that may tell who they are.
 
     Letters, digits, spaces, dots, dashes and underlines are allowed: no address.
@@ -155,9 +155,9 @@ def entry_of_session(
     a rubric. UserError where it cannot be read, was changed after the flight, or the
     assessment is another session's.
     """
-    trainee = demand_name(trainee)
+    trainee = require_name(trainee)
     recording = read_recording(folder)
-    demand_as_flown(folder, recording)
+    require_as_flown(folder, recording)
     name = folder.absolute().name
     if assessment is not None and assessment.session != name:
         raise UserError(

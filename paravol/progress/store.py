@@ -30,7 +30,7 @@ from sqlalchemy.exc import DatabaseError, OperationalError
 from sqlalchemy.pool import NullPool
 
 from paravol.progress import tables
-from paravol.progress.session_entry import SessionEntry, demand_name
+from paravol.progress.session_entry import SessionEntry, require_name
 from system import UserError, locked
 
 BUSY_S = 10.0
@@ -73,7 +73,7 @@ class ProgressStore:
                         raise self._unusable(error) from error
                     raise
                 if not is_the_users:
-                    self._demand_sqlite()
+                    self._require_sqlite()
                 self._set_aside()
                 self._open()
 
@@ -83,7 +83,7 @@ class ProgressStore:
         One that is there already, by its bundle's hash, is replaced: scored again, or
         given to another trainee.
         """
-        name = demand_name(entry.trainee)
+        name = require_name(entry.trainee)
         with self._writing() as connection:
             known = select(tables.trainees.c.id).where(tables.trainees.c.name == name)
             trainee = connection.execute(known).scalar()
@@ -226,7 +226,7 @@ class ProgressStore:
                 tables.bring_up_to_date(connection, version)
         self.file.chmod(0o600)
 
-    def _demand_sqlite(self) -> None:
+    def _require_sqlite(self) -> None:
         """Raise UserError for a named file that never was a store."""
         with self.file.open("rb") as file:
             head = file.read(len(_MAGIC))

@@ -19,9 +19,9 @@ from paravol.scoring.shortest_way import inside_of, shortest_way_mm
 from paravol.sessions.recorded_flight import (
     check_recorded,
     cut_again,
-    demand_as_flown,
     edits_of,
     kept_edits,
+    require_as_flown,
     why_stepped,
 )
 from paravol.sessions.session_replay import recorded_score
@@ -143,7 +143,7 @@ def session_metrics(
     samples = SampleColumns.of(recording.samples)
     if not len(samples):
         raise UserError(f"{folder} holds no sample; nothing was recorded.")
-    demand_as_flown(folder, recording)
+    require_as_flown(folder, recording)
     scenario = recording.info.exercise()
     if callable(chosen):
         chosen = chosen(scenario)

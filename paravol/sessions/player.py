@@ -66,7 +66,7 @@ class Player:
     @speed.setter
     def speed(self, speed: float) -> None:
         """Go on from here at another speed."""
-        demand_speed(speed)
+        require_speed(speed)
         self.seek(self.position_s)
         self._speed = speed
 
@@ -126,7 +126,7 @@ class Player:
         return max(number / fps - passed, 0.0)
 
 
-def demand_speed(speed: float) -> None:
+def require_speed(speed: float) -> None:
     """UserError for a speed that cannot be played."""
     if not SLOWEST <= speed <= FASTEST:
         raise UserError(

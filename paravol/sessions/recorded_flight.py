@@ -31,7 +31,7 @@ class ChangedStreamError(UserError):
     """A recording contradicts itself: it was changed, or another version made it."""
 
 
-def demand_as_flown(folder: Path, recording: Recording) -> None:
+def require_as_flown(folder: Path, recording: Recording) -> None:
     """Raise ChangedStreamError where what is judged by is not what was flown."""
     if recording.is_edited:
         raise ChangedStreamError(

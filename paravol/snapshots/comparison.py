@@ -112,7 +112,7 @@ class ComparisonReport:
     file: str
 
 
-def demand_splats(view: ViewFile) -> None:
+def require_splats(view: ViewFile) -> None:
     """Raise ValueError for a lens that splats cannot be seen through."""
     if not view.to_camera().distortion.is_none:
         raise UserError(

@@ -98,7 +98,7 @@ class RenderedPicture:
         }
 
 
-def demand_endings(files: tuple[Path, ...], *, film: bool) -> None:
+def require_endings(files: tuple[Path, ...], *, film: bool) -> None:
     """Raise ValueError for an ending that nothing is written to.
 
     film: pictures in a row: a film, or a folder of numbered stills.

@@ -21,7 +21,7 @@ def own_spool() -> Iterator[Path]:
         yield folder / "spool"
 
 
-def demand_spool(folder: Path, *, create: bool = False) -> None:
+def require_spool(folder: Path, *, create: bool = False) -> None:
     """Raise ValueError unless `folder` is a spool folder, or empty.
 
     create: make it if it is missing and its parent is there. A folder that is made

@@ -79,7 +79,7 @@ def session_views(
     timeline = SessionTimeline(folder, patient, recording)
     operation = timeline.session.operation
     begins = np.array([sample.time_s for sample, _, _ in samples])
-    _demand_within(times_s, float(begins[-1]), folder)
+    _require_within(times_s, float(begins[-1]), folder)
     chosen = np.maximum(np.searchsorted(begins, times_s, side="right") - 1, 0)
     views: list[ViewFile | None] = [None] * len(chosen)
     states: dict[str, OperatedHead] = {}
@@ -115,7 +115,7 @@ def case_views(
     scenario, place = load_scenario(str(scenario_of_case(folder)))
     patient = load_patient(scenario, progress)
     path = recorded_path(scenario, place)
-    _demand_within(times_s, path.duration_s, folder)
+    _require_within(times_s, path.duration_s, folder)
     views = [
         view_of(
             path_view(scenario, patient, path, float(t), (size, size)),
@@ -127,7 +127,7 @@ def case_views(
     return HeadScene(patient.scene, patient.surface_sha256), views
 
 
-def _demand_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
+def _require_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
     """Raise ValueError for a moment after the last one."""
     late = float(times_s.max())
     if late > end_s + GRACE_S:

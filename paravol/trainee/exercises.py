@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scenarios import Scenario, load_scenario
-from scenarios.ladder import Door, Rung, rungs
+from scenarios.ladder import ExerciseStatus, LadderStep, rungs
 from scenarios.passing import goals_of
 from scenarios.scenario import CURRICULUM, Level, bundled_scenarios
 from scenarios.tasks import Status
@@ -48,7 +48,7 @@ class Exercise:
     """
 
     scenario: Scenario
-    rung: Rung | None
+    rung: LadderStep | None
     waits: tuple[str, ...]
     attempts: "tuple[SessionEntry, ...]"
 
@@ -58,9 +58,9 @@ class Exercise:
         return self.scenario.name
 
     @property
-    def door(self) -> Door:
+    def door(self) -> ExerciseStatus:
         """Return whether it is locked, open or passed."""
-        return Door.OPEN if self.rung is None else self.rung.door
+        return ExerciseStatus.OPEN if self.rung is None else self.rung.door
 
     @property
     def best_percent(self) -> float | None:
@@ -75,9 +75,9 @@ class Exercise:
     @property
     def standing(self) -> str:
         """Return how it stands, in a few words."""
-        if self.door is Door.LOCKED:
+        if self.door is ExerciseStatus.LOCKED:
             return "locked"
-        if self.door is Door.PASSED:
+        if self.door is ExerciseStatus.PASSED:
             return "passed"
         if self.rung is None or not self.attempts:
             return "open"
@@ -104,10 +104,14 @@ class Ladder:
         last one is kept up.
         """
         found = self.find(last)
-        if found is not None and found.rung is not None and found.door is Door.OPEN:
+        if (
+            found is not None
+            and found.rung is not None
+            and found.door is ExerciseStatus.OPEN
+        ):
             return found
         for exercise in self.exercises:
-            if exercise.door is Door.OPEN:
+            if exercise.door is ExerciseStatus.OPEN:
                 return exercise
         return found or self.exercises[-1]
 

@@ -43,7 +43,7 @@ _QUALITY = {Method.RAYS: "preview", Method.FINE_RAYS: "final"}
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class PendingRequest:
     """Say which picture is wanted; size: ``(width, height)`` pixels."""
 
     scan: str
@@ -77,7 +77,9 @@ class VolumeView:
         self._tracers: dict[Method, ActiveRayTracer] = {}
 
     def draw(
-        self, wish: Wish, progress: Callable[[float], bool] = lambda share: True
+        self,
+        wish: PendingRequest,
+        progress: Callable[[float], bool] = lambda share: True,
     ) -> Drawn:
         """Draw a wish.
 
@@ -117,7 +119,7 @@ class VolumeView:
         self._splatter = None
         self._tracers.clear()
 
-    def _scene(self, wish: Wish) -> Scene:
+    def _scene(self, wish: PendingRequest) -> Scene:
         """Return the scene of a wish; what is kept for another scene is given back."""
         scan = self._scans.get(wish.scan)
         if scan is None:
@@ -146,7 +148,7 @@ def scene_part(look: VolumeLook) -> VolumeLook:
     )
 
 
-def half(wish: Wish) -> Wish:
+def half(wish: PendingRequest) -> PendingRequest:
     """Return the wish for a picture of half the width and height."""
     width, height = wish.size
     return replace(wish, size=(max(width // 2, 1), max(height // 2, 1)))

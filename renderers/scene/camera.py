@@ -153,9 +153,9 @@ class Camera:
         frame.flags.writeable = False
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "projection", Projection(self.projection))
-        self._demand_rising()
+        self._require_rising()
 
-    def _demand_rising(self) -> None:
+    def _require_rising(self) -> None:
         """Raise ValueError where a distorted lens turns back within its field."""
         if self.distortion.is_none:
             return

@@ -41,9 +41,9 @@ class LensState:
             if len(values) != SECTORS:
                 raise UserError(f"a lens has {SECTORS} sectors of {name}: {values}")
             for value in values:
-                _demand_share(name, value)
-        _demand_share("fog", self.fog)
-        _demand_share("drops", self.drops)
+                _require_share(name, value)
+        _require_share("fog", self.fog)
+        _require_share("drops", self.drops)
 
     @property
     def soil(self) -> float:
@@ -56,7 +56,7 @@ class LensState:
         return self.soil == self.fog == self.drops == 0
 
 
-def _demand_share(name: str, value: float) -> None:
+def _require_share(name: str, value: float) -> None:
     if not (math.isfinite(value) and 0 <= value <= 1):
         raise UserError(f"a lens has {name} within 0..1, got {value}")
 

@@ -93,7 +93,7 @@ class SeenWalls:
         weight: NDArray[np.float32] | None = None,
     ) -> "SeenWalls":
         """Take them from a G-buffer of the camera's size."""
-        demand_size(gbuffer, camera)
+        require_size(gbuffer, camera)
         shown = (gbuffer.coverage > 0) & np.isfinite(gbuffer.depth_mm)
         depth = np.where(shown, gbuffer.depth_mm, 0)[..., None]
         points = (depth * (camera.lens_table() @ camera.frame[1:])).astype(np.float32)
@@ -194,7 +194,7 @@ class PathTracer:
         self._bands.close()
 
 
-def demand_size(gbuffer: GBuffer, camera: Camera) -> None:
+def require_size(gbuffer: GBuffer, camera: Camera) -> None:
     """Raise ValueError when a camera has another size than what it has seen."""
     if gbuffer.size != (camera.height, camera.width):
         raise ValueError(

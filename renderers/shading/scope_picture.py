@@ -15,7 +15,7 @@ from renderers.shading.shader import ScopeShader
 
 def downsample_radiance(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
     """Average linear radiance ``(2h, 2w, 3)`` over 2 x 2 pixels to ``(h, w, 3)``."""
-    _demand_even(radiance.shape[0], radiance.shape[1])
+    _require_even(radiance.shape[0], radiance.shape[1])
     total = radiance[0::2, 0::2] + radiance[0::2, 1::2]
     total += radiance[1::2, 0::2]
     total += radiance[1::2, 1::2]
@@ -31,7 +31,7 @@ def downsample_gbuffer(gbuffer: GBuffer) -> GBuffer:
     both depths lies where nothing is, and where one of the four is empty it would be
     infinite.
     """
-    _demand_even(*gbuffer.size)
+    _require_even(*gbuffer.size)
     parts = [
         GBuffer(
             gbuffer.depth_mm[row::2, column::2],
@@ -83,6 +83,6 @@ def scope_picture(
     )
 
 
-def _demand_even(height: int, width: int) -> None:
+def _require_even(height: int, width: int) -> None:
     if height % 2 or width % 2:
         raise ValueError(f"halving needs even sizes, got {height, width}")

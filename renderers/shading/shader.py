@@ -27,10 +27,10 @@ from renderers.shading.kernels.shade_rows import Bounced, Shadows, shade_rows
 from renderers.shading.lattice_points import asked_points, dilated, pixels_of
 from renderers.shading.lit_walls import fibre_light, seen_field
 from renderers.shading.mirrored_light import Followed, MirroredLight, view_of
-from renderers.shading.path_tracer import PathLight, demand_size
+from renderers.shading.path_tracer import PathLight, require_size
 from renderers.shading.surface_look import surface_tables, tint_of
 from renderers.shading.wounds import WoundLook, blood_codes
-from renderers.simd.self_check import demand_vectors
+from renderers.simd.self_check import require_vectors
 
 BOUNCE_FACTOR = 1.15
 """Fitted over five nasal views against a path tracer with four bounces; the virtual
@@ -75,7 +75,7 @@ class ScopeShader:
         threads: int | ThreadPool = 2,
         effects: Effects | None = None,
     ) -> None:
-        demand_vectors("The light of the endoscope")
+        require_vectors("The light of the endoscope")
         if not (math.isfinite(blood_bias) and 0 <= blood_bias <= 10):
             raise ValueError(f"blood bias must be within 0..10, got {blood_bias}")
         self.tier = tier
@@ -132,7 +132,7 @@ class ScopeShader:
         the G-buffer's size. The G-buffer is only read: surface detail never moves
         depth.
         """
-        demand_size(gbuffer, camera)
+        require_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
             raise ValueError("scope light needs a lens with an eye, not orthographic")
         gbuffer = gbuffer.read_only()
@@ -180,7 +180,7 @@ class ScopeShader:
         self, gbuffer: GBuffer, camera: Camera, light: ScopeLight
     ) -> NDArray[np.float32]:
         """Return the radiance ``(h, w, 3)`` that a unit of bounced irradiance makes."""
-        demand_size(gbuffer, camera)
+        require_size(gbuffer, camera)
         gbuffer = gbuffer.read_only()
         dark = VirtualLights.dark_grid(gbuffer.size)
         shadows = self._shadows(camera, light, ())

@@ -71,7 +71,7 @@ def vector_problem() -> str:
     return "" if agrees else "This numba compiles them to wrong results."
 
 
-def demand_vectors(what: str) -> None:
+def require_vectors(what: str) -> None:
     """Raise VectorError where vectors cannot be used; `what` needs them."""
     problem = vector_problem()
     if problem:

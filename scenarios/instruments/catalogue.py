@@ -44,7 +44,7 @@ from scenarios.instruments.parts import (
 )
 from scenarios.instruments.suction import CurvedSuction, Debrider, Frazier
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from system import UserError
 
 
@@ -70,7 +70,7 @@ class Action(Enum):
 USUAL_N, MOST_N = 2.2, 8.0
 """A scope or a probe is pressed with so much on average and at most, see above."""
 
-NOTHING = Taker()
+NOTHING = CuttingLimits()
 
 TORN_MM, SHAVED_MM, CLEAN_MM = 0.15, 0.08, 0.05
 """Roughness of what is torn, of what is shaved or scraped, and of a clean cut."""
@@ -90,7 +90,7 @@ class Instrument:
     name: str
     action: Action
     shape: Shape
-    taker: Taker = NOTHING
+    taker: CuttingLimits = NOTHING
     suction_ml_s: float = 0.0
     rough_mm: float = 0.0
 
@@ -185,44 +185,62 @@ _CATALOGUE = (
         "straight forceps",
         Action.BITE,
         Forceps(),
-        Taker(20.0, 0.8),
+        CuttingLimits(20.0, 0.8),
         rough_mm=TORN_MM,
     ),
     Instrument(
         "upturned forceps",
         Action.BITE,
         Forceps(turn_deg=45.0),
-        Taker(20.0, 0.8),
+        CuttingLimits(20.0, 0.8),
         rough_mm=TORN_MM,
     ),
     Instrument(
         "through-cutting punch",
         Action.BITE,
         Forceps(jaw_mm=9.0, cup_mm=6.0, open_deg=45.0, through=True),
-        Taker(25.0, 1.0),
+        CuttingLimits(25.0, 1.0),
         rough_mm=CLEAN_MM,
     ),
     Instrument(
-        "backbiter", Action.BITE, Backbiter(), Taker(40.0, 2.0), rough_mm=CLEAN_MM
+        "backbiter",
+        Action.BITE,
+        Backbiter(),
+        CuttingLimits(40.0, 2.0),
+        rough_mm=CLEAN_MM,
     ),
     Instrument(
         "microdebrider",
         Action.POWERED,
         Debrider(),
-        Taker(4.0, 0.2),
+        CuttingLimits(4.0, 0.2),
         suction_ml_s=15.0,
         rough_mm=SHAVED_MM,
     ),
     Instrument(
-        "curette", Action.SCRAPE, Curette(), Taker(30.0, 1.5), rough_mm=SHAVED_MM
+        "curette",
+        Action.SCRAPE,
+        Curette(),
+        CuttingLimits(30.0, 1.5),
+        rough_mm=SHAVED_MM,
     ),
     Instrument(
-        "sickle knife", Action.CUT, SickleKnife(), Taker(12.0, 0.3), rough_mm=CLEAN_MM
+        "sickle knife",
+        Action.CUT,
+        SickleKnife(),
+        CuttingLimits(12.0, 0.3),
+        rough_mm=CLEAN_MM,
     ),
-    Instrument("ball probe", Action.FEEL, BallProbe(), Taker(3.0)),
-    Instrument("injection needle", Action.INJECT, InjectionNeedle(), Taker(1.0)),
+    Instrument("ball probe", Action.FEEL, BallProbe(), CuttingLimits(3.0)),
     Instrument(
-        "elevator", Action.SCRAPE, Elevator(), Taker(12.0, 0.3), rough_mm=SHAVED_MM
+        "injection needle", Action.INJECT, InjectionNeedle(), CuttingLimits(1.0)
+    ),
+    Instrument(
+        "elevator",
+        Action.SCRAPE,
+        Elevator(),
+        CuttingLimits(12.0, 0.3),
+        rough_mm=SHAVED_MM,
     ),
 )
 

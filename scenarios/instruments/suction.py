@@ -40,7 +40,7 @@ def suction_tube(
     Mesh frame: origin at the centre of the open tip, +z back up the shaft; the bend
     turns towards +y. Sizes of a 7 French (2.4 mm) tube.
     """
-    _demand_bore(outer_mm, bore_mm)
+    _require_bore(outer_mm, bore_mm)
     if not 0 < bend_start_mm < length_mm:
         raise UserError(
             f"the bend must start within the {length_mm} mm tube, got {bend_start_mm}"
@@ -65,7 +65,7 @@ def suction_tube(
     )
 
 
-def _demand_bore(outer_mm: float, bore_mm: float) -> None:
+def _require_bore(outer_mm: float, bore_mm: float) -> None:
     if not 0 < bore_mm < outer_mm:
         raise UserError(f"a bore of {bore_mm} mm does not fit a {outer_mm} mm tube")
 
@@ -143,7 +143,7 @@ class CurvedSuction(Shape):
 
     def parts(self) -> tuple[Part, ...]:
         """Return the tube."""
-        _demand_bore(self.outer_mm, self.bore_mm)
+        _require_bore(self.outer_mm, self.bore_mm)
         line = self.line()
         outer = self.outer_mm / 2
         wall = _wall(outer, self.bore_mm / 2, line.stations(outer, self.length_mm))

@@ -12,7 +12,7 @@ from scenarios.instrument_state import NO_TOOL
 
 if TYPE_CHECKING:
     # what edits a patient loads a compiler
-    from surgery.patient import Books
+    from surgery.patient import VolumeLedger
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Situation:
     is_working: bool = False
     hazards_mm: Mapping[str, float] = field(default_factory=dict)
     edits: int = 0
-    books: "Books | None" = None
+    books: "VolumeLedger | None" = None
     fill: NDArray[np.uint16] | None = None
     wall_mm3: Mapping[str, float] = field(default_factory=dict)
     injured: frozenset[str] = frozenset()

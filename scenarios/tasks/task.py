@@ -124,9 +124,10 @@ class Share(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Remove(TaskBase, frozen=True, tag="remove"):
     """Take tissue within limits: by tissue, by the bone of walls, and by part.
 
-    Tissues and walls are those of the books, see `surgery.patient.Books`, of the whole
-    head; parts are named places of one side, see `scenarios.tasks.head_parts`. Too much
-    fails at once. A task that asks for nothing only spares: it is done at the end.
+    Tissues and walls are those of the books, see `surgery.patient.VolumeLedger`, of the
+    whole head; parts are named places of one side, see `scenarios.tasks.head_parts`.
+    Too much fails at once. A task that asks for nothing only spares: it is done at the
+    end.
     """
 
     tissues: dict[str, Limits] = {}

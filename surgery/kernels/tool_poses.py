@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from surgery.kernels.distance_field import FREE_MM, air_mm, spacing_of
-from surgery.kernels.hold_back import off_guard
+from surgery.kernels.resolve_contact import off_guard
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -77,8 +77,9 @@ class Around(NamedTuple):
 
     distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. walls, grounds: rows
     of the same voxels, and dents: how deep each lets a tool in, mm, by wall and ground.
-    guard: of another shaft, as `hold_back` takes it. hazards, hazard_voxel: distance to
-    what must not be hurt, in steps of unit_mm; no shaft comes nearer than clears_mm.
+    guard: of another shaft, as `resolve_contact` takes it. hazards, hazard_voxel:
+    distance to what must not be hurt, in steps of unit_mm; no shaft comes nearer than
+    clears_mm.
     """
 
     distance: Floats

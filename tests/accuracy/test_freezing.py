@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from renderers.scene import Volume
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.film import BloodFilm, Suction
 from surgery.lens import Lens
 from surgery.patient import OperatedPatient
@@ -35,7 +35,7 @@ class Head:
         if action < len(PLACES):
             place = PLACES[action]
             rows = capsule(place, place + np.array([0, 0, 1.0]), 1.4)
-            edit = self.patient.carve(rows, Taker(9.0, 1.0), time_s=self.time_s)
+            edit = self.patient.carve(rows, CuttingLimits(9.0, 1.0), time_s=self.time_s)
             if edit is not None:
                 self.film.after_edit(edit.change)
         elif action == len(PLACES):

@@ -11,7 +11,7 @@ from renderers.fsr import FuzzySetRenderer
 from renderers.scene import Camera, ssim
 from renderers.shading import CameraPass, ScopeLight, ScopeShader, scope_picture
 from surgery.patient import OperatedPatient
-from surgery.pushing import Pushing, Rod
+from surgery.pushing import Pushing, ToolCapsule
 from tests.accuracy.wounded_views import VIEWS, WoundedView, scene_of, wounded
 
 SIZE = 320
@@ -42,7 +42,7 @@ def dented(pushing: Pushing, eye: np.ndarray) -> None:
     back = (eye - PLACE) / np.linalg.norm(eye - PLACE)
     for n, depth in enumerate(np.linspace(0, 1.2, 8)):
         tip = PLACE + back * (1.0 - depth)
-        pushing.push(0.05 * n, n, Rod.of(tip, back, 1.0))
+        pushing.push(0.05 * n, n, ToolCapsule.of(tip, back, 1.0))
 
 
 def carried(pushing: Pushing, eye: np.ndarray) -> None:
@@ -50,7 +50,9 @@ def carried(pushing: Pushing, eye: np.ndarray) -> None:
     aside = _ASIDE / np.linalg.norm(_ASIDE)
     back = 0.7 * (eye - PLACE) / np.linalg.norm(eye - PLACE) - 0.3 * aside
     for n, depth in enumerate(np.linspace(0, 3.5, 20)):
-        pushing.push(0.05 * n, n, Rod.of(PLACE + aside * (depth - 1.0), back, 1.0))
+        pushing.push(
+            0.05 * n, n, ToolCapsule.of(PLACE + aside * (depth - 1.0), back, 1.0)
+        )
     pushing.push(5.0, 50, None)
     pushing.push(15.0, 51, None)
     assert np.linalg.norm(pushing.shifts[:, 3:6], axis=1).max() > 3.0

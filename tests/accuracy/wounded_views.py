@@ -7,7 +7,7 @@ import numpy as np
 
 from anatomy import Phantom, PhantomParameters, classic_transfer_function, sinus_phantom
 from renderers.scene import AirSurface, Camera, Scene
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.patient import OperatedPatient
 from surgery.solids import Rows, capsule
 
@@ -15,7 +15,7 @@ Place = tuple[float, float, float]
 
 SEED = 1
 HALF_FIELD_DEG = 40.0
-DRILL = Taker(1000.0, 50.0)
+DRILL = CuttingLimits(1000.0, 50.0)
 """Takes whatever it meets: these are wounds to look at, not to judge."""
 
 

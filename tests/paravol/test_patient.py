@@ -18,7 +18,7 @@ from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
 from scenarios.tasks import Status
 from scenarios.tasks.task import Follow, Hold, Look, Ring
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.solids import capsule
 
 HOOPS = Scenario("h", "H", head=Head(seed=2, spacing_mm=1.0, scene="hoops"))
@@ -64,7 +64,7 @@ def test_a_wall_can_be_cut() -> None:
     wall = np.array([7.0, 3.0, 0.0])
     assert float(patient.surface.distance.sample(wall)) > 0.5
     operated = operation.patient
-    edit = operated.carve(capsule(wall, wall, 1.5), Taker())
+    edit = operated.carve(capsule(wall, wall, 1.5), CuttingLimits())
     assert edit is not None
     assert float(operated.surface.distance.sample(wall)) < -0.5
     assert operated.books.tissues()["mucosa"] > 1.0

@@ -24,7 +24,7 @@ from scenarios.tasks.rules import rule_of
 from scenarios.tasks.situation import Situation
 from scenarios.tasks.task import KeepAway, Limits, Open, Remove, Share, Task
 from surgery.decongestion import decongest
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.patient import OperatedPatient
 from surgery.solids import capsule
 
@@ -114,7 +114,7 @@ def test_no_task_is_met_on_an_untouched_head_nor_by_bites_elsewhere(seed: int) -
         for place in random.permutation(surface[apart > FAR_MM])[:BITES]:
             way = random.normal(size=3)
             end = place + 1.5 * way / np.linalg.norm(way)
-            patient.carve(capsule(place, end, JAW_MM), Taker(1e3, 1e3))
+            patient.carve(capsule(place, end, JAW_MM), CuttingLimits(1e3, 1e3))
         assert patient.books.counts > 0
         rule.step(now(patient), 0.0)
         assert rule.progress < 1.0, (name, task.name, rule.lacks)
@@ -137,7 +137,7 @@ def test_an_opening_is_met_by_a_hole_through_its_neck(seed: int) -> None:
         radius_mm = math.sqrt(task.area_mm2 / math.pi) + 0.5
         front, back = (neck.middle + d * neck.normal for d in (-1.0, DEEP_MM))
         rule = rule_of(task, places, head)
-        patient.carve(capsule(front, back, radius_mm), Taker(1e3, 1e3))
+        patient.carve(capsule(front, back, radius_mm), CuttingLimits(1e3, 1e3))
         rule.step(now(patient), 0.0)
         assert rule.progress == 1.0, (task.name, rule.lacks)
         patient.undo()

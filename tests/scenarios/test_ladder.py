@@ -12,7 +12,7 @@ from scenarios.ladder import (
     CONFIDENCE,
     LAST_RUNS,
     LEAST_RATE,
-    Door,
+    ExerciseStatus,
     false_unlock,
     is_mastered,
     lower_bound,
@@ -68,8 +68,14 @@ def test_a_rung_waits_for_those_below() -> None:
     first = Scenario("first", "First")
     second = Scenario("second", "Second", needs=("first",))
     locked = rungs([first, second], {"first": [True, True]})
-    assert [rung.door for rung in locked] == [Door.OPEN, Door.LOCKED]
+    assert [rung.door for rung in locked] == [
+        ExerciseStatus.OPEN,
+        ExerciseStatus.LOCKED,
+    ]
     assert locked[1].waits == ("first",)
     opened = rungs([first, second], {"first": [True] * 3})
-    assert [rung.door for rung in opened] == [Door.PASSED, Door.OPEN]
+    assert [rung.door for rung in opened] == [
+        ExerciseStatus.PASSED,
+        ExerciseStatus.OPEN,
+    ]
     assert opened[0].passes == opened[0].runs == 3

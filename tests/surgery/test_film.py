@@ -14,7 +14,7 @@ from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from anatomy.tissue import Label
 from renderers.scene import AirSurface, Volume
 from surgery import film as blood
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.film import BleedingRate, BloodFilm, Suction
 from surgery.kernels.film_cells import VISCOUS
 from surgery.patient import OperatedPatient
@@ -95,7 +95,7 @@ def test_nothing_is_lost_whatever_is_done(data: st.DataObject) -> None:
         change = None
         if action == "cut":
             to = at + data.draw(st.floats(0, 2))
-            edit = patient.carve(capsule(at, to, 1.5), Taker())
+            edit = patient.carve(capsule(at, to, 1.5), CuttingLimits())
             change = None if edit is None else edit.change
         elif action == "undo":
             change = patient.undo()
@@ -250,7 +250,9 @@ def test_samples_between_change_nothing(pieces: int) -> None:
     for count in (3, pieces):
         patient = patient_of(cave, CAVE)
         film = film_of(patient)
-        edit = patient.carve(capsule((12, 12, 15), (12, 12, 14.5), 1.4), Taker())
+        edit = patient.carve(
+            capsule((12, 12, 15), (12, 12, 14.5), 1.4), CuttingLimits()
+        )
         assert edit is not None
         film.after_edit(edit.change)
         for n in range(count):
@@ -303,7 +305,9 @@ def test_a_cut_bleeds_by_its_area_and_near_an_artery_far_more() -> None:
             gravity=DOWN,
         )
         film.advance(0.0)
-        edit = patient.carve(capsule((15, 15, 9.2), (16, 15, 9.2), 1.6), Taker())
+        edit = patient.carve(
+            capsule((15, 15, 9.2), (16, 15, 9.2), 1.6), CuttingLimits()
+        )
         assert edit is not None
         film.after_edit(edit.change)
         film.advance(2.0)
@@ -321,7 +325,7 @@ def test_the_cut_surface_bleeds_what_its_area_asks_for() -> None:
     count = 100, 60, 40
     patient = patient_of(lambda x, y, z: 9.2 - z + 0 * (x + y), count)
     film = film_of(patient)
-    edit = patient.carve(capsule((8, 15, 9.2), (42, 15, 9.2), 3.0), Taker())
+    edit = patient.carve(capsule((8, 15, 9.2), (42, 15, 9.2), 3.0), CuttingLimits())
     assert edit is not None
     film.after_edit(edit.change)
     film.advance(1.0)
@@ -354,7 +358,7 @@ def test_blood_outside_the_nose_is_booked() -> None:
 def test_undoing_a_cut_leaves_its_blood() -> None:
     patient = patient_of(cave, CAVE)
     film = film_of(patient)
-    edit = patient.carve(capsule((12, 12, 15), (12, 12, 14.5), 1.4), Taker())
+    edit = patient.carve(capsule((12, 12, 15), (12, 12, 14.5), 1.4), CuttingLimits())
     assert edit is not None
     film.after_edit(edit.change)
     film.advance(5.0)

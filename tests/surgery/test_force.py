@@ -9,7 +9,7 @@ from anatomy.wall_layers import WallKind
 from scenarios.feeling import gape_of, tool_force
 from scenarios.instruments.catalogue import INSTRUMENTS, instrument_named
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.force import (
     FELT_MM,
     MOST_BALLS,
@@ -104,7 +104,7 @@ def test_a_thing_that_was_cut_away_is_felt_no_more() -> None:
     force = probe(head)
     assert force.step(0.0, pose(FLOOR_MM - 0.5)).is_touching
     middle = np.array([*PLACE[:2], FLOOR_MM])
-    assert head.carve(solids.capsule(middle, middle, 3.0), Taker(20.0, 1.0))
+    assert head.carve(solids.capsule(middle, middle, 3.0), CuttingLimits(20.0, 1.0))
     assert not force.step(0.05, pose(FLOOR_MM - 0.5)).newton.any()
     # fat lies under the lamina now
     deep = force.step(0.1, pose(FLOOR_MM - 3.4))

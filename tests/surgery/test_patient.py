@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from anatomy.tissue import Label
 from renderers.scene import AirSurface
 from surgery import solids
-from surgery.edit import Edit, Taker
+from surgery.edit import CuttingLimits, Edit
 from surgery.patient import OperatedPatient
 from system import UserError
 from tests.surgery.heads import (
@@ -28,8 +28,8 @@ from tests.surgery.heads import (
     walled,
 )
 
-STRONG = Taker(force_n=20.0, bone_mm=1.0)
-WEAK = Taker()
+STRONG = CuttingLimits(force_n=20.0, bone_mm=1.0)
+WEAK = CuttingLimits()
 Place = tuple[float, float, float]
 inside = st.tuples(st.floats(5, 18), st.floats(5, 16), st.floats(6, 12))
 MIDDLE = np.array([12.0, 11.0, 5.0])
@@ -40,7 +40,7 @@ def shifted(*by: float) -> NDArray[np.float64]:
     return place
 
 
-def cut(patient: OperatedPatient, rows: solids.Rows, taker: Taker) -> Edit:
+def cut(patient: OperatedPatient, rows: solids.Rows, taker: CuttingLimits) -> Edit:
     edit = patient.carve(rows, taker)
     assert edit is not None
     return edit
@@ -113,7 +113,7 @@ def test_the_order_of_cuts_makes_no_difference(order: list[int]) -> None:
 @given(inside, inside, st.floats(0.3, 2.5), st.sampled_from([STRONG, WEAK]))
 @settings(max_examples=20, deadline=None)
 def test_what_a_cut_would_take_is_what_it_takes(
-    start: Place, end: Place, radius: float, taker: Taker
+    start: Place, end: Place, radius: float, taker: CuttingLimits
 ) -> None:
     """To the count, but for pieces that hang on nothing then; and nothing changes."""
     surface = floor_at(10.0)

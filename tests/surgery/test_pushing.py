@@ -15,10 +15,17 @@ from anatomy.tissue import Label
 from anatomy.wall_layers import WallKind
 from renderers.scene import Change
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.kernels.bend_field import DEEPEST
 from surgery.patient import OperatedPatient
-from surgery.pushing import BESIDE_BONE, FARTHEST_MM, SPRING_S, YIELD_MM, Pushing, Rod
+from surgery.pushing import (
+    BESIDE_BONE,
+    FARTHEST_MM,
+    SPRING_S,
+    YIELD_MM,
+    Pushing,
+    ToolCapsule,
+)
 from system import UserError
 from tests.surgery.heads import SHAPE, H, floor_at, surface_of, walled
 
@@ -36,9 +43,9 @@ def soft() -> tuple[OperatedPatient, Pushing]:
 def rod_at(
     depth: float, radius: float = 1.2, back: NDArray[np.float64] = UP,
     at: NDArray[np.float64] = MIDDLE,
-) -> Rod:  # fmt: skip
+) -> ToolCapsule:  # fmt: skip
     """Stand on the floor at a depth below it."""
-    return Rod.of(at + (radius - depth) * UP, back, radius)
+    return ToolCapsule.of(at + (radius - depth) * UP, back, radius)
 
 
 @cache
@@ -134,7 +141,7 @@ def test_no_wall_is_pierced_however_it_is_pushed(
         at[1] += side * (thick / 2 + radius - deep)
         back = np.array([0, side, 0]) + 0.8 * rng.normal(size=3)
         back[1] = side * abs(back[1])
-        pushing.push(0.05 * n, n + 1, Rod.of(at, back, radius))
+        pushing.push(0.05 * n, n + 1, ToolCapsule.of(at, back, radius))
         assert ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1] == before
 
 
@@ -163,9 +170,9 @@ def turbinate() -> tuple[OperatedPatient, Pushing]:
     return patient, Pushing(patient)
 
 
-def side_rod(deep: float) -> Rod:
+def side_rod(deep: float) -> ToolCapsule:
     at = np.array([11.5, 11.5 + 1.2 - deep, 9.0])
-    return Rod.of(at, np.array([0.3, 1.0, 0.2]), 1.2)
+    return ToolCapsule.of(at, np.array([0.3, 1.0, 0.2]), 1.2)
 
 
 def wall_at(pushing: Pushing) -> tuple[float, float]:
@@ -229,7 +236,7 @@ def test_edits_of_the_patient_are_followed(bent: bool) -> None:
     rows = solids.capsule(
         MIDDLE + np.array([2.5, 0, 0]), MIDDLE + np.array([4, 1, 0]), 1.5
     )
-    edit = patient.carve(rows, Taker())
+    edit = patient.carve(rows, CuttingLimits())
     assert edit is not None
     change = pushing.follow(edit.change)
     assert np.all(change.low <= edit.change.low)
@@ -287,7 +294,7 @@ def test_what_is_no_tool_is_refused(
     tip: tuple[float, ...], back: tuple[float, ...], radius: float
 ) -> None:
     with pytest.raises(UserError):
-        Rod.of(tip, back, radius)
+        ToolCapsule.of(tip, back, radius)
 
 
 def test_a_tool_outside_the_head_bends_nothing_there() -> None:
@@ -333,7 +340,9 @@ def test_shading_is_told_where_tissue_lies_at_rest() -> None:
 def test_a_cut_is_as_deep_where_it_is_shown_as_at_rest() -> None:
     """Depth below the surface that was picks the layer: pressing must not change it."""
     patient, pushing = soft()
-    patient.carve(solids.capsule(MIDDLE, MIDDLE + np.array([2.0, 0, 0]), 1.5), Taker())
+    patient.carve(
+        solids.capsule(MIDDLE, MIDDLE + np.array([2.0, 0, 0]), 1.5), CuttingLimits()
+    )
     pushing = Pushing(patient)
     pushing.push(0.0, 1, rod_at(2.2))
     wounds, before = pushing.surface.wounds, patient.surface.wounds
@@ -349,13 +358,13 @@ def test_a_cut_is_as_deep_where_it_is_shown_as_at_rest() -> None:
     assert rest.max() > 0.5
 
 
-def bent_rod(deep: float, turn_deg: float, radius: float = 1.0) -> Rod:
+def bent_rod(deep: float, turn_deg: float, radius: float = 1.0) -> ToolCapsule:
     """Lie on the floor with the part behind a bend; the tip is turned out of it."""
     bend = MIDDLE + np.array([-1.0, 0.0, radius - deep])
     turn = math.radians(turn_deg)
     tip = bend + 3.0 * np.array([math.cos(turn), 0.0, math.sin(turn)])
     back = bend + np.array([-4.0, 0.0, 3.0])
-    return Rod.along([tip, bend, back], [radius, radius])
+    return ToolCapsule.along([tip, bend, back], [radius, radius])
 
 
 @pytest.mark.parametrize("turn_deg", [0.0, 20.0, 45.0])
@@ -381,7 +390,7 @@ def test_tissue_gives_way_to_both_parts_of_a_bent_tool(
         # tissue of no more than the grid's fineness is left within the tool
         assert pushing.surface.distance.sample(around).max() < 0.4 * H
     straight = soft()[1]
-    straight.push(0.0, 1, Rod.of(rod.tip_mm, UP, rod.radius_mm))
+    straight.push(0.0, 1, ToolCapsule.of(rod.tip_mm, UP, rod.radius_mm))
     assert not np.array_equal(shown(straight), shown(pushing))
 
 
@@ -398,7 +407,7 @@ def test_no_wall_is_pierced_by_a_bent_tool(seed: int) -> None:
         tip = bend + rng.uniform(1, 4) * np.array([1.0, rng.uniform(-0.1, 0.8), 0.0])
         back = bend + np.array([-3.0, rng.uniform(0, 3), rng.uniform(-1, 1)])
         radii = [rng.uniform(0.6, 1.2) * radius, radius]
-        pushing.push(0.05 * n, n + 1, Rod.along([tip, bend, back], radii))
+        pushing.push(0.05 * n, n + 1, ToolCapsule.along([tip, bend, back], radii))
         assert ndimage.label(shown(pushing) <= 0, np.ones((3, 3, 3)))[1] == before
 
 
@@ -417,4 +426,6 @@ def test_a_bent_tool_springs_back_whole_and_is_shown_again() -> None:
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_tool_of_no_or_too_many_parts_is_refused(count: int) -> None:
     with pytest.raises(UserError, match="one or two parts"):
-        Rod.along(np.arange(3 * count).reshape(count, 3), np.ones(max(count - 1, 0)))
+        ToolCapsule.along(
+            np.arange(3 * count).reshape(count, 3), np.ones(max(count - 1, 0))
+        )

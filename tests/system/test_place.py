@@ -2,14 +2,14 @@ from pathlib import Path
 
 import pytest
 
-from system import demand_place
+from system import require_place
 
 
 def test_a_place_is_only_looked_at(tmp_path: Path) -> None:
-    demand_place(tmp_path / "a.png")
-    demand_place(tmp_path / "new" / "deep" / "a.png")
+    require_place(tmp_path / "a.png")
+    require_place(tmp_path / "new" / "deep" / "a.png")
     (tmp_path / "old.png").write_text("old", "utf-8")
-    demand_place(tmp_path / "old.png")
+    require_place(tmp_path / "old.png")
     assert [p.name for p in tmp_path.iterdir()] == ["old.png"]
     assert (tmp_path / "old.png").read_text("utf-8") == "old"
 
@@ -18,7 +18,7 @@ def test_a_relative_place_is_of_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    demand_place(Path("a.png"))
+    require_place(Path("a.png"))
 
 
 @pytest.mark.parametrize("name", ["file/a.png", "file/new/a.png", "folder"])
@@ -27,10 +27,10 @@ def test_where_no_file_can_be_the_name_is_told(tmp_path: Path, name: str) -> Non
     (tmp_path / "folder").mkdir()
     path = tmp_path / name
     with pytest.raises(OSError, match=r"directory") as caught:
-        demand_place(path)
+        require_place(path)
     assert caught.value.filename == str(path)
 
 
 def test_a_disk_that_refuses_is_told() -> None:
     with pytest.raises(OSError, match=r"/proc/picture\.png"):
-        demand_place(Path("/proc/picture.png"))
+        require_place(Path("/proc/picture.png"))

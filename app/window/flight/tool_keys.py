@@ -12,7 +12,7 @@ from app.window.keyboard.key_map import KEYS
 from app.window.keyboard.page_commands import Command, Commands, Notify
 from app.window.panels.endoscope_panel import picture_square
 from app.window.texts import later, tr
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, Action
 
@@ -56,7 +56,7 @@ class ToolKeys(QObject):
 
     def __init__(
         self,
-        hand: OperatingHand,
+        hand: InstrumentController,
         picture: QWidget,
         notify: Notify,
         *,

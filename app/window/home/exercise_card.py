@@ -15,7 +15,7 @@ from app.window.scaling import lay
 from app.window.texts import later, tr
 from paravol.trainee.cases import KnownCase
 from paravol.trainee.exercises import Exercise, attempt_text, learns
-from scenarios.ladder import LAST_RUNS, Door
+from scenarios.ladder import LAST_RUNS, ExerciseStatus
 
 HOW_PASSED = later("Three passes in a row, or five of six, pass it.")
 
@@ -88,7 +88,7 @@ class ExerciseCard(QFrame):
                 tr(" · 1 task") if tasks == 1 else tr(" · {tasks} tasks", tasks=tasks)
             )
         waits = ""
-        if exercise.door is Door.LOCKED:
+        if exercise.door is ExerciseStatus.LOCKED:
             waits = tr(
                 "Locked: first pass {exercises}.",
                 exercises=_listed([*map(tr, exercise.waits)]),
@@ -133,7 +133,7 @@ def _results_text(exercise: Exercise) -> str:
         lines.append(f"{attempt.begun[:10]}   {how}")
     if not lines:
         lines = [tr("Not flown yet.")]
-    if exercise.rung is not None and exercise.door is not Door.PASSED:
+    if exercise.rung is not None and exercise.door is not ExerciseStatus.PASSED:
         lines.append(tr(HOW_PASSED))
     return tr("Your results (✓ points, or ✗ tasks done)\n") + "\n".join(lines)
 

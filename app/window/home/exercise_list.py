@@ -16,7 +16,7 @@ from app.window.style import INK, QUIET, READY
 from app.window.texts import later, tr
 from paravol.trainee.cases import KnownCase
 from paravol.trainee.exercises import Exercise, Ladder, attempt_text
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 from scenarios.scenario import Level
 
 COLUMNS = (
@@ -24,7 +24,10 @@ COLUMNS = (
     *(later("Last"), later("Best")),
 )
 OPEN_CASE = later("Open a case folder…")
-_MARKS = {Door.PASSED: later("✓ passed"), Door.LOCKED: later("locked")}
+_MARKS = {
+    ExerciseStatus.PASSED: later("✓ passed"),
+    ExerciseStatus.LOCKED: later("locked"),
+}
 _PLACE = Qt.ItemDataRole.UserRole
 
 
@@ -137,9 +140,9 @@ class ExerciseList(QTreeWidget):
             tr(attempt_text(attempts[-1], exercise.scenario)) if attempts else "",
             percent_text(exercise.best_percent),
         ]
-        ink = QUIET if exercise.door is Door.LOCKED else INK
+        ink = QUIET if exercise.door is ExerciseStatus.LOCKED else INK
         item = self._add(ListEntry(exercise), texts, ink)
-        if exercise.door is Door.PASSED:
+        if exercise.door is ExerciseStatus.PASSED:
             item.setForeground(1, QColor(READY))
         return item
 

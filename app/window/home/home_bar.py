@@ -120,10 +120,10 @@ class HomeBar(QWidget, Scaled):
         if name == self._name:
             return
         # only here: with it the store is loaded, which takes a while
-        from paravol.progress.session_entry import demand_name
+        from paravol.progress.session_entry import require_name
 
         try:
-            self._name = demand_name(name)
+            self._name = require_name(name)
         except UserError as error:
             self.trainee.setEditText(self._name)
             self.refused.emit(tr(str(error)))

@@ -24,7 +24,7 @@ from app.window.texts import later, tr
 from app.window.tour import Tour, TourStop
 from paravol.trainee.cases import KnownCase
 from paravol.trainee.exercises import Ladder, short_title
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 
 KEYS = later("Enter starts · Tab moves on · F1 tour · F11 full screen · Ctrl+Q ends")
 
@@ -125,7 +125,7 @@ class HomePage(TextPage):
         selected = following.name if chosen is None or not is_own else chosen.name
         self._next = following.name
         word = tr("Continue") if last else tr("Begin")
-        if following.door is Door.PASSED:
+        if following.door is ExerciseStatus.PASSED:
             word = tr("Fly again")
         self.go_on.setText(f"{word}: {tr(short_title(following.scenario))}")
         self.go_on.setAccessibleName(f"{word}: {tr(following.scenario.title)}")
@@ -208,7 +208,7 @@ class HomePage(TextPage):
 
     def _fly(self, entry: ListEntry) -> None:
         if entry.exercise is not None:
-            if entry.exercise.door is Door.LOCKED:
+            if entry.exercise.door is ExerciseStatus.LOCKED:
                 self.say(
                     tr(
                         "{exercise} is locked: first pass {others}.",

@@ -29,7 +29,7 @@ from paravol.trainee.exercises import Exercise, short_title
 from paravol.trainee.record import TraineeRecord
 from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 from scenarios.passing import goals_of
 from scenarios.tasks import Status
 
@@ -47,7 +47,11 @@ def what_next(record: TraineeRecord, name: str) -> WhatNext:
     ladder = record.ladder
     following: Exercise | None = ladder.worth_doing(name)
     if following is not None and following.name == name:
-        found = (e for e in ladder.exercises if e.door is Door.OPEN and e.name != name)
+        found = (
+            e
+            for e in ladder.exercises
+            if e.door is ExerciseStatus.OPEN and e.name != name
+        )
         following = next(found, None)
     return WhatNext(ladder.find(name), following)
 
@@ -195,7 +199,7 @@ class ResultPage(TextPage):
         """Say how the exercise stands now, and offer what follows."""
         same, following = after.same, after.following
         if same is not None and same.rung is not None:
-            if same.door is Door.PASSED:
+            if same.door is ExerciseStatus.PASSED:
                 text = tr("This exercise is passed.")
             else:
                 runs = same.rung.runs
@@ -216,7 +220,7 @@ class ResultPage(TextPage):
             tr("Next: {exercise} (N)", exercise=tr(short_title(following.scenario)))
         )
         self.following.show()
-        if same is not None and same.door is Door.PASSED:
+        if same is not None and same.door is ExerciseStatus.PASSED:
             self._prefer(self.following)
 
     def _prefer(self, button: QPushButton) -> None:

@@ -20,7 +20,7 @@ from app.window.volume.volume_thread import Order, VolumeThread, surface_colour
 from paravol.volume.look import load_look, save_look
 from paravol.volume.orbit import Orbit
 from paravol.volume.scan import Scan
-from paravol.volume.volume_view import Drawn, Method, Wish
+from paravol.volume.volume_view import Drawn, Method, PendingRequest
 from system import UserError
 
 LOOKS = later("Looks (*.json)")
@@ -151,7 +151,7 @@ class VolumePage(TextPage):
         shrunk = min(1.0, MOST_PX / max(wide, high))
         size = max(round(wide * shrunk), 8), max(round(high * shrunk), 8)
         controls, method = self.controls, self.controls.chosen_method
-        wish = Wish(
+        wish = PendingRequest(
             controls.scan.name,
             controls.look,
             Method.SPLATS if method is None else method,

@@ -14,7 +14,7 @@ from app.window.ending import begin_ending
 from app.window.texts import later
 from paravol.volume.look import VolumeLook
 from paravol.volume.scan import Scan
-from paravol.volume.volume_view import Drawn, Method, VolumeView, Wish, half
+from paravol.volume.volume_view import Drawn, Method, PendingRequest, VolumeView, half
 from renderers.art.tracer import RenderStoppedError
 from system import UserError
 
@@ -26,7 +26,7 @@ class Order:
     is_moving: the view still turns, and quick is better than fine.
     """
 
-    wish: Wish
+    wish: PendingRequest
     surface: str = ""
     is_moving: bool = False
 
@@ -183,7 +183,7 @@ def surface_colour(look: VolumeLook) -> str:
     return (above or look.points)[0].colour
 
 
-def _quick(wish: Wish) -> Wish:
+def _quick(wish: PendingRequest) -> PendingRequest:
     """Return the wish by splats."""
     if wish.method.splat_mode is not None:
         return wish

@@ -21,7 +21,7 @@ class MemoryBudget:
     whole: bool
 
 
-def demand_distances(shape: tuple[int, int, int], limit: int) -> None:
+def require_distances(shape: tuple[int, int, int], limit: int) -> None:
     """Raise ValueError where the distances over empty space alone take too much."""
     need = math.prod(shape)
     if need > limit:

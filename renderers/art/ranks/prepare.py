@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cells import CellShare
-from renderers.art.cells.memory_budget import demand_distances
+from renderers.art.cells.memory_budget import require_distances
 from renderers.art.classification import about_zero
 from renderers.art.march import March
 from renderers.art.quality import Quality
@@ -30,7 +30,7 @@ from renderers.scene import Scene
 from renderers.scene.change import changed_box
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
-from renderers.simd.self_check import demand_vectors
+from renderers.simd.self_check import require_vectors
 
 Box = tuple[NDArray[np.int64], NDArray[np.int64]]
 """First and last voxel, (i, j, k), as a `Change` has them."""
@@ -120,10 +120,10 @@ def make_node(
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
-    demand_vectors("The ray tracer")
+    require_vectors("The ray tracer")
     limit = memory_limit() if memory_bytes is None else memory_bytes
     if ranks == 1:
-        demand_distances(scene.volume.shape, limit)
+        require_distances(scene.volume.shape, limit)
     settings = LookSettings(mode, quality, packet, deflection)
     if mode == "classic":
         scene = about_zero(scene)

@@ -22,7 +22,7 @@ from renderers.fsr.splats.shaded_set import ShadedSet
 from renderers.fsr.splats.splat_list import SplatList, list_splats
 from renderers.scene import Camera, Image, Scene
 from renderers.scene.thread_pool import ThreadPool
-from renderers.simd.self_check import demand_vectors
+from renderers.simd.self_check import require_vectors
 
 LEAST_LIGHT = 1 / 1024
 """Light below which a square of pixels takes no more: a quarter of a code."""
@@ -42,7 +42,7 @@ class SplatRasterizer:
         *,
         least_light: float = LEAST_LIGHT,
     ) -> None:
-        demand_vectors("Drawing splats")
+        require_vectors("Drawing splats")
         self._shaded = ShadedSet(fuzzy_set, scene)
         self._row_count = fuzzy_set.rows.row_count
         self._least_light = least_light

@@ -53,7 +53,7 @@ from renderers.fsr.visibility import BlockBounds, VisibleSetLookup, VisibleSets
 from renderers.scene import Camera, Change, ChangeKind, GBuffer, Projection, Volume
 from renderers.scene.deflection import Deflection, deflected_distance
 from renderers.scene.thread_pool import ThreadPool
-from renderers.simd.self_check import demand_vectors
+from renderers.simd.self_check import require_vectors
 
 SIGMA_PER_SPACING = 0.6
 """Wider discs cost detail (SSIM .005 less at .72), narrower ones leave holes."""
@@ -103,7 +103,7 @@ class SurfelRasterizer:
         deflection: Deflection | None = None,
         creases: CreaseTracer | None = None,
     ) -> None:
-        demand_vectors("Drawing surfels")
+        require_vectors("Drawing surfels")
         self._creases = creases
         coarse, fine = extract_surfels(distance), extract_surfels(distance, refine=2)
         self._cut_rims = None

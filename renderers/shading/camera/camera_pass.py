@@ -62,7 +62,7 @@ class CameraPass:
         radiance = self._lens.look(self._near.look(radiance, gbuffer), lens)
         if gain is None:
             gain = meter(radiance, gbuffer.material)
-        _demand_gain(gain)
+        _require_gain(gain)
         picture, develop = developer.expose(
             radiance, gbuffer.depth_mm, gain, frame_number
         )
@@ -88,7 +88,7 @@ class CameraPass:
         """
         developer = self._developer_for(radiance, gbuffer, camera)
         radiance = self._lens.look(self._near.look(radiance, gbuffer), lens)
-        _demand_gain(gain)
+        _require_gain(gain)
         picture, develop = developer.expose(
             radiance, gbuffer.depth_mm, gain, frame_number
         )
@@ -129,6 +129,6 @@ class CameraPass:
         return self._developer
 
 
-def _demand_gain(gain: float) -> None:
+def _require_gain(gain: float) -> None:
     if not (math.isfinite(gain) and gain > 0):
         raise ValueError(f"a gain is positive and finite, got {gain}")

@@ -92,8 +92,8 @@ def test_the_window_is_refused_with_what_needs_none(
     typed: ReplayOptions, refused: str
 ) -> None:
     with pytest.raises(UserError, match=f"--window goes without {refused}"):
-        typed.demand_sense()
+        typed.require_sense()
 
 
 def test_the_window_takes_a_second_session_and_a_case() -> None:
-    ReplayOptions(window=True, beside=Path("b"), case=Path("c")).demand_sense()
+    ReplayOptions(window=True, beside=Path("b"), case=Path("c")).require_sense()

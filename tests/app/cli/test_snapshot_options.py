@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from app.__main__ import main
-from app.cli.snapshot_options import SnapshotOptions, check, demand_places
+from app.cli.snapshot_options import SnapshotOptions, check, require_places
 
 CASE = {"case": Path("c")}
 PLACED: dict[str, Any] = CASE | {"eye": (0, 0, 0), "target": (0, 1, 0)}
@@ -135,8 +135,8 @@ def test_files_that_cannot_be_written_are_told_before_anything_slow(
     good, bad = tmp_path / "new" / "a.png", tmp_path / "file" / "a.png"
     (tmp_path / "file").write_text("x", "utf-8")
     film = {"until": 2.0, "out": (tmp_path / "frames",)}
-    demand_places(options(**CASE, out=(good,), state=tmp_path / "s.npz"))
-    demand_places(options(**CASE, **film))
+    require_places(options(**CASE, out=(good,), state=tmp_path / "s.npz"))
+    require_places(options(**CASE, **film))
     for wrong in (
         {"out": (good, bad)},
         {"out": (good,), "save_view": bad},
@@ -145,5 +145,5 @@ def test_files_that_cannot_be_written_are_told_before_anything_slow(
         {"until": 2.0, "out": (tmp_path / "file",)},
     ):
         with pytest.raises(NotADirectoryError, match="file"):
-            demand_places(options(**CASE | wrong))
+            require_places(options(**CASE | wrong))
     assert [p.name for p in tmp_path.iterdir()] == ["file"]

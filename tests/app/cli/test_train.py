@@ -107,7 +107,7 @@ def test_no_first_picture_waits_for_what_only_later_ones_need() -> None:
         "from paravol.environment import prepare_environment\n"
         "prepare_environment()\n"
         "import sys\n"
-        "import app.window.desk, app.window.main_window\n"
+        "import app.window.navigator, app.window.main_window\n"
         "import paravol.exercises.training_setup\n"
         f"print([name for name in {later!r} if name in sys.modules])\n"
     )

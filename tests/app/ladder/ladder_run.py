@@ -23,8 +23,8 @@ prepare_environment()
 import msgspec  # noqa: E402
 from PySide6.QtWidgets import QApplication  # noqa: E402
 
-from app.window.desk import Desk, DeskOrder  # noqa: E402
 from app.window.main_window import MainWindow  # noqa: E402
+from app.window.navigator import Navigator, NavigatorOrder  # noqa: E402
 from paravol.exercises.training_setup import DeviceSetup, TrainingSetup  # noqa: E402
 from paravol.flight.flight import FlightOrder  # noqa: E402
 from paravol.progress.session_entry import SessionEntry  # noqa: E402
@@ -130,7 +130,9 @@ class Sitting:
             sessions=SessionStore(folder / "sessions"),
         )
         self.window = MainWindow()
-        self.desk = Desk(self.window, DeskOrder(setup, store=store, choices=choices))
+        self.desk = Navigator(
+            self.window, NavigatorOrder(setup, store=store, choices=choices)
+        )
         self.window.resize(*SIZE)
         self.window.show()
         self.desk.open_home()

@@ -9,8 +9,8 @@ from pathlib import Path
 from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QTimer
 from PySide6.QtWidgets import QWidget
 
-from app.window.desk import Desk, DeskOrder
 from app.window.main_window import MainWindow
+from app.window.navigator import Navigator, NavigatorOrder
 from paravol.exercises.training_setup import DeviceSetup, TrainingSetup
 from paravol.sessions.session_store import SessionStore
 
@@ -57,7 +57,7 @@ def waits_of_the_window(begun: Callable[[], object]) -> list[str]:
     return waits
 
 
-def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Desk:
+def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Navigator:
     """Return a desk whose window is not shown yet."""
     gc.collect()  # what other tests left, before there are threads
     setup = TrainingSetup(
@@ -66,10 +66,10 @@ def opened_desk(folder: Path, devices: DeviceSetup | None = None) -> Desk:
         threads=1,
         sessions=SessionStore(folder / "sessions"),
     )
-    order = DeskOrder(
+    order = NavigatorOrder(
         setup,
         store=folder / "progress.sqlite",
         choices=folder / "trainee.json",
         has_typed_devices=devices is not None,
     )
-    return Desk(MainWindow(), order)
+    return Navigator(MainWindow(), order)

@@ -18,11 +18,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
 from app.window.connection.connection_page import ConnectionPage
-from app.window.desk import Desk, DeskOrder
 from app.window.flight.flight_page import FlightPage
 from app.window.home.home_page import HomePage
 from app.window.keyboard.actions import Act
 from app.window.main_window import MainWindow
+from app.window.navigator import Navigator, NavigatorOrder
 from app.window.page import Page
 from app.window.panels.endoscope_panel import PictureView
 from app.window.panels.gauges import Gauges
@@ -78,13 +78,13 @@ class Journey:
             threads=2,
             sessions=SessionStore(folder / "sessions"),
         )
-        order = DeskOrder(
+        order = NavigatorOrder(
             setup,
             store=folder / "progress.sqlite",
             choices=folder / "trainee.json",
         )
         self.window = MainWindow()
-        self.desk = Desk(self.window, order)
+        self.desk = Navigator(self.window, order)
         qtbot.addWidget(self.window)
         self.resize(SIZES[0])
         self.window.show()

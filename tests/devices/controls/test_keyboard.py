@@ -19,7 +19,7 @@ ALL_KEYS = [*MOVES, *PEDALS, FINE]
 strokes = st.lists(st.tuples(st.sampled_from(ALL_KEYS), st.booleans()), max_size=60)
 
 
-def demand_after(steering: Steering, at_s: float) -> tuple[Demand, int]:
+def require_after(steering: Steering, at_s: float) -> tuple[Demand, int]:
     steering.step(at_s - 1.0, at_s)
     return steering.step(at_s, at_s + 1.0)
 
@@ -34,7 +34,7 @@ def test_what_is_asked_depends_only_on_the_keys_that_are_down(
     for number, (name, is_down) in enumerate(strokes):
         assert keys.key(name, is_down, number * 0.01)
         (down.add if is_down else down.discard)(name)
-    demand, buttons = demand_after(steering, 10.0)
+    demand, buttons = require_after(steering, 10.0)
     for axis in Axis:
         share = FINE_SHARE if FINE in down else 1.0
         asked = sum(s for k, (f, s) in MOVES.items() if f == axis and k in down)
@@ -49,7 +49,7 @@ def test_letting_go_stops_everything(strokes: list[tuple[str, bool]]) -> None:
     for name, is_down in strokes:
         keys.key(name, is_down, 0.0)
     keys.release(1.0)
-    assert demand_after(steering, 10.0) == (Demand(), 0)
+    assert require_after(steering, 10.0) == (Demand(), 0)
 
 
 def test_every_freedom_can_be_moved_both_ways() -> None:

@@ -35,7 +35,7 @@ from paravol.checks.arm_check import (
     tip_finding,
 )
 from paravol.checks.finding import Finding
-from paravol.checks.known_constants import constants_findings, demand_known_constants
+from paravol.checks.known_constants import constants_findings, require_known_constants
 from tests.devices.driven_arm import DrivenArm
 from tests.devices.microscribe.rare_faults import parse_any_fault
 
@@ -200,7 +200,7 @@ def test_an_arm_is_remembered_and_a_change_told(own_data: Path) -> None:
 
     assert "first time" in history(before).value
     assert history(before).value.startswith("unchanged since 20")
-    demand_known_constants(before, "/dev/arm")
+    require_known_constants(before, "/dev/arm")
     # one bit of one angle, too small for any bound
     words = list(DX40937.dh_words)
     words[3] ^= 1
@@ -210,13 +210,13 @@ def test_an_arm_is_remembered_and_a_change_told(own_data: Path) -> None:
     assert "alpha 3 was 89.852 and is 89.846 degrees" in changed.value
     assert "--accept-constants" in changed.remedy
     with pytest.raises(DeviceError, match="changed since") as caught:
-        demand_known_constants(after, "/dev/arm")
+        require_known_constants(after, "/dev/arm")
     assert caught.value.reason is DeviceReason.CONSTANTS
     # told again and again until somebody vouches for it
     assert history(after).is_missing
     assert "accepted" in history(after, accept=True).value
     assert not history(after).is_missing
-    demand_known_constants(after, "/dev/arm")
+    require_known_constants(after, "/dev/arm")
     assert history(before).is_missing
 
 
@@ -226,7 +226,7 @@ def test_an_unusual_arm_is_not_remembered(own_data: Path) -> None:
     geometry = ArmGeometry.from_words(tuple(words), 3)
     arm = ArmDescription(DX40937.identity, DX40937.maxima, geometry)
     with pytest.raises(DeviceError, match=r"a 2 is 267\.00 mm"):
-        demand_known_constants(arm, "/dev/arm")
+        require_known_constants(arm, "/dev/arm")
     assert not list(own_data.rglob("*.json"))
     assert constants_findings(arm, "/dev/arm", accept=False)[1].is_missing
 
@@ -234,7 +234,7 @@ def test_an_unusual_arm_is_not_remembered(own_data: Path) -> None:
 def test_where_nothing_can_be_kept_the_arm_is_used(own_data: Path) -> None:
     (own_data / "paravol").write_text("no folder")
     arm = ArmDescription(DX40937.identity, DX40937.maxima, DX40937.geometry)
-    demand_known_constants(arm, "/dev/arm")
+    require_known_constants(arm, "/dev/arm")
     told = constants_findings(arm, "/dev/arm", accept=False)[1]
     assert told.value == "nothing is known"
     assert str(own_data) in told.remedy

@@ -23,7 +23,7 @@ from devices import Pose, ProbePath, load_probe_path, save_probe_path
 from devices.microscribe import MicroScribeEmulator
 from paravol.flight import flight_events as events
 from paravol.flight.flight import Flight, FlightOrder, save_frame_view
-from paravol.flight.flight_loop import FrameEvent, Pace, fly
+from paravol.flight.flight_loop import FrameEvent, FramePacing, fly
 from paravol.flight.picture_size import PictureSize
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import FlightInput
@@ -43,7 +43,7 @@ from scenarios.bundle import (
     SessionRecorder,
     read_session,
 )
-from surgery.pushing import Pushing, Rod
+from surgery.pushing import Pushing, ToolCapsule
 from tests.flights import part_of
 from tests.recorded_flight import Flight as Made
 
@@ -325,7 +325,7 @@ def test_frames_of_changing_size_are_recorded_and_replayed_to_the_bit(
             until_s=10.0,
             on_frame=lambda event: shown.append(event.frame.pixels.shape),
             keeps=lambda time_s: False,
-            pace=Pace(sizes=Turning(SIZE)),
+            pace=FramePacing(sizes=Turning(SIZE)),
         )
         recorder.close({"score": asdict(session.score())})
     assert shown == [(n, n, 3) for n in (SIZE, 64, 40, SIZE, 64, 40, SIZE, 64)]
@@ -630,7 +630,7 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     push = Pushing.push
 
     def noted(
-        self: Pushing, time_s: float, generation: int, rod: Rod | None
+        self: Pushing, time_s: float, generation: int, rod: ToolCapsule | None
     ) -> Change | None:
         change = push(self, time_s, generation, rod)
         values = self.surface.distance.values

@@ -17,8 +17,8 @@ from devices import Pose
 from paravol.flight import flight_loop
 from paravol.flight.flight_loop import (
     FrameEvent,
+    FramePacing,
     Listeners,
-    Pace,
     drain_available,
     fly,
     thinned,
@@ -32,7 +32,7 @@ from scenarios.bundle import EventRecord, FrameRecord, SampleRecord
 from scenarios.feeling import Feeling, FeltFigures
 from scenarios.reading import Reading
 from scenarios.scoring import BreakFigure
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.force import NO_TOUCH
 from surgery.injury import Injury
 from surgery.solids import capsule
@@ -161,7 +161,7 @@ class Operating(Still):
 
     def step(self, sample: Sample) -> None:
         at = np.array([4.0 + 0.5 * sample.time_s, 10.0, 10.0])
-        edit = self.patient.carve(capsule(at, at, 1.0), Taker())
+        edit = self.patient.carve(capsule(at, at, 1.0), CuttingLimits())
         assert edit is not None
         self.state = LensState(fog=sample.time_s / 100)
         if sample.time_s in (3.0, 5.0):
@@ -419,7 +419,7 @@ def steered(
         until_s=10.0,
         on_frame=lambda event: ages.append(event.pose_age_ms / 1e3),
         keeps=lambda time_s: False,
-        pace=Pace(may_skip),
+        pace=FramePacing(may_skip),
     )
     return ages, kept, stepped, clicks
 

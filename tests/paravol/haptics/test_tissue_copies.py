@@ -6,7 +6,7 @@ from paravol.haptics.kernels.publishing import counted
 from paravol.haptics.tissue_copies import TissueCopies
 from renderers.scene import Change, ChangeKind
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.patient import OperatedPatient
 from tests.paravol.haptics.simulated_loop import floor
 
@@ -19,7 +19,7 @@ def newest(copies: TissueCopies) -> np.ndarray:
 
 def bite(patient: OperatedPatient, x_mm: float) -> Change:
     solid = solids.capsule((x_mm, 11.0, 7.0), (x_mm, 13.0, 8.0), 1.5)
-    cut = patient.carve(solid, time_s=x_mm, taker=Taker(20.0, 1.0))
+    cut = patient.carve(solid, time_s=x_mm, taker=CuttingLimits(20.0, 1.0))
     assert cut is not None
     return cut.change
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from devices import Pose
 from devices.controls.fulcrum import Fulcrum
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.second_channel import SecondChannel
@@ -39,9 +39,9 @@ def wall_at(z_mm: float) -> Volume:
     return Volume(values, np.full(3, SPACING_MM), origin, background=-100.0)
 
 
-def hand_before(z_mm: float, tool: str = "straight forceps") -> OperatingHand:
+def hand_before(z_mm: float, tool: str = "straight forceps") -> InstrumentController:
     """Return a hand with a tool before a wall."""
-    hand = OperatingHand(SCOPE)
+    hand = InstrumentController(SCOPE)
     distance = wall_at(z_mm)
     hold = ToolHold(distance, FULCRUM.pivot_mm)
     hand.pointed = PointedTool(FULCRUM, hold, distance)
@@ -50,7 +50,7 @@ def hand_before(z_mm: float, tool: str = "straight forceps") -> OperatingHand:
 
 
 def settled(
-    hand: OperatingHand,
+    hand: InstrumentController,
     begin_s: float = 0.0,
     for_s: float = 3.0,
     scope: ScopeInHand | None = None,
@@ -63,7 +63,9 @@ def settled(
     return time_s
 
 
-def reached(tool: str = "straight forceps") -> tuple[OperatingHand, PointedTool, float]:
+def reached(
+    tool: str = "straight forceps",
+) -> tuple[InstrumentController, PointedTool, float]:
     """Return a hand whose tool came to the wall at -14 mm, the tool, and the time."""
     hand = hand_before(-14.0, tool)
     hand.point(0.0, -0.4)
@@ -73,13 +75,15 @@ def reached(tool: str = "straight forceps") -> tuple[OperatingHand, PointedTool,
     return hand, hand.pointed, time_s
 
 
-def joined(hand: OperatingHand, pose: Pose, scope: ScopeInHand | None = None) -> Sample:
+def joined(
+    hand: InstrumentController, pose: Pose, scope: ScopeInHand | None = None
+) -> Sample:
     """Return the sample of a pose with what the hands hold."""
     return SecondChannel(Bare(), scope or ScopeInHand(), hand).join(pose)
 
 
 def tip(
-    hand: OperatingHand, time_s: float, scope: ScopeInHand | None = None
+    hand: InstrumentController, time_s: float, scope: ScopeInHand | None = None
 ) -> NDArray[np.float64]:
     """Return where the tool's tip is at a time, ``(3,)``."""
     sample = joined(hand, Pose(time_s, time_s, np.eye(4), 0), scope)

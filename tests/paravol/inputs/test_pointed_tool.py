@@ -13,7 +13,7 @@ from devices import Pose
 from devices.controls.fulcrum import Demand
 from paravol.feedback.shaft_heading import place_in_picture
 from paravol.inputs.hand import pointed_tool, scope_control
-from paravol.inputs.operating_hand import FIRST_AHEAD_MM, OperatingHand
+from paravol.inputs.instrument_controller import FIRST_AHEAD_MM, InstrumentController
 from paravol.inputs.pointed_tool import NEAREST_MM
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
@@ -206,7 +206,7 @@ def test_no_carrying_hurts_anybody(seed: int) -> None:
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     scope = scenario.scope.endoscope()
     control = scope_control(patient, None, scope.diameter_mm / 2, scenario.start)
-    hand = OperatingHand(scope)
+    hand = InstrumentController(scope)
     rest = operation.patient.surface.distance
     hand.pointed = pointed_tool(patient, rest, None, scenario)
     hand.felt_n = lambda: operation.touch.size_n

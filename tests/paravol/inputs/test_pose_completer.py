@@ -2,7 +2,7 @@ import numpy as np
 
 from devices import Pose, ProbePath
 from devices.controls.pedals import Button, ButtonEvent
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pose_completer import (
     PATH_PEDAL,
     HandChannel,
@@ -67,7 +67,9 @@ def test_a_roll_that_nobody_knows_is_the_last_one_known() -> None:
 
 def test_pedals_are_told_with_their_sample_and_samples_pass_unchanged() -> None:
     told: list[tuple[ButtonEvent, Sample]] = []
-    watch = SecondChannel(HandChannel(), ScopeInHand(), OperatingHand(Endoscope()))
+    watch = SecondChannel(
+        HandChannel(), ScopeInHand(), InstrumentController(Endoscope())
+    )
     watch.on_pedal = lambda event, sample: told.append((event, sample))
     twin = HandChannel()
     # Both pedals; the right one chatters on its way down and on its way up.

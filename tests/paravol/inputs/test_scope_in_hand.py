@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from paravol.inputs.operating_hand import FIRST_AHEAD_MM
+from paravol.inputs.instrument_controller import FIRST_AHEAD_MM
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.tool_plan import ASIDE_MM
 from scenarios import Endoscope, Sample

@@ -10,7 +10,7 @@ from devices import Pose
 from devices.controls.fulcrum import Fulcrum, FulcrumControl
 from devices.controls.handover import Handover
 from devices.controls.steering import Axis
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pointed_tool import PointedTool
 from paravol.inputs.pose_completer import HandChannel
 from paravol.inputs.scope_in_hand import ScopeInHand
@@ -51,7 +51,7 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
     name: str, script: list[tuple[tuple[float, ...], bool]]
 ) -> None:
     """Whoever has the device moves as it does; the other rests to the bit."""
-    hand = OperatingHand(Endoscope())
+    hand = InstrumentController(Endoscope())
     channel = SecondChannel(HandChannel(), ScopeInHand(), hand)
     hand.turns = turns = ClutchTurns()
     hand.pointed = tool_in_air()
@@ -97,7 +97,7 @@ def test_an_arm_moves_one_of_both_and_neither_jumps(
 
 
 def test_without_a_tool_the_scope_keeps_its_device() -> None:
-    hand = OperatingHand(Endoscope())
+    hand = InstrumentController(Endoscope())
     channel = SecondChannel(HandChannel(), ScopeInHand(), hand)
     hand.turns = turns = ClutchTurns()
     hand.pointed = tool_in_air()

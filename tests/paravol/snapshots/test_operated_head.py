@@ -34,13 +34,13 @@ from renderers.snapshots.scene_loader import load_scene
 from scenarios import Moment, Sample, View, load_scenario, tip_frame
 from scenarios.instrument_state import InstrumentState
 from surgery import solids
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.patient import OperatedPatient
-from surgery.pushing import Rod
+from surgery.pushing import ToolCapsule
 from tests.recorded_flight import WAY, Flight
 from tests.scenes import make_scene
 
-ANY = Taker(force_n=1e3, bone_mm=50.0)
+ANY = CuttingLimits(force_n=1e3, bone_mm=50.0)
 
 RENDERERS: tuple[Literal["fsr", "art"], ...] = ("fsr", "art")
 
@@ -229,7 +229,7 @@ def test_a_dent_is_pictured_as_it_was_and_is_no_wound(
     matrix = distance.world_from_voxel
     for place in inside[:: len(inside) // 10, ::-1]:
         at = matrix[:3, :3] @ place + matrix[:3, 3]
-        pushing.push(0.0, 2, Rod.of(at, (0.0, 0.0, 1.0), 1.0))
+        pushing.push(0.0, 2, ToolCapsule.of(at, (0.0, 0.0, 1.0), 1.0))
         if (pushing.surface.distance.values != distance.values).any():
             break
     shown = pushing.surface

@@ -6,7 +6,7 @@ import pytest
 
 from app.__main__ import main
 from app.cli.root import rank_count
-from paravol.snapshots.spool_folder import demand_spool, own_spool
+from paravol.snapshots.spool_folder import own_spool, require_spool
 
 
 def test_a_missing_folder_is_refused_and_not_made(
@@ -23,18 +23,18 @@ def test_a_missing_folder_is_refused_and_not_made(
 
 
 def test_it_is_made_when_told_to_beside_what_is_there(tmp_path: Path) -> None:
-    demand_spool(tmp_path / "a", create=True)
-    demand_spool(tmp_path / "a", create=True)
+    require_spool(tmp_path / "a", create=True)
+    require_spool(tmp_path / "a", create=True)
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o700
     with pytest.raises(ValueError, match=r"There is no folder .*/b to make c in"):
-        demand_spool(tmp_path / "b" / "c", create=True)
+        require_spool(tmp_path / "b" / "c", create=True)
     assert not (tmp_path / "b").exists()
 
 
 def test_a_folder_of_something_else_is_no_spool(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").touch()
     with pytest.raises(ValueError, match=r"it holds 'letter\.txt' and no queue"):
-        demand_spool(tmp_path)
+        require_spool(tmp_path)
 
 
 def test_own_spools_lie_in_the_users_cache(

@@ -13,7 +13,7 @@ from paravol.trainee.exercises import (
     short_title,
 )
 from scenarios import load_scenario
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 from scenarios.passing import goals_of
 from scenarios.scenario import CURRICULUM, Level
 from tests.paravol.progress.learners import entry
@@ -46,14 +46,14 @@ def test_whoever_flew_nothing_begins_with_what_needs_nothing() -> None:
     ladder = ladder_of([])
     assert ladder.worth_doing() is ladder.exercises[0]
     for exercise in ladder.exercises:
-        is_locked = exercise.door is Door.LOCKED
+        is_locked = exercise.door is ExerciseStatus.LOCKED
         assert is_locked == bool(exercise.scenario.needs)
         assert bool(exercise.waits) == is_locked
         assert exercise.attempts == ()
         assert exercise.best_percent is None
         assert learns(exercise.scenario)
     assert {e.name for e in ladder.others} >= {"first_flight"}
-    assert all(e.door is Door.OPEN for e in ladder.others)
+    assert all(e.door is ExerciseStatus.OPEN for e in ladder.others)
 
 
 def test_an_exercise_is_gone_on_with_until_it_is_passed() -> None:
@@ -62,19 +62,19 @@ def test_an_exercise_is_gone_on_with_until_it_is_passed() -> None:
     often = ladder_of(passed("hoops"))
     found = often.find("hoops")
     assert found is not None
-    assert (found.door, found.best_percent) == (Door.PASSED, 83.0)
+    assert (found.door, found.best_percent) == (ExerciseStatus.PASSED, 83.0)
     assert often.worth_doing("hoops").name == "centring"
     assert often.worth_doing("no such exercise").name == "centring"
     both = ladder_of(passed("hoops") + passed("centring"))
     opened = both.find("path-following")
     assert opened is not None
-    assert opened.door is Door.OPEN
+    assert opened.door is ExerciseStatus.OPEN
 
 
 def test_where_all_is_passed_the_last_one_is_kept_up() -> None:
     names = [e.name for e in ladder_of([]).exercises]
     every = ladder_of([run for name in names for run in passed(name)])
-    assert {e.door for e in every.exercises} == {Door.PASSED}
+    assert {e.door for e in every.exercises} == {ExerciseStatus.PASSED}
     assert every.worth_doing("polypectomy").name == "polypectomy"
     assert every.worth_doing().name == names[-1]
 

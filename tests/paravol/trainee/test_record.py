@@ -5,7 +5,7 @@ from pathlib import Path
 
 from paravol.progress.store import ProgressStore
 from paravol.trainee.record import record_of
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 from tests.paravol.progress.learners import entry
 
 
@@ -23,7 +23,7 @@ def test_everybody_has_their_own_results(tmp_path: Path) -> None:
     own, nobody = record_of("ann", file), record_of("", file)
     assert own.trainees == nobody.trainees == ("ann",)
     doors = [r.ladder.find("hoops").door for r in (own, nobody)]  # type: ignore[union-attr]
-    assert doors == [Door.PASSED, Door.OPEN]
+    assert doors == [ExerciseStatus.PASSED, ExerciseStatus.OPEN]
 
 
 def test_a_damaged_store_is_set_aside_and_told(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]

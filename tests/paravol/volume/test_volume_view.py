@@ -13,7 +13,7 @@ from paravol.volume.look import LookPoint, VolumeLook, load_look, save_look
 from paravol.volume.orbit import Orbit
 from paravol.volume.presets import presets
 from paravol.volume.scan import Scan, scans_of
-from paravol.volume.volume_view import Method, VolumeView, Wish
+from paravol.volume.volume_view import Method, PendingRequest, VolumeView
 from renderers.scene import Volume
 from system import UserError
 
@@ -38,7 +38,7 @@ def orbit_of(volume: Volume) -> Orbit:
 def test_splats_and_rays_show_the_same_scene(ball: Volume) -> None:
     view = VolumeView(scans_of(ball, {}), threads=1)
     look = presets(Scan.of("ct", ball))[2]
-    wish = Wish("ct", look, Method.SPLATS, orbit_of(ball), (96, 96))
+    wish = PendingRequest("ct", look, Method.SPLATS, orbit_of(ball), (96, 96))
     drawn = {m: view.draw(replace(wish, method=m)) for m in Method}
     rays = drawn[Method.FINE_RAYS].pixels.astype(float)
     is_ball = rays[..., 0] > 40
@@ -57,7 +57,7 @@ def test_what_is_kept_for_a_look_never_shows_in_another(ball: Volume) -> None:
     """Whatever came before, a picture has the bits of one drawn alone."""
     scans = scans_of(ball, {})
     wishes = [
-        Wish("ct", replace_points(look), method, orbit_of(ball), (48, 48))
+        PendingRequest("ct", replace_points(look), method, orbit_of(ball), (48, 48))
         for look in presets(scans[0])[1:4]
         for method in (Method.SPLATS, Method.RAYS)
     ]
@@ -84,7 +84,7 @@ def test_a_higher_threshold_keeps_fewer_splats(ball: Volume) -> None:
     counts = []
     for threshold in (0.05, 0.3, 0.9):
         some = msgspec.structs.replace(look, threshold=threshold)
-        wish = Wish("ct", some, Method.POINTS, orbit_of(ball), (32, 32))
+        wish = PendingRequest("ct", some, Method.POINTS, orbit_of(ball), (32, 32))
         counts.append(view.draw(wish).splats)
     assert counts[0] > counts[1] > counts[2] >= 0  # type: ignore[operator]
     view.close()
@@ -100,7 +100,7 @@ def test_the_patients_right_is_on_the_left_seen_from_the_front(ball: Volume) -> 
     assert (front.letters(), behind.letters()) == (("R", "L"), ("L", "R"))
     assert replace(front, azimuth_deg=90.0).letters() == ("A", "P")
     for orbit, side in ((front, 1), (behind, -1)):
-        wish = Wish("ct", look, Method.RAYS, orbit, (64, 64))
+        wish = PendingRequest("ct", look, Method.RAYS, orbit, (64, 64))
         rows, columns = np.nonzero(view.draw(wish).pixels[..., 0] > 40)
         assert (columns.mean() - 31.5) * side > 4
         assert rows.mean() > 31.5 + 4
@@ -160,7 +160,7 @@ def test_an_unknown_scan_is_named(ball: Volume) -> None:
     view = VolumeView(scans_of(ball, {}), threads=1)
     look = presets(Scan.of("ct", ball))[0]
     with pytest.raises(UserError, match="'t2'; there is ct"):
-        view.draw(Wish("t2", look, Method.POINTS, orbit_of(ball), (8, 8)))
+        view.draw(PendingRequest("t2", look, Method.POINTS, orbit_of(ball), (8, 8)))
 
 
 def test_a_histogram_counts_every_eighth_voxel_of_its_range(ball: Volume) -> None:

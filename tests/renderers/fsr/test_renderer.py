@@ -25,7 +25,7 @@ from renderers.scene import (
     Volume,
 )
 from renderers.scene.deflection import Deflection, Translation
-from surgery.edit import Taker
+from surgery.edit import CuttingLimits
 from surgery.patient import OperatedPatient
 from surgery.solids import capsule
 from tests.boards import KAPPA, METAL, SIZE, board, slab
@@ -255,7 +255,7 @@ def test_creases_of_cuts_follow_edits(hollow: Volume) -> None:
     assert live.counters.get("crease pixels", 0) == 0
     settled = 0
     for z in (-1.5, 0.0, 1.5):
-        edit = patient.carve(capsule((0, 6, z), (0, 7, z), 1.2), Taker())
+        edit = patient.carve(capsule((0, 6, z), (0, 7, z), 1.2), CuttingLimits())
         assert edit is not None
         live.update(edit.change)
         found = live.gbuffer(camera)

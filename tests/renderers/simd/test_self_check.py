@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from renderers.simd import self_check as check
-from renderers.simd.self_check import VectorError, demand_vectors, vector_problem
+from renderers.simd.self_check import VectorError, require_vectors, vector_problem
 
 
 @pytest.fixture(autouse=True)
@@ -55,8 +55,8 @@ def test_the_check_finds_a_wrong_instruction(monkeypatch: pytest.MonkeyPatch) ->
 def test_what_cannot_do_without_vectors_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    demand_vectors("Light")
+    require_vectors("Light")
     vector_problem.cache_clear()
     monkeypatch.setattr(check, "agrees_with_numpy", lambda: False)
     with pytest.raises(VectorError, match=r"Light needs .*requirements\.lock"):
-        demand_vectors("Light")
+        require_vectors("Light")

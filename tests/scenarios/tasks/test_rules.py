@@ -20,7 +20,7 @@ from scenarios.tasks.head_parts import Head
 from scenarios.tasks.rules import ABSENT_S, is_in_sight, rule_of
 from scenarios.tasks.situation import Situation
 from surgery.kernels.carve import FULL
-from surgery.patient import Books
+from surgery.patient import VolumeLedger
 
 PLACES = {"ostium": np.array([0.0, 0.0, 0.0]), "bulla": np.array([5.0, 0.0, 0.0])}
 AHEAD = np.array([0.0, 1.0, 0.0])
@@ -211,7 +211,7 @@ def test_an_injection_needs_the_tool_its_pedal_and_the_right_depth() -> None:
 
 
 def test_tissue_is_taken_within_limits() -> None:
-    books = Books(1.0)
+    books = VolumeLedger(1.0)
     task = tasks.Remove(
         name="a",
         title="a",
@@ -244,7 +244,9 @@ def test_too_much_of_a_part_fails_and_nothing_else_takes_of_it() -> None:
         fill = np.full(head.distance.shape, FULL, np.uint16)
         fill[..., 41:] = round((1.0 - left) * FULL)
         fill[..., :41] = round((1.0 - right) * FULL)
-        now = replace(at((0, 0, 0)), books=Books(1.0), fill=fill, edits=next(edits))
+        now = replace(
+            at((0, 0, 0)), books=VolumeLedger(1.0), fill=fill, edits=next(edits)
+        )
         rule.step(now, 0.0)
         return rule.progress, rule.failed, rule.lacks
 

@@ -10,7 +10,7 @@ from renderers.art.cells.memory_budget import (
     LEAST_CELLS,
     MemoryBudget,
     budget_for,
-    demand_distances,
+    require_distances,
 )
 
 SHAPE = (40, 60, 50)
@@ -54,5 +54,5 @@ def test_what_does_not_fit_is_refused_with_its_bytes() -> None:
     with pytest.raises(ValueError, match=r"50 x 60 x 40 voxels.* at least 6,620,000 b"):
         budget_for(SHAPE, 900, 100_000, 0, 6_600_000, bricks=True)
     with pytest.raises(ValueError, match=r"needs 120,000 bytes.* at most 119,999"):
-        demand_distances(SHAPE, VOXELS - 1)
-    demand_distances(SHAPE, VOXELS)
+        require_distances(SHAPE, VOXELS - 1)
+    require_distances(SHAPE, VOXELS)

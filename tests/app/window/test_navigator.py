@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.window.desk import Desk
 from app.window.home.home_page import HomePage
+from app.window.navigator import Navigator
 from paravol.exercises.training_setup import DeviceSetup
 from paravol.sessions.session_store import SessionStore
 from paravol.sessions.unfinished_sessions import unfinished_sessions
@@ -29,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def desk(application: QApplication, folder: Path) -> Iterator[Desk]:
+def desk(application: QApplication, folder: Path) -> Iterator[Navigator]:
     desk = opened_desk(folder)
     desk.open_home()
     yield desk
@@ -37,26 +37,26 @@ def desk(application: QApplication, folder: Path) -> Iterator[Desk]:
     shut(desk)
 
 
-def shut(desk: Desk) -> None:
+def shut(desk: Navigator) -> None:
     until("all is read", lambda: not desk._works)
     desk._window.shut()
     desk._window.release()
     delete(desk._window)
 
 
-def home(desk: Desk) -> HomePage:
+def home(desk: Navigator) -> HomePage:
     page = desk._window.page
     assert isinstance(page, HomePage)
     return page
 
 
-def filled(desk: Desk) -> HomePage:
+def filled(desk: Navigator) -> HomePage:
     page = home(desk)
     until("a ladder", lambda: page.go_on.text())
     return page
 
 
-def test_a_locked_exercise_is_not_flown_but_told(desk: Desk) -> None:
+def test_a_locked_exercise_is_not_flown_but_told(desk: Navigator) -> None:
     page = filled(desk)
     desk.fly("uncinectomy")
     assert "locked: first pass Injection" in page.problem.text()
@@ -88,7 +88,7 @@ def test_what_cannot_be_flown_is_told_at_home(
 
 
 def test_a_folder_that_is_no_case_is_told_and_not_remembered(
-    desk: Desk, folder: Path
+    desk: Navigator, folder: Path
 ) -> None:
     page = filled(desk)
     desk.fly_case(folder / "nothing")
@@ -112,7 +112,7 @@ def test_a_store_that_cannot_be_read_is_told_and_one_can_train(
 
 
 def test_a_name_is_remembered_and_one_that_tells_too_much_is_refused(
-    desk: Desk, folder: Path
+    desk: Navigator, folder: Path
 ) -> None:
     page = filled(desk)
     page.bar.trainee.setEditText("ann")

@@ -44,7 +44,7 @@ FIRST_AT = 0.0, -0.3
 
 
 @dataclass(frozen=True, slots=True)
-class _Wish:
+class _PendingRequest:
     """Hold what was last asked for."""
 
     tool: str | None = None
@@ -59,7 +59,7 @@ class _Wish:
     is_frozen: bool = False
 
 
-class OperatingHand:
+class InstrumentController:
     """Put what the second hand does into samples.
 
     What is asked for may be changed at any time, by any thread. tools: that may be
@@ -69,7 +69,7 @@ class OperatingHand:
     def __init__(self, endoscope: Endoscope, tools: Sequence[str] = ()) -> None:
         self._endoscope = endoscope
         self.tools = tuple(tools)
-        self._wish = _Wish()
+        self._wish = _PendingRequest()
         self._lock = threading.Lock()
         self._jaw = Jaw()
         self.world_from_device: NDArray[np.float64] = np.eye(4)
@@ -354,7 +354,11 @@ class OperatingHand:
             self._wish = replace(self._wish, **changes)
 
     def _pointed(
-        self, sample: Sample, state: InstrumentState, tool: PointedTool, wish: _Wish
+        self,
+        sample: Sample,
+        state: InstrumentState,
+        tool: PointedTool,
+        wish: _PendingRequest,
     ) -> Sample:
         """Let the tool go to where somebody points in the picture."""
         world_from_tip = self.world_from_device @ sample.device_from_tip

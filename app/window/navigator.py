@@ -28,7 +28,7 @@ from app.window.tour import Tour
 from paravol.exercises.training_setup import TrainingSetup
 from paravol.flight.flight import FlightOrder
 from paravol.flight.flight_events import FlightEnd
-from paravol.inputs.open_arm import demand_port
+from paravol.inputs.open_arm import require_port
 from paravol.patient import PatientScene, Progress, load_case, load_patient
 from paravol.sessions.session_setup import flown_scenario
 from paravol.sessions.unfinished_sessions import (
@@ -43,7 +43,7 @@ from paravol.trainee.found_devices import EMULATOR, MOUSE, FoundDevice, find_dev
 from paravol.volume.scan import Scan, scans_of
 from scenarios import Scenario, Score
 from scenarios.bundle import read_recording
-from scenarios.ladder import Door
+from scenarios.ladder import ExerciseStatus
 
 if TYPE_CHECKING:
     from app.window.result.result_page import ResultPage
@@ -70,7 +70,7 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
-class DeskOrder:
+class NavigatorOrder:
     """Say how one trains at this window.
 
     trainee: made-up name; None for the one of the last time. has_store: sessions enter
@@ -120,7 +120,7 @@ class _Known:
     cases: list[KnownCase] = field(default_factory=list)
 
 
-class Desk(QObject):
+class Navigator(QObject):
     """Own the window's pages, and what they have in common.
 
     flown: flights, in order. error: of a flight without a home page to tell it on.
@@ -132,7 +132,7 @@ class Desk(QObject):
     stopped = Signal()
     """An error ended a flight; it is told on the page."""
 
-    def __init__(self, window: MainWindow, order: DeskOrder) -> None:
+    def __init__(self, window: MainWindow, order: NavigatorOrder) -> None:
         super().__init__()
         self.flown: list[Flown] = []
         self.error: Exception | None = None
@@ -343,7 +343,7 @@ class Desk(QObject):
         """Prepare an exercise and fly it; one that is locked is told on home."""
         record = self._known.record
         known = None if record is None else record.ladder.find(exercise)
-        if known is not None and known.door is Door.LOCKED:
+        if known is not None and known.door is ExerciseStatus.LOCKED:
             waits = ", ".join(map(tr, known.waits))
             self._tell(
                 tr(
@@ -397,7 +397,7 @@ class Desk(QObject):
         port, wanted = self._setup.devices.port, self._begin_work(tr("Preparing"))
 
         def work(progress: Progress) -> FlightOrder:
-            demand_port(port)
+            require_port(port)
             return order()
 
         self._do(work, take_off, wanted=wanted)

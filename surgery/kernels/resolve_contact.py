@@ -216,7 +216,7 @@ def _straighten(rod: Doubles, lever: float) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def hold_back(
+def resolve_contact(
     field: DistanceField, guard: Doubles, balls: Doubles, grown: Doubles, lever: float,
     rod: Doubles, wanted: Doubles, give: float, soft: float, iterations: int,
 ) -> float:  # fmt: skip

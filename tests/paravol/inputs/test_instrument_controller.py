@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from devices import Pose
-from paravol.inputs.operating_hand import OperatingHand
+from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pointed_tool import SHUT
 from paravol.inputs.tool_plan import PRESSED_MM
 from scenarios import Endoscope
@@ -16,7 +16,7 @@ from tests.paravol.inputs.pointing import hand_before, joined, reached, settled
 
 
 def test_only_listed_tools_can_be_taken() -> None:
-    hand = OperatingHand(Endoscope(), ("curette",))
+    hand = InstrumentController(Endoscope(), ("curette",))
     with pytest.raises(UserError):
         hand.choose("microdebrider")
     hand.choose("curette")
@@ -25,7 +25,7 @@ def test_only_listed_tools_can_be_taken() -> None:
 
 
 def test_where_no_nostril_is_known_there_is_no_tool() -> None:
-    hand = OperatingHand(Endoscope())
+    hand = InstrumentController(Endoscope())
     hand.choose("curette")
     sample = joined(hand, Pose(0.0, 0.0, np.eye(4), 0))
     assert sample.instrument.name == NO_TOOL
@@ -83,7 +83,7 @@ def test_open_jaws_lie_nowhere_but_where_they_bite(step_s: float, steps: int) ->
 PRESSED_S = 1.5
 
 
-def opens(hand: OperatingHand, time_s: float) -> bool:
+def opens(hand: InstrumentController, time_s: float) -> bool:
     """Press the pedal for a while; return whether the jaws open for a bite."""
     hand.work(True)
     jaws = []
@@ -143,7 +143,7 @@ def test_a_pedal_that_is_pressed_on_the_way_elsewhere_bites_nothing() -> None:
         end_s += PRESSED_S
 
 
-def shaver_at_wall() -> tuple[OperatingHand, float]:
+def shaver_at_wall() -> tuple[InstrumentController, float]:
     """Return a hand whose shaver has come, and the time of its last sample."""
     hand = hand_before(-14.0, "microdebrider")
     hand.suck(True)
