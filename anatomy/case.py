@@ -137,7 +137,7 @@ class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def function(self) -> TransferFunction:
-        """Return the function; ValueError where the numbers are none."""
+        """Return the function; UserError where the numbers are none."""
         return TransferFunction(
             np.array(self.nodes), np.array(self.color), np.array(self.kappa_per_mm)
         )
@@ -402,7 +402,7 @@ def store_case(
 def read_case(folder: Path | str) -> Case:
     """Read a case folder.
 
-    Raise ValueError naming the file that is missing, unreadable, or changed since
+    Raise UserError naming the file that is missing, unreadable, or changed since
     the case was written.
     """
     source = Path(folder)

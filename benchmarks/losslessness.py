@@ -15,7 +15,7 @@ DIFFER = "values that differ"
 def differing(found: NDArray[Any], wanted: NDArray[Any]) -> int:
     """Count values whose bits differ, so that -0.0 is not 0.0 and NaN is itself.
 
-    Raises ValueError for arrays of different shapes or types.
+    Raises UserError for arrays of different shapes or types.
     """
     if found.shape != wanted.shape or found.dtype != wanted.dtype:
         raise UserError(

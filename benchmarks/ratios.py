@@ -110,7 +110,7 @@ def middle_of(runs: Sequence[Results]) -> list[Ratio]:
 
 
 def load_ratios(path: Path) -> Ratios:
-    """Read a release's file. Raises ValueError where it is absent or is not one."""
+    """Read a release's file. Raises UserError where it is absent or is not one."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=Ratios)
     except FileNotFoundError as error:

@@ -58,7 +58,7 @@ def rgb_over_black(rgba: NDArray[np.float32]) -> NDArray[np.float32]:
 def depth_error(found: GBuffer, reference: GBuffer) -> ImageError:
     """Compare distances in mm where both met a surface.
 
-    Raises ValueError when they have no such pixel.
+    Raises UserError when they have no such pixel.
     """
     both = np.isfinite(found.depth_mm) & np.isfinite(reference.depth_mm)
     if not both.any():

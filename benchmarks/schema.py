@@ -128,7 +128,7 @@ def row_key(
 
 
 def ratio_of(baseline_s: float, own_s: float) -> float:
-    """Return how many times faster than the baseline; ValueError for no time at all."""
+    """Return how many times faster than the baseline; UserError for no time at all."""
     for name, value in (("baseline", baseline_s), ("own", own_s)):
         if not (math.isfinite(value) and value > 0):
             raise UserError(f"the {name} time must be positive seconds, got {value}")
@@ -138,7 +138,7 @@ def ratio_of(baseline_s: float, own_s: float) -> float:
 def load_results(path: Path) -> Results:
     """Read ``results.json``; an absent file gives empty results.
 
-    Raises ValueError when it is not one, or of another schema.
+    Raises UserError when it is not one, or of another schema.
     """
     try:
         content = path.read_bytes()

@@ -22,7 +22,7 @@ def claimed_folder(folder: Path, *, mode: int = 0o777) -> Iterator[Path]:
     mode: of a folder that is made, less what the user's umask takes away.
 
     A folder that was made for a command and stays empty is gone afterwards, and so is
-    what a command has added that does not come to its end. Raises ValueError when
+    what a command has added that does not come to its end. Raises UserError when
     another command holds it or it cannot be written.
     """
     checked_name(folder)
@@ -78,7 +78,7 @@ def _remove_new(folder: Path, before: set[str]) -> None:
 def claimed_case(folder: Path, *, force: bool = False) -> Iterator[Path]:
     """Claim a folder for a case: a new one or an empty one; a case's with `force`.
 
-    Raises ValueError for a file, for a folder that holds something else, and without
+    Raises UserError for a file, for a folder that holds something else, and without
     `force` for one that holds a case, saying which.
     """
     if folder.exists() and not folder.is_dir():

@@ -98,7 +98,7 @@ class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return tuple(sorted({self.angle_deg, *(self.angles_deg or ANGLES_DEG)}))
 
     def endoscope(self) -> Endoscope:
-        """Build the scope; ValueError names a figure out of range."""
+        """Build the scope; UserError names a figure out of range."""
         return Endoscope(
             diameter_mm=self.diameter_mm,
             angle_deg=self.angle_deg,
@@ -209,7 +209,7 @@ MOCK_HEAD = (
 def load_scenario(name: str) -> tuple[Scenario, Path]:
     """Read a scenario by bundled name or by path to its TOML file.
 
-    Returns it with the folder its path file lies in. Raises ValueError, in one
+    Returns it with the folder its path file lies in. Raises UserError, in one
     sentence, for an unknown name or a file that does not say what it must.
     """
     file = Path(name)

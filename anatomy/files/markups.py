@@ -90,7 +90,7 @@ def read_markups(path: Path) -> dict[str, Landmark]:
 
     Points that were added in another program carry no side: they count as being in
     the middle, one millimetre large. Points that nobody has placed are none. Raise
-    ValueError naming the file that cannot be used.
+    UserError naming the file that cannot be used.
     """
     try:
         record = path.read_bytes()

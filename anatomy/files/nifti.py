@@ -68,7 +68,7 @@ def opened(path: Path) -> BinaryIO | gzip.GzipFile:
 def read_nifti(path: Path, most_layers: int) -> NiftiFile:
     """Read a file, or a pair of header and values.
 
-    Of two frames the sform counts, as the standard says. Raises ValueError naming a
+    Of two frames the sform counts, as the standard says. Raises UserError naming a
     file that is cut off, or whose place is unknown.
     """
     header_path = _partner(path, ".hdr")

@@ -105,7 +105,7 @@ def save_surface(
 def load_surface(path: Path | str) -> Surface:
     """Read a surface from PLY, STL, or a VTP as `save_surface` writes it; in LPS.
 
-    Raise ValueError, in one sentence naming the file, for anything else or a damaged
+    Raise UserError, in one sentence naming the file, for anything else or a damaged
     file.
     """
     source = Path(path)

@@ -105,7 +105,7 @@ class TextHeader:
 def check_data_files(header: TextHeader) -> None:
     """Refuse a header whose values are not in plain files of its own folder.
 
-    Raises ValueError naming the header and the file that it names.
+    Raises UserError naming the header and the file that it names.
     """
     path = header.path
     is_meta = not header.is_nrrd and path.suffix.lower() in (".mhd", ".mha")

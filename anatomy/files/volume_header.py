@@ -56,7 +56,7 @@ def check_header(
 
     reader: SimpleITK's ``ImageFileReader`` after ``ReadImageInformation``. most_layers:
     values that a voxel may have. Raises
-    ValueError, in one sentence that names the file and what is wrong with it.
+    UserError, in one sentence that names the file and what is wrong with it.
     """
     parts, name = reader.GetNumberOfComponents(), str(header.path)
     kind = kind.removeprefix("vector of ")
@@ -66,7 +66,7 @@ def check_header(
 
 
 def check_claims(claims: Claims, spacing: tuple[float, ...], most_layers: int) -> None:
-    """Refuse a header that claims what cannot be. Raises ValueError as above."""
+    """Refuse a header that claims what cannot be. Raises UserError as above."""
     name, size, parts = claims.name, claims.size, claims.parts
     if len(size) != 3 or parts > most_layers:
         raise UserError(

@@ -41,7 +41,7 @@ def read_volume(
 ) -> tuple[Volume, list[str]]:
     """Read a volume (NRRD, NIfTI, MetaImage), in LPS, and tell what was done to it.
 
-    The orientation of the file is kept in `Volume.direction`. Raise ValueError with
+    The orientation of the file is kept in `Volume.direction`. Raise UserError with
     one sentence naming the file if it is missing, no volume, not 3-D, in colour, too
     large for this machine, or does not tell left from right.
     """
@@ -144,7 +144,7 @@ def save_volume(
 ) -> None:
     """Write a volume, atomically, in the format that the file's name ends with.
 
-    metadata: extra header fields, which NRRD keeps. Raise ValueError for a name that
+    metadata: extra header fields, which NRRD keeps. Raise UserError for a name that
     SimpleITK has no format for, or that needs a second file; OSError if the folder
     cannot be written to.
     """

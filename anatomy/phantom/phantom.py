@@ -72,7 +72,7 @@ def build_phantom(
     field_mm: LPS ranges of x, y, z; None takes nose and sinuses. progress: called
     with a stage and its finished share. threads: None takes all processors; the
     result does not depend on it.
-    Raise ValueError for a spacing outside [0.2, 3] mm.
+    Raise UserError for a spacing outside [0.2, 3] mm.
     """
     workers = air.default_threads() if threads is None else threads
     if workers < 1:
@@ -184,7 +184,7 @@ def head_skin(
     """Measure the signed distance to the head's outside, float32 mm.
 
     Negative in the room, on a grid of its own that holds the head and the neck; air
-    inside the head counts as tissue, so that only skin is a surface. Raise ValueError
+    inside the head counts as tissue, so that only skin is a surface. Raise UserError
     for a spacing outside [0.2, 3] mm.
     """
     workers = air.default_threads() if threads is None else threads

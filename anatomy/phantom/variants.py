@@ -52,7 +52,7 @@ def with_variants(
     """Add variants by name, such as ``"onodi:left"``, ``"haller"`` or ``"keros-3"``.
 
     Without a side both sides get it; a deviated septum then bends to the right. What a
-    name excludes on its side gives way. Raise ValueError for an unknown name or side.
+    name excludes on its side gives way. Raise UserError for an unknown name or side.
     """
     for name in names:
         parameters = _with_variant(parameters, name)

@@ -37,7 +37,7 @@ def plate_at(
     """Tell which thin plate lies behind the mucosa at ``(..., 3)`` LPS points, mm.
 
     A point belongs to the wall of the air nearest to it, up to `BAND_MM`; thick bone
-    is no plate. Nothing depends on a grid. Raise ValueError for points of another
+    is no plate. Nothing depends on a grid. Raise UserError for points of another
     shape.
     """
     points = air.checked_points(points_mm)

@@ -91,7 +91,7 @@ def find_airways(ct: Volume, outside: Volume | None = None) -> Airways:
 
     outside: distance to the room on the same grid, where a coarser look at the whole
     head has found it; a piece of a head does not show its own outside. Raises
-    ValueError when there is no air inside the head.
+    UserError when there is no air inside the head.
     """
     spacing = float(ct.spacing_mm[0])
     if not np.allclose(ct.spacing_mm, spacing):

@@ -59,7 +59,7 @@ def approach_from(distance: Volume, pivot_mm: NDArray[np.float64]) -> Approach:
     """Find the longest free way from a point, among those towards the back.
 
     distance: signed mm to the air surface, negative in air, cubic voxels along the
-    patient's axes. Raises ValueError for a point outside the volume.
+    patient's axes. Raises UserError for a point outside the volume.
     """
     pivot = np.asarray(pivot_mm, dtype=np.float64)
     low = distance.origin_mm

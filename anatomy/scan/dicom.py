@@ -166,7 +166,7 @@ def find_series(folder: Path, progress: Progress | None = None) -> Examination:
 
     Images of one series that differ in size, orientation or pixel spacing, and the
     stacks and phases of an enhanced one, are listed apart. Files that are no slices are
-    counted. Raises ValueError when nothing is left, for a damaged DICOM file, for
+    counted. Raises UserError when nothing is left, for a damaged DICOM file, for
     more than 20,000 files, and for links that lead out of the folder.
     """
     files = examination_files(folder)
@@ -292,7 +292,7 @@ def choose_series(
     """Take one series of a list, counted from 1.
 
     None takes the one that a file is of, or the only one that is a volume. Raises
-    ValueError with the list when there is a choice.
+    UserError with the list when there is a choice.
     """
     named = [s for s in series if file in s.files]
     series = named if named and which is None else series
@@ -317,7 +317,7 @@ def read_series(
     """Read a series as a volume in LPS and HU (MR: stored values), float32 or int16.
 
     Gives it with how its slices lay. allow_gaps: bridge missing slices by
-    interpolation instead of refusing the series. Raises ValueError naming the file
+    interpolation instead of refusing the series. Raises UserError naming the file
     that is damaged or does not fit.
     """
     need = series.rows * series.columns * len(series.files) * WORKING_BYTES

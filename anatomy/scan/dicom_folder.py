@@ -30,7 +30,7 @@ def examination_files(folder: Path) -> list[Path]:
     """List the files below a folder, in a fixed order.
 
     A link to a file of the same folder is passed over, for the file is there. Raises
-    ValueError for more than 20,000 files, and for a link that leads out of the folder,
+    UserError for more than 20,000 files, and for a link that leads out of the folder,
     nowhere, or in a circle.
     """
     inside = folder.resolve()
@@ -96,7 +96,7 @@ def read_dicom(file: Path, *, pixels: bool = True) -> "Dataset":
     """Read a DICOM file with pydicom, with preamble or without; pixels: their bytes.
 
     A file that does not say how it is encoded has ``TransferSyntaxUID`` as it was found
-    to be. Raises ValueError naming a file that is damaged, or that unpacks to more than
+    to be. Raises UserError naming a file that is damaged, or that unpacks to more than
     memory holds.
     """
     import pydicom

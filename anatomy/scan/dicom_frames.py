@@ -78,7 +78,7 @@ class Frame:
         return self.image.get(name)
 
     def numbers(self, name: str, count: int) -> NDArray[np.float64]:
-        """Read a list of numbers; ValueError names the file that lacks it."""
+        """Read a list of numbers; UserError names the file that lacks it."""
         value = self.get(name)
         if value is None or value == "":
             raise UserError(f"{self.file} has no {name}, which places it")
@@ -164,7 +164,7 @@ def has_many_frames(image: "Dataset") -> bool:
 def frame_values(frames: list[Frame]) -> list[NDArray[np.float32]]:
     """Return slices of one file in real units, each ``(rows, columns)``.
 
-    Raises ValueError naming the file where its pixels are cut off, in colour, or
+    Raises UserError naming the file where its pixels are cut off, in colour, or
     cannot be decoded.
     """
     image, file = frames[0].image, frames[0].file

@@ -72,7 +72,7 @@ def find_peaks(ct: Volume, *, bone: bool = True) -> Peaks:
     """Find air, soft tissue and bone in the CT numbers of a head.
 
     bone: look for it; an MR on the scale of CT shows fat there instead. Raises
-    ValueError where soft tissue makes no peak, as in a box of air.
+    UserError where soft tissue makes no peak, as in a box of air.
     """
     centers, shares = counts_of(ct)
     smooth = np.convolve(shares, np.ones(SMOOTH_BINS) / SMOOTH_BINS, mode="same")

@@ -112,7 +112,7 @@ def import_head(
     """Find the airway of a scan and build everything a flight needs around it.
 
     pivot_mm: ``(3,)`` LPS where a scope enters; None takes a nostril, or the most
-    promising place where there is none. Raises ValueError when the scan shows no
+    promising place where there is none. Raises UserError when the scan shows no
     airway, for a pivot in tissue, or for a spacing outside [0.2, 3] mm.
     """
     if not 0.2 <= spacing_mm <= 3.0:

@@ -76,7 +76,7 @@ class Levels:
     def of(cls, volume: Volume) -> "Levels":
         """Find the levels on either side of the best threshold (Otsu 1979).
 
-        Raises ValueError for a volume that does not hold two levels.
+        Raises UserError for a volume that does not hold two levels.
         """
         values = np.asarray(volume.values, np.float32)[::2, ::2, ::2]
         # padding far below air would be taken for a level of its own
@@ -136,7 +136,7 @@ def read_scan(
     """Read a DICOM folder, or an NRRD, NIfTI or MetaImage file.
 
     series: which of a folder's series, from 1. modality: None asks the header, then
-    the histogram. Raises ValueError, in one sentence, for what cannot be read rightly.
+    the histogram. Raises UserError, in one sentence, for what cannot be read rightly.
     """
     notes: list[str] = []
     stated: Modality | None = None
@@ -245,7 +245,7 @@ def _calibrated(volume: Volume, kind: Modality) -> tuple[Volume, list[str]]:
 def _two_levels(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
     """Put grey values of a cone-beam CT on the scale of CT numbers, by air and tissue.
 
-    Raises ValueError where no air is left to go by.
+    Raises UserError where no air is left to go by.
     """
     some = values[::2, ::2, ::2]
     lowest = some.min()
@@ -372,7 +372,7 @@ def isotropic(
     """Sample a box of a volume on cubic voxels along the patient's own axes.
 
     low_mm, high_mm: corners of the box, LPS. Trilinear; outside is air. Raises
-    ValueError for a box that needs more memory than a workstation has.
+    UserError for a box that needs more memory than a workstation has.
     """
     sitk = simple_itk()
     count = np.maximum(np.ceil((high_mm - low_mm) / spacing_mm).astype(int) + 1, 2)

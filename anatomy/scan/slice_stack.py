@@ -67,7 +67,7 @@ class SliceStack:
         return result
 
     def ordered(self) -> "SliceStack":
-        """Sort along the normal; ValueError when two slices share a place."""
+        """Sort along the normal; UserError when two slices share a place."""
         depth = self.positions_mm @ self.normal
         order = np.argsort(depth, kind="stable")
         gaps = np.diff(depth[order])

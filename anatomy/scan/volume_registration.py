@@ -72,7 +72,7 @@ def register_volumes(
 ) -> VolumeRegistration:
     """Find the rigid transform that lays the second scan onto the first.
 
-    Both hold CT numbers or what was brought onto their scale. Raises ValueError, with
+    Both hold CT numbers or what was brought onto their scale. Raises UserError, with
     the figure that is bad, when the scans cannot be brought together.
     """
     sitk = simple_itk()

@@ -66,7 +66,7 @@ def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
 
 
 def confirmed(question: str, answer: Callable[[], str] = input) -> bool:
-    """Ask on standard error, take only a plain yes; ValueError when nobody answers."""
+    """Ask on standard error, take only a plain yes; UserError when nobody answers."""
     print(question, end="", file=sys.stderr, flush=True)
     try:
         return answer().strip().lower() in ("y", "yes")

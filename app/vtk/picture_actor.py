@@ -75,7 +75,7 @@ class PictureActor(vtkActor):
         """Replace the picture.
 
         pixels: ``(h, w, 3)`` sRGB. depth_mm: ``(h, w)`` along the rays, infinite where
-        the scene behind is to be seen. Raises ValueError for sizes that do not fit or
+        the scene behind is to be seen. Raises UserError for sizes that do not fit or
         a camera that is no pinhole.
         """
         if camera.projection is not Projection.PERSPECTIVE:

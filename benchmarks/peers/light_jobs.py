@@ -59,7 +59,7 @@ class LightJobs:
         to the one that is seen. bounced_only: without what comes straight from the
         scope. refined: mesh points along the field's spacing. lifted_mm: how far above
         its wall, along the normal it is shaded by, a path goes on, as ours do; None for
-        Mitsuba's own way. ValueError for a lens.
+        Mitsuba's own way. UserError for a lens.
         """
         pinhole = camera.projection is Projection.PERSPECTIVE
         if (

@@ -25,7 +25,7 @@ leaves it out, and the peer is not given it."""
 
 
 def view_job(camera: Camera, scene: Scene, budget_s: float) -> dict[str, Any]:
-    """Describe a square pinhole; ValueError for any other lens."""
+    """Describe a square pinhole; UserError for any other lens."""
     if camera.projection is not Projection.PERSPECTIVE or camera.width != camera.height:
         raise UserError("VTK is compared with in square perspective pictures only")
     volume = scene.volume
@@ -90,7 +90,7 @@ def splat_job(
 ) -> dict[str, Any]:
     """Hand over exactly our splats: places, lit colours, peaks, width.
 
-    Raises ValueError for voxels that are not cubic: these peers have round splats.
+    Raises UserError for voxels that are not cubic: these peers have round splats.
     """
     spacing = scene.volume.spacing_mm
     if not np.allclose(spacing, spacing[0]):

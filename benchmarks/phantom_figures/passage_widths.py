@@ -98,7 +98,7 @@ def ostium_diameters_mm(phantom: Phantom, side: Side) -> dict[str, float]:
 def nearest_mm(phantom: Phantom, side: Side, ostium: str, diameter_mm: float) -> float:
     """Measure how near the centre of a ball from the nostril comes to an ostium.
 
-    Raise ValueError for an ostium that the side does not have.
+    Raise UserError for an ostium that the side does not have.
     """
     marks, name = phantom.landmarks, side.name.lower()
     if f"{ostium} ostium, {name}" not in marks:

@@ -57,7 +57,7 @@ def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str
 
     A ball is put into each ostium, an accessory one too; what then still joins the
     nose, or was no air at the sinus's middle, is named. plug_mm: radii of the balls,
-    `PLUG_MM` if None. A missing frontal sinus is passed over. Raise ValueError for a
+    `PLUG_MM` if None. A missing frontal sinus is passed over. Raise UserError for a
     volume that does not hold the sinuses.
     """
     air = phantom.distance.values < 0

@@ -69,7 +69,7 @@ def fit(amounts: Sequence[float], seconds: Sequence[float]) -> Power:
     """Fit a line to logarithms by least squares.
 
     The interval is Student's, of the slope, for independent errors of the logarithms
-    (Draper and Smith, Applied Regression Analysis, 1.4). Raises ValueError for fewer
+    (Draper and Smith, Applied Regression Analysis, 1.4). Raises UserError for fewer
     than two different amounts.
     """
     if len(set(amounts)) < 2 or min(*amounts, *seconds) <= 0:

@@ -26,7 +26,7 @@ def write_documents(
 ) -> list[Path]:
     """Keep the results beside the sources and write what quotes them; give the files.
 
-    Raises ValueError for no results, and where there is no checkout to write into.
+    Raises UserError for no results, and where there is no checkout to write into.
     """
     if not results.rows:
         raise UserError("there are no results to quote")

@@ -53,7 +53,7 @@ def quotes(results: Results) -> str:
 def filled(text: str, results: Results) -> str:
     """Return a document with the figures between its two marks put in anew.
 
-    Raises ValueError where the marks are not there once each, in their order.
+    Raises UserError where the marks are not there once each, in their order.
     """
     if text.count(BEGIN) != 1 or text.count(END) != 1:
         raise UserError(f"the document needs one line {BEGIN!r} and one {END!r}")

@@ -52,7 +52,7 @@ class SplatsPlan(SplatPlan, suite="splats"):
 def threshold_for(scene: Scene, count: int) -> float:
     """Find the threshold at which a scene's default set has so many splats.
 
-    The count is exact but for equal values of F. Raises ValueError where the default
+    The count is exact but for equal values of F. Raises UserError where the default
     threshold already gives fewer.
     """
     whole = extract_fuzzy_set(

@@ -163,7 +163,7 @@ class FulcrumControl:
     ) -> None:
         """Start in the middle of the cone, at the least depth or the one given.
 
-        Raises ValueError when the depth is out of the limits, or when the cone reaches
+        Raises UserError when the depth is out of the limits, or when the cone reaches
         the "up" direction, where there is no upright picture.
         """
         self.fulcrum = fulcrum
@@ -306,7 +306,7 @@ class FulcrumControl:
     def advance(self, step_s: float, demand: Demand) -> None:
         """Follow the demand for ``step_s`` seconds.
 
-        Raises ValueError, and stays where it is, for a step that is negative or a
+        Raises UserError, and stays where it is, for a step that is negative or a
         demand that is not finite.
         """
         if not (math.isfinite(step_s) and step_s >= 0.0):

@@ -66,7 +66,7 @@ class Debouncer:
     def feed(self, time_s: float, raw: int) -> tuple[ButtonEvent, ...]:
         """Take the raw levels of a moment; return the edges, lowest bit first.
 
-        Raise ValueError when time runs backwards or levels are negative.
+        Raise UserError when time runs backwards or levels are negative.
         """
         if not time_s >= self._last_s:
             raise UserError(

@@ -113,7 +113,7 @@ class SecondDeviceRoll:
     def put(self, host_time_s: float, degrees: float) -> None:
         """Take a reading; its full turns are found from the one before.
 
-        ValueError when it is not finite or not newer than the last one.
+        UserError when it is not finite or not newer than the last one.
         """
         if not (math.isfinite(host_time_s) and math.isfinite(degrees)):
             raise UserError(f"a reading must be finite: {degrees} at {host_time_s}")

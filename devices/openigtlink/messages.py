@@ -87,7 +87,7 @@ class ToolTransform:
 
 
 def check_name(name: str) -> None:
-    """Refuse a name that a header does not hold; ValueError."""
+    """Refuse a name that a header does not hold; UserError."""
     if not 0 < len(name.encode()) <= LONGEST_NAME:
         raise UserError(
             f"a tool's name must have 1 to {LONGEST_NAME} bytes, got {name!r}"
@@ -109,7 +109,7 @@ def greeting() -> bytes:
 def encode(transform: ToolTransform) -> bytes:
     """Compose the message, in the first version, which every peer can read.
 
-    Raises ValueError for a name that a header does not hold.
+    Raises UserError for a name that a header does not hold.
     """
     check_name(transform.name)
     message = TransformMessage(
@@ -249,7 +249,7 @@ def _is_plausible(version: int, kind: bytes, name: bytes, length: int) -> bool:
 def _parted(body: bytes) -> tuple[bytes, Mapping[str, str]]:
     """Part a body of the later versions into content and remarks.
 
-    Raises ValueError where it is malformed.
+    Raises UserError where it is malformed.
     """
     if len(body) < _EXTENSION.size:
         raise UserError("it is too short for its version")
@@ -322,7 +322,7 @@ def _placed(
     """Return a rigid pose in LPS, and why it counts for nothing: "" where it counts.
 
     A rotation is left as it came, to the bit, while it is one to float32; a rougher
-    one is brought to the nearest rotation (polar decomposition). Raises ValueError for
+    one is brought to the nearest rotation (polar decomposition). Raises UserError for
     one that is none.
     """
     status = remarks.get(STATUS, "").strip().upper().removeprefix("TOOL_")

@@ -56,7 +56,7 @@ class PoseStreamer(Closing):
         """Listen at once; port 0 takes a free one.
 
         host: address to listen at; by default only this machine can connect.
-        Raises ValueError for an impossible port and DeviceError when it is taken or
+        Raises UserError for an impossible port and DeviceError when it is taken or
         not allowed.
         """
         if not 0 <= port <= 65535:
@@ -106,7 +106,7 @@ class PoseStreamer(Closing):
 
         name: of the tool, at most 20 bytes. world_from_tool: (4, 4), LPS, mm.
         host_time_s: on the host's monotonic clock; the message carries the same
-        moment in seconds since 1970. Raises ValueError for a matrix that is not rigid.
+        moment in seconds since 1970. Raises UserError for a matrix that is not rigid.
         """
         if not math.isfinite(host_time_s):
             raise UserError(f"host_time_s must be finite, got {host_time_s}")

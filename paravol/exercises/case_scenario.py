@@ -40,7 +40,7 @@ def scenario_of_case(folder: Path, case: Case | None = None) -> Path:
     """Return the scenario file of a case, writing it if there is none.
 
     case: what is in the folder, where the caller has it already.
-    Raises ValueError for a folder that is no case or has nowhere to enter.
+    Raises UserError for a folder that is no case or has nowhere to enter.
     """
     file = folder / SCENARIO
     if not file.exists() or not (folder / PATH).exists():
@@ -57,7 +57,7 @@ def straight_path(approach: Approach, distance: Volume | None = None) -> ProbePa
     """Make the motion along the free way and back, calm at its ends.
 
     distance: signed mm to the air surface; where it shows tissue before or behind the
-    pivot, the motion begins or turns back before it. Raises ValueError where less than
+    pivot, the motion begins or turns back before it. Raises UserError where less than
     `SHORTEST_MM` is left.
     """
     before, inwards = BEFORE_MM, max(approach.free_mm - 2.0, 5.0)

@@ -78,7 +78,7 @@ class FollowedRoll:
 
 
 def check_roll(words: str) -> None:
-    """Raise ValueError, in one sentence, for words that name no source of roll."""
+    """Raise UserError, in one sentence, for words that name no source of roll."""
     kind, _, rest = words.partition(":")
     if kind == "igtl":
         peer_address("--roll", rest)

@@ -55,7 +55,7 @@ class FlightInput(ABC):
 
     @abstractmethod
     def open(self, patient: PatientScene) -> AbstractContextManager[OrderedPoses]:
-        """Open it for this patient; DeviceError or ValueError when that cannot be."""
+        """Open it for this patient; DeviceError or UserError when that cannot be."""
 
     def placed(self, registration: Registration) -> None:
         """Hear where the poses lie in the patient, before any becomes a sample."""

@@ -31,7 +31,7 @@ def choose_input(
     knows the roll of the scope in a real arm, the words of `paravol.inputs.arm_roll`;
     None for the horizon.
 
-    Raises ValueError for words that name none, DeviceError when a gamepad is asked
+    Raises UserError for words that name none, DeviceError when a gamepad is asked
     for and there is none.
     """
     if device is not None and words is not None:

@@ -33,7 +33,7 @@ class RecordingInput(FlightInput):
     """Play a session's folder NAME.paravol, or a probe path's file."""
 
     def __init__(self, file: Path) -> None:
-        """Read it; ValueError, in one sentence, when it cannot be played."""
+        """Read it; UserError, in one sentence, when it cannot be played."""
         self.name = f"recording {file.name}"
         self._surface_sha256: str | None = None
         if file.is_dir():
@@ -51,7 +51,7 @@ class RecordingInput(FlightInput):
         self.until_s = samples[-1].time_s
 
     def open(self, patient: PatientScene) -> AbstractContextManager[RecordedArm]:
-        """Begin to play; ValueError when it was flown through another head."""
+        """Begin to play; UserError when it was flown through another head."""
         if self._surface_sha256 not in (None, patient.surface_sha256):
             raise UserError(
                 f"{self._file} was flown through another head than this scenario's; "

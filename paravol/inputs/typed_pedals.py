@@ -34,7 +34,7 @@ class TypedPedals:
     _line: str = ""
 
     def read(self, timeout_s: float) -> Pose:
-        """Return the next pose; raise as the source does, or ValueError."""
+        """Return the next pose; raise as the source does, or UserError."""
         pose = self.source.read(timeout_s)
         for line in self._lines():
             if line.strip().lower() == "b":

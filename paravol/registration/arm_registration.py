@@ -84,7 +84,7 @@ def register_arm(
 ) -> Registered:
     """Lead somebody through a registration.
 
-    closed: ends it at the next pose, by ClosedError. Raises ValueError for bad input,
+    closed: ends it at the next pose, by ClosedError. Raises UserError for bad input,
     RegistrationError, PivotError or HoldError for measurements that cannot be trusted,
     the device's error when the arm fails.
     """
@@ -135,7 +135,7 @@ def plan_registration(order: RegistrationOrder, guide: Guide) -> RegistrationPla
 def sinus_targets(landmarks: Collection[str]) -> tuple[str, ...]:
     """Return the names of the sinus openings that a head has; some may be lacking.
 
-    Raises ValueError where it has none of them.
+    Raises UserError where it has none of them.
     """
     names = [f"{sinus}, {side}" for sinus in SINUSES for side in ("right", "left")]
     found = tuple(name for name in names if name in landmarks)

@@ -73,7 +73,7 @@ def register_face(
     """Lay a face onto the skin of a patient.
 
     on_face, on_patient: landmarks ``(3,)`` by name; at least three names in both.
-    skin: signed distance, negative in air. Raises RegistrationError, or ValueError
+    skin: signed distance, negative in air. Raises RegistrationError, or UserError
     with the figure that is bad, when they do not fit.
     """
     names = [name for name in on_face if name in on_patient]

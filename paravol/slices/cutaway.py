@@ -50,7 +50,7 @@ class Cutaway:
     ) -> None:
         """Cut beside a way into the head, on the side of the patient's middle.
 
-        way_mm: places ``(3,)`` of the way, world. Raises ValueError for a scene
+        way_mm: places ``(3,)`` of the way, world. Raises UserError for a scene
         without an air surface or a way of no place.
         """
         surface = scene.surface

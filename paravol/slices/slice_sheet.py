@@ -36,7 +36,7 @@ def slice_sheet(
     """Draw the three planes through a point and the histogram, ``(h, w, 3)``.
 
     labels: how the planes show them; below stands a legend of those that they show.
-    Raises ValueError for a point outside the case.
+    Raises UserError for a point outside the case.
     """
     low = case.ct.origin_mm
     high = low + (np.array(case.ct.shape[::-1]) - 1) * case.ct.spacing_mm

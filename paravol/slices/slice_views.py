@@ -131,7 +131,7 @@ class SliceViews:
     ) -> NDArray[np.uint8]:
         """Return the slice nearest to a point, ``(h, w, 3)`` sRGB, a voxel a pixel.
 
-        ct_window_hu: black and white of the CT. Raises ValueError for MR where the case
+        ct_window_hu: black and white of the CT. Raises UserError for MR where the case
         has none.
         """
         ct = cut(self.ct, plane, at_mm)

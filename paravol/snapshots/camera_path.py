@@ -44,7 +44,7 @@ class CameraPath(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def load_camera_path(path: Path) -> CameraPath:
-    """Read a camera path; ValueError in one sentence."""
+    """Read a camera path; UserError in one sentence."""
     found = decoded(path, CameraPath, "camera path")
     times = [key.time_s for key in found.keys]
     for before, after in pairwise(times):

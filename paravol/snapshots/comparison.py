@@ -113,7 +113,7 @@ class ComparisonReport:
 
 
 def require_splats(view: ViewFile) -> None:
-    """Raise ValueError for a lens that splats cannot be seen through."""
+    """Raise UserError for a lens that splats cannot be seen through."""
     if not view.to_camera().distortion.is_none:
         raise UserError(
             "--against fsr draws splats, which know no distorted lens; take a view "

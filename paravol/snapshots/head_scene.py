@@ -68,7 +68,7 @@ class HeadScene:
 
     @classmethod
     def of(cls, head: Head, progress: Progress) -> "HeadScene":
-        """Build, read or import a head; ValueError for one that cannot be had."""
+        """Build, read or import a head; UserError for one that cannot be had."""
         if isinstance(head, ScanHead):
             return cls(_scan_scene(Path(head.file), progress), "")
         if isinstance(head, CaseHead):
@@ -95,7 +95,7 @@ class HeadScene:
         return cls(patient.scene, patient.surface_sha256)
 
     def demand(self, view: ViewFile) -> None:
-        """Raise ValueError where the view is of another head, or cannot be drawn."""
+        """Raise UserError where the view is of another head, or cannot be drawn."""
         wanted = view.surface_sha256
         if wanted is not None and wanted != self.surface_sha256:
             found = self.surface_sha256[:12] or "none"

@@ -99,7 +99,7 @@ class RenderedPicture:
 
 
 def require_endings(files: tuple[Path, ...], *, film: bool) -> None:
-    """Raise ValueError for an ending that nothing is written to.
+    """Raise UserError for an ending that nothing is written to.
 
     film: pictures in a row: a film, or a folder of numbered stills.
     """

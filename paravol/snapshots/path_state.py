@@ -27,7 +27,7 @@ def save_state(file: Path, state: NDArray[np.float64], key: str) -> None:
 def load_state(file: Path, key: str) -> NDArray[np.float64] | None:
     """Read a state; None where there is no file yet.
 
-    ValueError for a file that is none, or holds another view's paths.
+    UserError for a file that is none, or holds another view's paths.
     """
     if not file.exists():
         return None

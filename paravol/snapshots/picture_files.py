@@ -20,7 +20,7 @@ def save_exr(
 
     rgba: ``(h, w, 4)`` premultiplied. depth_mm: ``(h, w)`` along the rays, +inf where
     nothing is; channel ``Z``. samples: ``(h, w)`` rays of each pixel; channel
-    ``samples``. text: attributes of the header. Raises ValueError for shapes or types
+    ``samples``. text: attributes of the header. Raises UserError for shapes or types
     that do not fit.
     """
     import OpenEXR

@@ -22,7 +22,7 @@ def own_spool() -> Iterator[Path]:
 
 
 def require_spool(folder: Path, *, create: bool = False) -> None:
-    """Raise ValueError unless `folder` is a spool folder, or empty.
+    """Raise UserError unless `folder` is a spool folder, or empty.
 
     create: make it if it is missing and its parent is there. A folder that is made
     because its name was mistyped is served, or filled, for nothing.

@@ -112,7 +112,7 @@ class ViewCamera(_Strict, frozen=True):
     def camera(
         self, size: tuple[int, int], right_before: ArrayLike | None = None
     ) -> Camera:
-        """Build the camera; ValueError where the two ways to aim are mixed.
+        """Build the camera; UserError where the two ways to aim are mixed.
 
         right_before: as `Camera.looking_at` has it.
         """
@@ -207,7 +207,7 @@ def save_view(path: Path, view: ViewFile) -> None:
 
 
 def load_view(path: Path) -> ViewFile:
-    """Read a view; ValueError says what is wrong with which field of which file.
+    """Read a view; UserError says what is wrong with which field of which file.
 
     Relative places of the head are taken from the file's own folder.
     """

@@ -50,7 +50,7 @@ def session_views(
 
     The newest sample at or before a time counts, before the first one the first. size:
     edge of the pictures, pixels; None for that of the frame that was shown then. case:
-    where the case that was flown through lies now. Raises ValueError for a session that
+    where the case that was flown through lies now. Raises UserError for a session that
     cannot be read or was flown through another head, or for a time after its end.
     """
     recording = read_recording(folder)
@@ -111,7 +111,7 @@ def session_views(
 def case_views(
     folder: Path, times_s: NDArray[np.float64], size: int, progress: Progress
 ) -> tuple[HeadScene, list[ViewFile]]:
-    """Return what a scope sees along a case's exercise; ValueError after its end."""
+    """Return what a scope sees along a case's exercise; UserError after its end."""
     scenario, place = load_scenario(str(scenario_of_case(folder)))
     patient = load_patient(scenario, progress)
     path = recorded_path(scenario, place)
@@ -128,7 +128,7 @@ def case_views(
 
 
 def _require_within(times_s: NDArray[np.float64], end_s: float, folder: Path) -> None:
-    """Raise ValueError for a moment after the last one."""
+    """Raise UserError for a moment after the last one."""
     late = float(times_s.max())
     if late > end_s + GRACE_S:
         raise UserError(
@@ -149,7 +149,7 @@ def placed_view(
     distortion: tuple[float, float] = (0.0, 0.0),
     classic: bool,
 ) -> ViewFile:
-    """Return the view from a place to a place; ValueError where one cannot look so."""
+    """Return the view from a place to a place; UserError where one cannot look so."""
     extent = math.radians(FIELD_DEG / 2)
     if lens == "orthographic":
         extent = half_side_mm

@@ -32,7 +32,7 @@ class WallConfidence:
 
 
 def require_map(file: Path) -> None:
-    """Raise ValueError for an ending that no map is written to."""
+    """Raise UserError for an ending that no map is written to."""
     if file.suffix.lower() not in (".png", ".nrrd"):
         raise UserError(f"--confidence goes to a .png or .nrrd, got {file}.")
 

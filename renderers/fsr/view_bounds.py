@@ -62,7 +62,7 @@ def tile_grid(
 ) -> tuple[int, int]:
     """Return the tiles down and across a picture of `height` x `width` pixels.
 
-    tile: height and width of one. Raises ValueError for a picture of more than `most`
+    tile: height and width of one. Raises UserError for a picture of more than `most`
     either way.
     """
     down, across = -(-height // tile[0]), -(-width // tile[1])

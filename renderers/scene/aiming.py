@@ -27,7 +27,7 @@ def aimed(
     up: roughly upwards. Parallel to the view it tells nothing: then right stays as near
     as can be to `right_before`, if that is given, and else the world's axis that is
     least aligned with the view (the first of those alike) is up; an `UpWarning` says
-    so. Raises ValueError where the two places are one, or a number is not finite.
+    so. Raises UserError where the two places are one, or a number is not finite.
     """
     eye = np.asarray(eye_mm, dtype=np.float64)
     forward = np.asarray(target_mm, dtype=np.float64) - eye

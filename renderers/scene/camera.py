@@ -156,7 +156,7 @@ class Camera:
         self._require_rising()
 
     def _require_rising(self) -> None:
-        """Raise ValueError where a distorted lens turns back within its field."""
+        """Raise UserError where a distorted lens turns back within its field."""
         if self.distortion.is_none:
             return
         if self.projection is Projection.ORTHOGRAPHIC:

@@ -168,6 +168,6 @@ class Renderer(Protocol):
     def gbuffer(self, camera: Camera) -> GBuffer:
         """Find the air surface behind each pixel: the geometry of mode `scope`.
 
-        Raises ValueError when the scene has no air surface.
+        Raises UserError when the scene has no air surface.
         """
         ...

@@ -53,7 +53,7 @@ class DataStore:
     ) -> NDArray[np.generic]:
         """Map an array into memory, read-only.
 
-        dtypes: names of those accepted. Raise ValueError when there is no such array,
+        dtypes: names of those accepted. Raise UserError when there is no such array,
         its type or size is not what it should be, or its bytes are not those the
         digest promises.
         """

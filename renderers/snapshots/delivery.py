@@ -245,7 +245,7 @@ class Finisher:
     ) -> _Paths:
         """Walk paths until noise or number is reached, or it is enough.
 
-        Raise RenderStoppedError when the attempt may not go on, ValueError for a state
+        Raise RenderStoppedError when the attempt may not go on, UserError for a state
         that is not this view's.
         """
         saved = attempt.saved

@@ -120,7 +120,7 @@ def _rest(data: DataStore, base: Volume, spec: WoundsSpec) -> RestOffsets | None
 def _wounds(
     data: DataStore, pristine: Volume, grid: GridSpec, spec: WoundsSpec
 ) -> Wounds:
-    """Load what tells a cut from a healthy surface; ValueError where it does not fit.
+    """Load what tells a cut from a healthy surface; UserError where it does not fit.
 
     pristine: the distance before any tissue was taken.
     """
@@ -185,7 +185,7 @@ def seen_surface(request: SnapshotRequest, scene: Scene) -> AirSurface:
 
 
 def rigid_pose(rows: ArrayLike) -> NDArray[np.float64]:
-    """Return the 4x4 transform of three rows; ValueError where it would bend a tool."""
+    """Return the 4x4 transform of three rows; UserError where it would bend a tool."""
     pose = np.eye(4)
     pose[:3] = rows
     rotation = pose[:3, :3]

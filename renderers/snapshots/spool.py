@@ -143,7 +143,7 @@ class Spool:
         """Queue a request. The same request again is answered by the same job.
 
         On return it is accepted: no crash of a worker or of the machine loses it.
-        Raise ValueError that names the field which no worker would accept, SpoolError
+        Raise UserError that names the field which no worker would accept, SpoolError
         when its id was used for another request.
         """
         record = msgspec.json.encode(request)

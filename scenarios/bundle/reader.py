@@ -129,7 +129,7 @@ def read_recording(folder: Path) -> Recording:
     """Read a bundle, and past any damage of its stream.
 
     A stream that ends in the middle gives the records before the end. Raises
-    ValueError, in one sentence, when there is no session to read at all.
+    UserError, in one sentence, when there is no session to read at all.
     """
     try:
         raw = (folder / "session.json").read_bytes()
@@ -151,7 +151,7 @@ def read_recording(folder: Path) -> Recording:
 
 
 def read_stream(path: Path) -> Stream:
-    """Read the records; ValueError, in one sentence, when it is no such stream."""
+    """Read the records; UserError, in one sentence, when it is no such stream."""
     from mcap.writer import MCAP0_MAGIC
 
     try:

@@ -48,7 +48,7 @@ class SessionRecorder(Closing):
         """Create `folder` and start the stream.
 
         on_refusal: is told, once, that the disk refuses to take more; what is added
-        then is counted and lost, and nothing is raised. None raises. Raises ValueError
+        then is counted and lost, and nothing is raised. None raises. Raises UserError
         when the folder exists and holds something, OSError when it cannot be written.
         """
         from mcap.writer import CompressionType, Writer

@@ -75,7 +75,7 @@ class MicroScribeEmulator(Closing):
     def do(self, action: str) -> None:
         """Have something done to the arm now, such as ``unplug`` or ``left_pedal``.
 
-        Raises ValueError for an unknown action.
+        Raises UserError for an unknown action.
         """
         parse_action(action)
         assert self._child.stdin is not None

@@ -36,7 +36,7 @@ def place_arm(
 ) -> NDArray[np.float64]:
     """Return a rigid device_from_world, (4, 4), from which all of ``path`` is reached.
 
-    Raise ValueError when fifty places of this seed do not suffice.
+    Raise UserError when fifty places of this seed do not suffice.
     """
     rng = np.random.default_rng(seed)
     times = np.linspace(0.0, path.duration_s, CHECKED_SAMPLES)

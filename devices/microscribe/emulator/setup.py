@@ -64,7 +64,7 @@ class OpenEmulator:
 def open_emulator(
     options: EmulatorSettings, announce: Callable[[str], None]
 ) -> Iterator[OpenEmulator]:
-    """Make what was asked for; ValueError in one sentence for what cannot be.
+    """Make what was asked for; UserError in one sentence for what cannot be.
 
     ``announce`` is told the port's name whenever it appears.
     """

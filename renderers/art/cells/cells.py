@@ -388,7 +388,7 @@ class CellShare:
     def block(self, cell: int) -> NDArray[np.generic]:
         """Return a cell's block; raise KeyError when another rank keeps it.
 
-        Raise ValueError where the volume's array was edited since it was taken.
+        Raise UserError where the volume's array was edited since it was taken.
         """
         if not self._whole:
             return self._blocks[cell]

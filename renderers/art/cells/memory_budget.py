@@ -22,7 +22,7 @@ class MemoryBudget:
 
 
 def require_distances(shape: tuple[int, int, int], limit: int) -> None:
-    """Raise ValueError where the distances over empty space alone take too much."""
+    """Raise UserError where the distances over empty space alone take too much."""
     need = math.prod(shape)
     if need > limit:
         raise UserError(
@@ -45,7 +45,7 @@ def budget_for(
 
     seen: cells that may hold something to be seen. brick_bytes: of a cell's brick.
     whole_bytes: of a copy of the volume, 0 where none is wanted. bricks: they are
-    wanted beside such a copy. Raise ValueError where not even a few cells fit.
+    wanted beside such a copy. Raise UserError where not even a few cells fit.
     """
     left = limit - math.prod(shape)
     # one brick more serves all empty cells

@@ -86,7 +86,7 @@ class Deflector(ABC):
 
 
 def finite_vector(name: str, value: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Copy a finite ``(3,)``; ValueError for anything else."""
+    """Copy a finite ``(3,)``; UserError for anything else."""
     result = np.array(value, dtype=np.float64)
     if result.shape != (3,) or not np.all(np.isfinite(result)):
         raise UserError(f"a deflector's {name} must be a finite (3,), got {value}")
