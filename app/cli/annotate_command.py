@@ -1,18 +1,14 @@
 """`paravol annotate`: write, list and remove notes on a recording."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.cli.root import Json
 from app.cli.terminal import print_json, print_table
-from scenarios.bundle import (
-    Note,
-    SampleRecord,
-    add_note,
-    read_notes,
-    read_recording,
-    remove_note,
-)
 from system import UserError
+
+if TYPE_CHECKING:
+    from scenarios.bundle import Note
 
 
 def annotate(
@@ -38,6 +34,8 @@ def annotate(
     remove
         Remove the note of this number, as listed.
     """
+    from scenarios.bundle import add_note, read_notes, remove_note
+
     if bool(text) != (at is not None):
         raise UserError("A note needs its text and --at, the second it is about.")
     if text and remove is not None:
@@ -56,7 +54,7 @@ def annotate(
     return 0
 
 
-def note_rows(notes: tuple[Note, ...]) -> list[tuple[str, str]]:
+def note_rows(notes: "tuple[Note, ...]") -> list[tuple[str, str]]:
     """Return the rows that tell notes, with the numbers that remove them."""
     if not notes:
         return [("notes", "none")]
@@ -66,6 +64,8 @@ def note_rows(notes: tuple[Note, ...]) -> list[tuple[str, str]]:
 
 
 def _require_time(session: Path, at: float) -> None:
+    from scenarios.bundle import SampleRecord, read_recording
+
     records = read_recording(session).records
     times = [r.time_s for r in records if isinstance(r, SampleRecord)]
     if not times or not times[0] <= at <= times[-1]:

@@ -2,18 +2,16 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
 from cyclopts import Parameter
 
-from anatomy.files.surfaces import Surface, save_surface
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.slices.coverage_map import SessionCoverage, seconds_at, session_coverage
-from renderers.scene.image import save_png
-from scenarios.bundle import write_json
-from scenarios.metrics.value_text import value_text
 from system import UserError, require_place
+
+if TYPE_CHECKING:
+    from paravol.slices.coverage_map import SessionCoverage
 
 
 @Parameter(name="*")
@@ -49,6 +47,10 @@ def coverage(
     session
         A folder NAME.paravol.
     """
+    from paravol.slices.coverage_map import session_coverage
+    from renderers.scene.image import save_png
+    from scenarios.bundle import write_json
+
     for file, endings in ((options.out, (".vtp",)), (options.picture, (".png",))):
         if file is not None and file.suffix.lower() not in endings:
             raise UserError(f"{file} must end in {' or '.join(endings)}.")
@@ -71,9 +73,13 @@ def coverage(
     return 0
 
 
-def _write_surface(seen: SessionCoverage, path: Path) -> None:
+def _write_surface(seen: "SessionCoverage", path: Path) -> None:
     """Write the mucosa with the seconds for which each triangle was in sight."""
+    import numpy as np
+
+    from anatomy.files.surfaces import Surface, save_surface
     from app.vtk.case_surfaces import zero_set
+    from paravol.slices.coverage_map import seconds_at
 
     surface = zero_set(seen.distance)
     if surface is None or not len(seen.watch.mucosa.area_mm2):
@@ -87,7 +93,9 @@ def _write_surface(seen: SessionCoverage, path: Path) -> None:
     save_surface(mucosa, path, {"seconds_seen": seconds[is_mucosa]})
 
 
-def _print(session: Path, seen: SessionCoverage) -> None:
+def _print(session: Path, seen: "SessionCoverage") -> None:
+    from scenarios.metrics.value_text import value_text
+
     figures = seen.watch.figures()
     rows = [
         (

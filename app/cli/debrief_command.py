@@ -6,8 +6,6 @@ from typing import Literal
 
 from app.cli.root import Flag, Json, Threads, thread_count
 from app.cli.terminal import Stages, print_json
-from paravol.debrief import DebriefOrder, write_debrief
-from paravol.debrief.pictures import Quality
 from system import require_place
 
 
@@ -51,6 +49,9 @@ def debrief(
     case
         Where the case that was flown through lies now.
     """
+    from paravol.debrief import DebriefOrder, write_debrief
+    from paravol.debrief.pictures import Quality
+
     name = session.name.removesuffix(".paravol")
     order = DebriefOrder(
         session,

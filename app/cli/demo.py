@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cyclopts import Parameter
 
@@ -18,29 +18,18 @@ from app.cli.root import (
     thread_count,
 )
 from app.cli.terminal import Stages, print_json, print_table
-from devices import ProbePath
-from paravol.debrief import DebriefOrder, WrittenDebrief, write_debrief
-from paravol.exercises.exercise_path import recorded_path
-from paravol.flight import flight_events as events
-from paravol.flight.flight import FinishedFlight, Flight, FlightOrder
-from paravol.flight.flight_loop import FrameEvent
-from paravol.inputs.arm import ArmInput
-from paravol.inputs.open_arm import require_port
-from paravol.output_folder import claimed_folder, remove_old_session
-from paravol.scoring.score_table import score_rows
-from paravol.sessions.session_replay import VIDEO_FPS, ReplayReport, replay_session
-from paravol.sessions.video import VideoWriter
-from paravol.snapshots.moments import (
-    SelectedFrame,
-    SnapshotReport,
-    SnapshotRequestFactory,
-    take_snapshots,
-)
-from paravol.snapshots.rendering_service import startable_ranks
 from paravol.versions import versions
-from scenarios import Scenario, Score, load_scenario
-from scenarios.bundle import write_json
 from system import UserError
+
+if TYPE_CHECKING:
+    from devices import ProbePath
+    from paravol.debrief import WrittenDebrief
+    from paravol.flight import flight_events as events
+    from paravol.flight.flight import FinishedFlight
+    from paravol.sessions.session_replay import ReplayReport
+    from paravol.sessions.video import VideoWriter
+    from paravol.snapshots.moments import SnapshotReport
+    from scenarios import Scenario, Score
 
 FIRST_FLIGHT, FIRST_OPERATION = "first_flight", "first_operation"
 """Scenarios of the demonstration."""
@@ -93,12 +82,17 @@ class DemoOptions:
 class _Watch:
     """Show how far the flight is; keep the frames of the scenario's moments."""
 
-    def __init__(self, scenario: Scenario, path: ProbePath, stages: Stages) -> None:
+    def __init__(self, scenario: "Scenario", path: "ProbePath", stages: Stages) -> None:
+        from paravol.snapshots.moments import SelectedFrame
+
         self.kept = [SelectedFrame(moment) for moment in scenario.moments]
         self._duration_s = path.duration_s
         self._stages = stages
 
-    def hear(self, event: events.FlightEvent) -> None:
+    def hear(self, event: "events.FlightEvent") -> None:
+        from paravol.flight import flight_events as events
+        from paravol.flight.flight_loop import FrameEvent
+
         match event:
             case events.Progressed(stage, share) | events.Touching(stage, share):
                 self._stages(stage, share)
@@ -119,10 +113,10 @@ class _Watch:
 class _Flown:
     """Hold what one flight of the demonstration left."""
 
-    scenario: Scenario
-    flight: FinishedFlight
-    snapshots: list[SnapshotReport]
-    report: ReplayReport
+    scenario: "Scenario"
+    flight: "FinishedFlight"
+    snapshots: "list[SnapshotReport]"
+    report: "ReplayReport"
 
 
 def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
@@ -133,6 +127,16 @@ def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
     maxillary ostium. The film, the recordings, high-quality snapshots and a summary
     land in one folder.
     """
+    from paravol.debrief import DebriefOrder, write_debrief
+    from paravol.exercises.exercise_path import recorded_path
+    from paravol.inputs.open_arm import require_port
+    from paravol.output_folder import claimed_folder
+    from paravol.sessions.session_replay import VIDEO_FPS
+    from paravol.sessions.video import VideoWriter
+    from paravol.snapshots.rendering_service import startable_ranks
+    from scenarios import load_scenario
+    from scenarios.bundle import write_json
+
     if options.size % 2:
         raise UserError(f"--size must be even, for the film; got {options.size}.")
     require_port(options.device)
@@ -180,10 +184,18 @@ def _fly(
     options: DemoOptions,
     name: str,
     bundle: Path,
-    film: VideoWriter,
+    film: "VideoWriter",
     stages: Stages,
 ) -> _Flown:
     """Fly a scenario, draw its moments, replay it into the film."""
+    from paravol.exercises.exercise_path import recorded_path
+    from paravol.flight.flight import Flight, FlightOrder
+    from paravol.inputs.arm import ArmInput
+    from paravol.output_folder import remove_old_session
+    from paravol.sessions.session_replay import replay_session
+    from paravol.snapshots.moments import SnapshotRequestFactory, take_snapshots
+    from scenarios import load_scenario
+
     scenario, folder = load_scenario(name)
     path, path_file = recorded_path(scenario, folder), folder / scenario.path
     arm = ArmInput(
@@ -225,7 +237,7 @@ def _fly(
     return _Flown(scenario, flown, snapshots, report)
 
 
-def _scored(debrief: WrittenDebrief) -> dict[str, Any]:
+def _scored(debrief: "WrittenDebrief") -> dict[str, Any]:
     return {
         "file": debrief.out.name,
         "session": debrief.session,
@@ -254,7 +266,9 @@ def _summary(flown: _Flown) -> dict[str, Any]:
     }
 
 
-def _rows(summary: dict[str, Any], score: Score) -> list[tuple[str, str]]:
+def _rows(summary: dict[str, Any], score: "Score") -> list[tuple[str, str]]:
+    from paravol.scoring.score_table import score_rows
+
     def spread(values: dict[str, float]) -> str:
         return " / ".join(f"{values[p]:.1f}" for p in ("p50", "p95", "p99"))
 

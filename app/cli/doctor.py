@@ -7,12 +7,11 @@ from importlib import metadata
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
-from paravol.checks.arm_check import LOOK_S, adapter_findings, check_arm
-from paravol.checks.device_check import device_findings
 from paravol.checks.finding import Finding
-from paravol.checks.known_constants import constants_findings
-from paravol.checks.machine_check import machine_findings, program_findings
 from system import UserError, usable_cores
+
+LOOK_S = 15.0
+"""Encoders and clocks are judged by five seconds and more."""
 
 
 def doctor(
@@ -49,6 +48,8 @@ def run_arm_check(
     DeviceError when there is none, TimeoutError when it falls silent.
     """
     from devices.microscribe import MicroScribe
+    from paravol.checks.arm_check import adapter_findings, check_arm
+    from paravol.checks.known_constants import constants_findings
 
     with Stages() as guide, MicroScribe(device) as arm:
         findings = constants_findings(arm.description, device, accept=accept_constants)
@@ -72,6 +73,9 @@ def print_findings(title: str, findings: list[Finding], *, as_json: bool) -> int
 
 def examine() -> list[Finding]:
     """Look at everything; takes a few seconds, most of them for OpenGL."""
+    from paravol.checks.device_check import device_findings
+    from paravol.checks.machine_check import machine_findings, program_findings
+
     offscreen, window = probe_offscreen(), probe_window()
     return [
         *machine_findings(),

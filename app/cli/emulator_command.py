@@ -4,26 +4,17 @@ import json
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Json, Seed
 from app.cli.terminal import print_json
-from devices import ProbePath, load_probe_path
-from devices.microscribe.emulator.actions import list_actions
-from devices.microscribe.emulator.faults.catalogue import list_faults
-from devices.microscribe.emulator.process import stop_on_signals
-from devices.microscribe.emulator.setup import (
-    MOTIONS,
-    EmulatorSettings,
-    OpenEmulator,
-    open_emulator,
-)
-from scenarios import load_scenario
-from scenarios.bundle import SampleRecord, read_session
 from system import UserError
+
+if TYPE_CHECKING:
+    from devices import ProbePath
+    from devices.microscribe.emulator.setup import EmulatorSettings, OpenEmulator
 
 BUNDLED = "first_flight"
 
@@ -110,6 +101,9 @@ def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
     A fault is NAME[=VARIANT][@WHEN]: SECONDS since the first packet (0, or nothing,
     means from power-on), SECONDS+DURATION, packet:N or p:PROBABILITY for each packet.
     """
+    from devices.microscribe.emulator.process import stop_on_signals
+    from devices.microscribe.emulator.setup import open_emulator
+
     # the port's name goes to standard output, alone on its line, and again when the arm
     # is plugged in elsewhere; all else to standard error. With --json every line is an
     # object, and a last one tells what happened
@@ -138,6 +132,9 @@ def emulator(*, options: EmulatorOptions = NOTHING_TYPED) -> int:
 
 
 def _print_lists(options: EmulatorOptions) -> None:
+    from devices.microscribe.emulator.actions import list_actions
+    from devices.microscribe.emulator.faults.catalogue import list_faults
+
     lists = {"faults": list_faults()} if options.list_faults else {}
     lists |= {"actions": list_actions()} if options.list_actions else {}
     if options.json:
@@ -148,7 +145,7 @@ def _print_lists(options: EmulatorOptions) -> None:
             print(f"{name:<20} {line}")
 
 
-def _happened(emulator: OpenEmulator) -> dict[str, Any]:
+def _happened(emulator: "OpenEmulator") -> dict[str, Any]:
     """Return how often each fault happened and the memory was to be rewritten."""
     return {
         "fired": dict(emulator.server.arm.fired),
@@ -157,7 +154,13 @@ def _happened(emulator: OpenEmulator) -> dict[str, Any]:
     }
 
 
-def _settings(options: EmulatorOptions) -> EmulatorSettings:
+def _settings(options: EmulatorOptions) -> "EmulatorSettings":
+    import numpy as np
+
+    from devices import load_probe_path
+    from devices.microscribe.emulator.setup import MOTIONS, EmulatorSettings
+    from scenarios import load_scenario
+
     if options.probe_path is not None and options.motion is not None:
         raise UserError("give --probe-path or --motion, not both")
     settings = EmulatorSettings(
@@ -186,8 +189,13 @@ def _settings(options: EmulatorOptions) -> EmulatorSettings:
     )
 
 
-def load_motion(file: Path) -> ProbePath:
+def load_motion(file: Path) -> "ProbePath":
     """Read a path file, or the way of the scope in a recorded session."""
+    import numpy as np
+
+    from devices import ProbePath, load_probe_path
+    from scenarios.bundle import SampleRecord, read_session
+
     if not file.is_dir():
         return load_probe_path(file)
     info, records, _ = read_session(file)
@@ -218,7 +226,7 @@ def load_motion(file: Path) -> ProbePath:
     )
 
 
-def _report(emulator: OpenEmulator) -> None:
+def _report(emulator: "OpenEmulator") -> None:
     happened = _happened(emulator)
     for name, times in happened["fired"].items():
         print(f"{name} happened {times} times.", file=sys.stderr)

@@ -3,15 +3,15 @@
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from anatomy.case import Case, read_case
-from anatomy.files.surfaces import save_surface
 from app.cli.exchange_command import run_session_export
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.output_folder import claimed_folder
 from system import UserError
+
+if TYPE_CHECKING:
+    from anatomy.case import Case
 
 
 def export(
@@ -51,6 +51,9 @@ def export(
 
 def _export_case(case: Path, out: Path, ending: str, *, as_json: bool) -> int:
     """Read the case, write its files, tell what they are."""
+    from anatomy.case import read_case
+    from paravol.output_folder import claimed_folder
+
     written: dict[str, int] = {}
     is_dicom = ending == "dicom"
     with Stages() as stages, claimed_folder(out):
@@ -78,7 +81,8 @@ def _export_case(case: Path, out: Path, ending: str, *, as_json: bool) -> int:
     return 0
 
 
-def _surfaces(case: Case, out: Path, ending: str) -> Iterator[tuple[float, str, int]]:
+def _surfaces(case: "Case", out: Path, ending: str) -> Iterator[tuple[float, str, int]]:
+    from anatomy.files.surfaces import save_surface
     from app.vtk.case_surfaces import case_surfaces
 
     for share, name, surface in case_surfaces(case):
@@ -87,7 +91,7 @@ def _surfaces(case: Case, out: Path, ending: str) -> Iterator[tuple[float, str, 
         yield share, file, len(surface.faces)
 
 
-def _images(case: Case, name: str, out: Path) -> Iterator[tuple[float, str, int]]:
+def _images(case: "Case", name: str, out: Path) -> Iterator[tuple[float, str, int]]:
     from anatomy.files.dicom_export import write_dicom
     from paravol.versions import versions
 

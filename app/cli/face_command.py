@@ -2,14 +2,8 @@
 
 from pathlib import Path
 
-from anatomy.case import read_case
-from anatomy.files.markups import read_markups
-from anatomy.files.surfaces import load_surface, save_surface
 from app.cli.root import Json
 from app.cli.terminal import Stages, print_json, print_table
-from devices.registration.registration_file import save_itk_transform
-from paravol.registration.face_fit import register_face
-from paravol.registration.skin import Skin
 from system import UserError
 
 
@@ -35,6 +29,13 @@ def face(
     out
         The aligned surface, .ply or .vtp; a .tfm for ITK lands beside it.
     """
+    from anatomy.case import read_case
+    from anatomy.files.markups import read_markups
+    from anatomy.files.surfaces import load_surface, save_surface
+    from devices.registration.registration_file import save_itk_transform
+    from paravol.registration.face_fit import register_face
+    from paravol.registration.skin import Skin
+
     if out is not None and out.suffix.lower() not in (".ply", ".vtp"):
         raise UserError(f"--out must name a .ply or .vtp file, got {out}.")
     face = load_surface(surface)

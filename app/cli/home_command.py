@@ -5,10 +5,6 @@ from collections.abc import Callable
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import print_json, print_table
-from devices.microscribe import MicroScribe
-from devices.microscribe.driver.sampler import HomeState
-from devices.port import DeviceError, DeviceReason
-from paravol.inputs.open_arm import require_port
 from system import UserError
 
 PATIENCE_S = 5.0
@@ -36,6 +32,11 @@ def home(*, device: str, yes: Flag = False, json: Json = False) -> int:
     yes
         The arm is in its rest; do not ask.
     """
+    from devices.microscribe import MicroScribe
+    from devices.microscribe.driver.sampler import HomeState
+    from devices.port import DeviceError, DeviceReason
+    from paravol.inputs.open_arm import require_port
+
     require_port(device)
     print(ORDER, file=sys.stderr)
     if not (yes or confirmed(f"Is the arm on {device} in its rest? Home it? [y/N] ")):

@@ -1,19 +1,20 @@
 """`paravol import`: make a case of a scan, print what was found."""
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
-from anatomy.case import CaseRecord
-from anatomy.scan.imported import ImportedHead
 from app.cli.root import FLATTENED, Json
 from app.cli.slices_command import quality_lines
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.cases.case_import import ImportedCase, import_case
 from paravol.cases.case_options import ImportOptions
+
+if TYPE_CHECKING:
+    from anatomy.case import CaseRecord
+    from anatomy.scan.imported import ImportedHead
+    from paravol.cases.case_import import ImportedCase
 
 LISTED_CAVITIES = 6
 
@@ -34,6 +35,8 @@ def import_(
     scan
         A DICOM folder, or an NRRD, NIfTI or MetaImage file.
     """
+    from paravol.cases.case_import import import_case
+
     with Stages() as stages:
         imported = import_case(scan, options, stages)
     _print_report(options, imported, as_json=json)
@@ -41,7 +44,7 @@ def import_(
 
 
 def _print_report(
-    options: ImportOptions, imported: ImportedCase, *, as_json: bool
+    options: ImportOptions, imported: "ImportedCase", *, as_json: bool
 ) -> None:
     head, record, quality = imported.head, imported.record, imported.quality
     nz, ny, nx = head.ct.shape
@@ -84,7 +87,7 @@ def _print_report(
         print(f"Fly through it with: paravol train --case {options.out}")
 
 
-def _cavities(head: ImportedHead) -> str:
+def _cavities(head: "ImportedHead") -> str:
     spaces = [s for s in head.named.sinuses if not s.name]
     if not spaces:
         return "none"
@@ -96,7 +99,7 @@ def _cavities(head: ImportedHead) -> str:
     return f"{len(spaces)}, mL: {largest}{more}"
 
 
-def _sinuses(head: ImportedHead) -> str:
+def _sinuses(head: "ImportedHead") -> str:
     """List the named sinuses with their volumes, and how sure the names are."""
     listed = ", ".join(
         f"{s} {s.volume_ml:.1f}{'' if s.is_open else ' (closed)'}"
@@ -106,7 +109,7 @@ def _sinuses(head: ImportedHead) -> str:
     return f"mL: {listed}; {head.named.confidence}" if listed else "none"
 
 
-def _openings(head: ImportedHead) -> str:
+def _openings(head: "ImportedHead") -> str:
     """Describe where the airway meets the room: at the nostrils, or elsewhere too."""
     openings = [o for o in head.airways.openings if o.area_mm2 >= LISTED_OPENING_MM2]
     if not openings:
@@ -117,13 +120,13 @@ def _openings(head: ImportedHead) -> str:
     return f"the airway meets the room over {listed}"
 
 
-def _levels(record: CaseRecord) -> str:
+def _levels(record: "CaseRecord") -> str:
     """Describe the transfer function by the numbers that its nodes stand on."""
     assert record.transfer is not None
     return "nodes at " + ", ".join(f"{node:.0f}" for node in record.transfer.nodes)
 
 
-def _hazards(record: CaseRecord) -> str:
+def _hazards(record: "CaseRecord") -> str:
     names = [
         n.removeprefix("hazard ") for n in record.sha256 if n.startswith("hazard ")
     ]
@@ -132,12 +135,12 @@ def _hazards(record: CaseRecord) -> str:
     return f"{', '.join(names)} (from {record.hazard_source})"
 
 
-def _entrance(head: ImportedHead) -> str:
+def _entrance(head: "ImportedHead") -> str:
     approach = head.approach
     if approach is None:
         return "none found: see the note"
     return f"{_place(approach.pivot_mm)}, free for {approach.free_mm:.0f} mm"
 
 
-def _place(point: NDArray[np.float64]) -> str:
+def _place(point: Iterable[float]) -> str:
     return "(" + ", ".join(f"{v:.1f}" for v in point) + ")"

@@ -3,24 +3,19 @@
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.scoring.metric_texts import metric_remark, metric_text, says_nothing
-from paravol.scoring.session_metrics import SessionMetrics, session_metrics
-from scenarios.bundle import write_json
-from scenarios.metrics import (
-    DEFINITIONS,
-    Metric,
-    Settings,
-    definitions_named,
-    load_settings,
-)
 from system import require_place, whole_file
 from system.csv_table import CsvTable
+
+if TYPE_CHECKING:
+    from paravol.scoring.session_metrics import SessionMetrics
+    from scenarios.metrics import Metric
 
 COLUMNS = "MetricName", "MetricRoles", "MetricUnit", "MetricValue"
 """Of PerkTutor's table of metrics; ours come behind them."""
@@ -77,6 +72,15 @@ def metrics(
     session
         A folder NAME.paravol.
     """
+    from paravol.scoring.session_metrics import session_metrics
+    from scenarios.bundle import write_json
+    from scenarios.metrics import (
+        DEFINITIONS,
+        Settings,
+        definitions_named,
+        load_settings,
+    )
+
     for file in (options.csv, options.json_file):
         if file is not None:
             require_place(file)
@@ -109,8 +113,10 @@ def metrics(
     return 0
 
 
-def as_csv(metrics: list[Metric]) -> str:
+def as_csv(metrics: "list[Metric]") -> str:
     """Return PerkTutor's columns, then ours; a missing value is an empty cell."""
+    from paravol.scoring.metric_texts import metric_remark
+
     text = StringIO()
     table = CsvTable(text)
     table.add([*COLUMNS, *OUR_COLUMNS])
@@ -122,7 +128,7 @@ def as_csv(metrics: list[Metric]) -> str:
     return text.getvalue()
 
 
-def _report(session: Path, found: SessionMetrics) -> dict[str, object]:
+def _report(session: Path, found: "SessionMetrics") -> dict[str, object]:
     return {
         "session": session.name,
         "is_complete": found.is_complete,
@@ -145,7 +151,9 @@ def _report(session: Path, found: SessionMetrics) -> dict[str, object]:
     }
 
 
-def _print(session: Path, found: SessionMetrics) -> None:
+def _print(session: Path, found: "SessionMetrics") -> None:
+    from paravol.scoring.metric_texts import metric_text, says_nothing
+
     scope, tool = found.noise.scope, found.noise.tool
     rows = [
         (

@@ -1,29 +1,17 @@
 """`paravol phantom`: a virtual patient as a case folder."""
 
 from dataclasses import fields
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 
-from anatomy import (
-    PhantomParameters,
-    draw_parameters,
-    sinus_phantom,
-    with_variants,
-)
-from anatomy.abstract import build_scene
-from anatomy.case import DiseaseRecord, write_case, write_space
-from anatomy.phantom.variants import (
-    told_findings,
-    variant_names,
-    with_findings,
-    without_variants,
-)
 from app.cli.root import FLATTENED, Json, Seed
 from app.cli.terminal import Stages, print_json
 from paravol.cases.case_options import PhantomOptions
-from paravol.output_folder import claimed_case, remove_exercise
 from system import UserError
+
+if TYPE_CHECKING:
+    from anatomy.case import DiseaseRecord
 
 
 def phantom(
@@ -39,6 +27,16 @@ def phantom(
     seed
         Draws a patient: sizes, septum, skull base, cells and variants.
     """
+    from anatomy import PhantomParameters, draw_parameters, sinus_phantom, with_variants
+    from anatomy.case import DiseaseRecord, write_case
+    from anatomy.phantom.variants import (
+        told_findings,
+        variant_names,
+        with_findings,
+        without_variants,
+    )
+    from paravol.output_folder import claimed_case, remove_exercise
+
     if options.scene:
         return _run_scene(seed, options, as_json=json)
     out = options.out
@@ -69,6 +67,10 @@ def phantom(
 
 
 def _run_scene(seed: int, options: PhantomOptions, *, as_json: bool) -> int:
+    from anatomy.abstract import build_scene
+    from anatomy.case import write_space
+    from paravol.output_folder import claimed_case, remove_exercise
+
     default = PhantomOptions(out=options.out)
     for field in fields(options):
         name = field.name
@@ -90,7 +92,7 @@ def _tell(
     options: PhantomOptions,
     shape: tuple[int, ...],
     has: list[str],
-    disease: DiseaseRecord | None,
+    disease: "DiseaseRecord | None",
     *,
     as_json: bool,
 ) -> None:

@@ -5,39 +5,23 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.progress.cohort import Standing, standings
-from paravol.progress.csv_export import as_csv
-from paravol.progress.curve_plot import draw_curve, require_format
-from paravol.progress.learning_curve import (
-    LearningCurve,
-    fit_learning_curve,
-    moving_pass_rate,
-)
-from paravol.progress.session_entry import (
-    NOBODY,
-    PERCENT,
-    SessionEntry,
-    bundle_sha256,
-    entry_of_session,
-    require_name,
-)
-from paravol.progress.store import ProgressStore
-from paravol.progress.xapi import HOME_PAGE, statements
-from paravol.scoring.session_metrics import session_metrics
-from paravol.scoring.session_scoring import fitting_rubric, score_session
 from paravol.sessions.session_store import SUFFIX, SessionStore
-from scenarios.bundle import read_recording, write_json
-from scenarios.metrics import Metric
-from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import Assessment, load_rubric
 from system import UserError, require_place, whole_file
 from system.typed_record import decode_json
+
+if TYPE_CHECKING:
+    from paravol.progress.cohort import Standing
+    from paravol.progress.learning_curve import LearningCurve
+    from paravol.progress.session_entry import SessionEntry
+    from paravol.progress.store import ProgressStore
+    from scenarios.metrics import Metric
+    from scenarios.rubrics import Assessment
 
 DURATION = "duration"
 """The figure of whoever has no rubric's percent."""
@@ -69,8 +53,10 @@ Figure = Annotated[
 ]
 
 
-def open_store(file: Path | None) -> ProgressStore:
+def open_store(file: Path | None) -> "ProgressStore":
     """Open a store and say what there is to say of that."""
+    from paravol.progress.store import ProgressStore
+
     store = ProgressStore(file)
     if store.told:
         print(store.told, file=sys.stderr)
@@ -86,6 +72,9 @@ def show(
     json: Json = False,
 ) -> int:
     """Tell how each exercise goes: attempts, passes, best, what the next may give."""
+    from paravol.progress.cohort import standings
+    from paravol.progress.learning_curve import fit_learning_curve
+
     entries = open_store(store).sessions(trainee=trainee)
     rows: list[dict[str, object]] = []
     lines: list[tuple[str, str]] = []
@@ -121,6 +110,8 @@ def list_sessions(
     json: Json = False,
 ) -> int:
     """List the sessions that are kept, the oldest first."""
+    from paravol.progress.session_entry import PERCENT
+
     entries = open_store(store).sessions(trainee=trainee, exercise=exercise)
     if json:
         print_json(entries)
@@ -164,6 +155,9 @@ def curve(
     out
         Draw it into this .png or .svg file.
     """
+    from paravol.progress.curve_plot import draw_curve, require_format
+    from paravol.progress.learning_curve import fit_learning_curve, moving_pass_rate
+
     if out is not None:
         require_format(out)
         require_place(out)
@@ -183,7 +177,7 @@ def curve(
     if out is not None:
         title = f"{entries[0].title or exercise}{_by(trainee)}"
         label = wanted if unit in ("", "1") else f"{wanted}, {unit}"
-        fitted = curve if isinstance(curve, LearningCurve) else None
+        fitted = None if isinstance(curve, str) else curve
         draw_curve(out, title, label, figures, fitted, rates)
     if json:
         report = {"exercise": exercise, "figure": wanted, "unit": unit}
@@ -215,6 +209,8 @@ def cohort(
     json: Json = False,
 ) -> int:
     """Set all trainees beside one another: median, best, passes, percentile."""
+    from paravol.progress.cohort import standings
+
     entries = open_store(store).sessions(exercise=exercise)
     role, wanted = _figure(figure, entries)
     rows = standings(entries, wanted, role)
@@ -247,6 +243,10 @@ def export(
     home_page
         With --xapi: URL of whoever gave out the names, such as your school's.
     """
+    from paravol.progress.csv_export import as_csv
+    from paravol.progress.xapi import HOME_PAGE, statements
+    from scenarios.bundle import write_json
+
     if csv is None and xapi is None:
         raise UserError("Name a file: --csv FILE, --xapi FILE or both.")
     for place in (csv, xapi):
@@ -289,6 +289,12 @@ def add(
     motion_only
         Leave the head out: no contact, hazards, removal or score, but at once.
     """
+    from paravol.progress.session_entry import entry_of_session, require_name
+    from paravol.scoring.session_metrics import session_metrics
+    from paravol.scoring.session_scoring import fitting_rubric, score_session
+    from scenarios.bundle import read_recording
+    from scenarios.rubrics import load_rubric
+
     if not sessions:
         raise UserError("Name at least one session, a folder NAME.paravol.")
     if assessment is not None and (len(sessions) != 1 or rubric):
@@ -369,12 +375,12 @@ def delete(
 
 
 def _chosen(
-    entries: list[SessionEntry],
+    entries: "list[SessionEntry]",
     names: Sequence[str],
     trainee: str | None,
     *,
     everything: bool,
-) -> list[SessionEntry]:
+) -> "list[SessionEntry]":
     ways = (names, trainee is not None, everything)
     if sum(map(bool, ways)) != 1:
         raise UserError("Say which: names of sessions, --trainee or --everything.")
@@ -406,6 +412,8 @@ def _chosen(
 
 def _recordings(hashes: set[str], places: Sequence[Path]) -> list[Path]:
     """Return the bundles of these hashes in some folders."""
+    from paravol.progress.session_entry import bundle_sha256
+
     found = []
     for place in places:
         for folder in sorted(place.glob(f"*{SUFFIX}")):
@@ -416,7 +424,9 @@ def _recordings(hashes: set[str], places: Sequence[Path]) -> list[Path]:
     return found
 
 
-def _read_assessment(file: Path) -> Assessment:
+def _read_assessment(file: Path) -> "Assessment":
+    from scenarios.rubrics import Assessment
+
     try:
         content = file.read_bytes()
     except OSError as error:
@@ -424,8 +434,10 @@ def _read_assessment(file: Path) -> Assessment:
     return decode_json(content, Assessment, file, "an assessment")
 
 
-def _figure(asked: str, entries: Sequence[SessionEntry]) -> tuple[str, str]:
+def _figure(asked: str, entries: "Sequence[SessionEntry]") -> tuple[str, str]:
     """Return role and name of a figure; by itself the percent, or the duration."""
+    from paravol.progress.session_entry import PERCENT
+
     if not asked:
         has_percent = any(entry.value(PERCENT) is not None for entry in entries)
         return "", PERCENT if has_percent else DURATION
@@ -439,22 +451,24 @@ def _figure(asked: str, entries: Sequence[SessionEntry]) -> tuple[str, str]:
     return role, name
 
 
-def _figures(entries: Sequence[SessionEntry], name: str, role: str) -> list[float]:
+def _figures(entries: "Sequence[SessionEntry]", name: str, role: str) -> list[float]:
     """Return the figures of the attempts that have one, in order of time."""
     found = [entry.value(name, role) for entry in entries]
     return [v.value for v in found if v is not None and v.value is not None]
 
 
 def _by(trainee: str) -> str:
-    return f" by {trainee}" if trainee != NOBODY else ""
+    return f" by {trainee}" if trainee else ""
 
 
-def _standing_text(row: Standing, figure: str, curve: LearningCurve | str) -> str:
+def _standing_text(row: "Standing", figure: str, curve: "LearningCurve | str") -> str:
+    from scenarios.metrics.value_text import value_text
+
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
     if row.best is not None:
         told.append(f"{figure}: best {value_text(row.best)}{unit}")
-    if isinstance(curve, LearningCurve):
+    if not isinstance(curve, str):
         told.append(
             f"the next may give {value_text(curve.middle[-1])} "
             f"({value_text(curve.low[-1])} to {value_text(curve.high[-1])}){unit}"
@@ -462,7 +476,9 @@ def _standing_text(row: Standing, figure: str, curve: LearningCurve | str) -> st
     return ", ".join(told)
 
 
-def _cohort_text(row: Standing) -> str:
+def _cohort_text(row: "Standing") -> str:
+    from scenarios.metrics.value_text import value_text
+
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
     told = [f"{row.attempts} attempts", f"{row.passes} of {row.judged} passed"]
     if row.middle is not None and row.best is not None:
@@ -473,7 +489,9 @@ def _cohort_text(row: Standing) -> str:
     return ", ".join([*told, f"last seen {row.last_seen[:10]}"])
 
 
-def _curve_rows(curve: LearningCurve | str, unit: str) -> list[tuple[str, str]]:
+def _curve_rows(curve: "LearningCurve | str", unit: str) -> list[tuple[str, str]]:
+    from scenarios.metrics.value_text import value_text
+
     if isinstance(curve, str):
         return [("curve", curve)]
     tail = "" if unit in ("", "1") else f" {unit}"
@@ -490,7 +508,7 @@ def _curve_rows(curve: LearningCurve | str, unit: str) -> list[tuple[str, str]]:
     ]
 
 
-def _curve_report(curve: LearningCurve | str) -> dict[str, object]:
+def _curve_report(curve: "LearningCurve | str") -> dict[str, object]:
     if isinstance(curve, str):
         return {"reason": curve}
     return {

@@ -3,32 +3,18 @@
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-import numpy as np
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Json, ScenarioName, Seed
 from app.cli.terminal import Stages, print_json, print_table
-from devices.registration.registration_file import (
-    RegistrationRecord,
-    save_itk_transform,
-    save_registration,
-)
-from paravol.inputs.igtl import peer_address
-from paravol.inputs.open_arm import require_port
-from paravol.inputs.typed_pedals import HELP, TypedPedals
-from paravol.registration.arm_registration import (
-    RegistrationOrder,
-    plan_registration,
-    register_arm,
-    warn_of_plan,
-)
-from paravol.registration.record_rows import registration_rows
-from paravol.registration.tracker import register_tracker
-from scenarios import load_scenario
 from system import UserError
+
+if TYPE_CHECKING:
+    from devices.registration.registration_file import RegistrationRecord
+    from paravol.registration.arm_registration import RegistrationOrder
 
 
 @Parameter(name="*")
@@ -74,6 +60,8 @@ def register(
     *, options: RegisterOptions = RegisterOptions(), json: Json = False
 ) -> int:
     """Register an arm: turn the tip, touch the landmarks, trace the skin."""
+    from paravol.registration.arm_registration import register_arm
+
     _check(options)
     asks_later = not options.yes and _at_terminal()
     if not (options.yes or asks_later or _confirmed(options.out)):
@@ -86,7 +74,9 @@ def register(
     return _finish(options, found.record, found.true_mm, asks=asks_later, as_json=json)
 
 
-def _order(options: RegisterOptions) -> RegistrationOrder:
+def _order(options: RegisterOptions) -> "RegistrationOrder":
+    from paravol.registration.arm_registration import RegistrationOrder
+
     return RegistrationOrder(
         options.scenario,
         options.device,
@@ -97,9 +87,12 @@ def _order(options: RegisterOptions) -> RegistrationOrder:
     )
 
 
-def _tracked(options: RegisterOptions) -> RegistrationRecord:
+def _tracked(options: RegisterOptions) -> "RegistrationRecord":
     """Register a tracker by its landmarks alone; what is typed stands for pedals."""
     from devices.openigtlink import OpenIGTLinkSource
+    from paravol.inputs.typed_pedals import HELP, TypedPedals
+    from paravol.registration.arm_registration import plan_registration, warn_of_plan
+    from paravol.registration.tracker import register_tracker
 
     address = _tracker(options.input or "")
     with Stages() as guide:
@@ -120,6 +113,8 @@ def _tracked(options: RegisterOptions) -> RegistrationRecord:
 
 
 def _tracker(words: str) -> tuple[str, int, str | None]:
+    from paravol.inputs.igtl import peer_address
+
     kind, _, rest = words.partition(":")
     if kind != "igtl":
         raise UserError(f"--input must be igtl:HOST:PORT[:TOOL]; got {words!r}.")
@@ -128,13 +123,21 @@ def _tracker(words: str) -> tuple[str, int, str | None]:
 
 def _finish(
     options: RegisterOptions,
-    record: RegistrationRecord,
+    record: "RegistrationRecord",
     true: dict[str, float] | None,
     *,
     asks: bool,
     as_json: bool,
 ) -> int:
     """Show a registration and write it, unless the person does not want it written."""
+    import numpy as np
+
+    from devices.registration.registration_file import (
+        save_itk_transform,
+        save_registration,
+    )
+    from paravol.registration.record_rows import registration_rows
+
     if as_json:
         print_json(_summary(options, record, true))
     else:
@@ -151,6 +154,9 @@ def _finish(
 
 def _check(options: RegisterOptions) -> None:
     """Refuse bad options before anybody has touched anything."""
+    from paravol.inputs.open_arm import require_port
+    from scenarios import load_scenario
+
     ways = (options.emulated, options.device is not None, options.input is not None)
     if sum(ways) != 1:
         raise UserError(
@@ -168,7 +174,9 @@ def _check(options: RegisterOptions) -> None:
 
 
 def _summary(
-    options: RegisterOptions, record: RegistrationRecord, true: dict[str, float] | None
+    options: RegisterOptions,
+    record: "RegistrationRecord",
+    true: dict[str, float] | None,
 ) -> dict[str, Any]:
     return {
         "file": str(options.out),

@@ -9,8 +9,6 @@ from app.cli.page_window import run_page
 from app.cli.replay_options import REPLAYED, ReplayOptions
 from app.cli.root import Json, thread_count
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.scoring.score_table import score_rows
-from scenarios.bundle import read_notes
 from system import UserError
 
 if TYPE_CHECKING:
@@ -78,6 +76,7 @@ def run_replay(
     folder: Path, *, check: bool, video: Path | None, threads: int, as_json: bool
 ) -> int:
     """Replay a session; with `check`, 1 unless everything came out the same."""
+    from paravol.scoring.score_table import score_rows
     from paravol.sessions.session_replay import replay_session
 
     with Stages() as stages:
@@ -111,6 +110,8 @@ def run_replay(
 
 def _notes(folder: Path) -> list[tuple[str, str]]:
     """Return what a teacher said about a session, if anything."""
+    from scenarios.bundle import read_notes
+
     notes = read_notes(folder)
     return [("note", f"at {note.at_s:.1f} s: {note.text}") for note in notes]
 
@@ -119,6 +120,7 @@ def run_at(
     folder: Path, time_s: float, options: ReplayOptions, *, as_json: bool
 ) -> None:
     """Tell how a session stood at a time, and draw the live picture of then."""
+    from paravol.scoring.score_table import score_rows
     from renderers.scene import save_png
 
     with Stages() as stages:

@@ -1,27 +1,21 @@
 """`paravol scenario`: list the exercises, check a file, show one."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from cyclopts import App
 
 from app.cli.root import Json, ScenarioName
 from app.cli.terminal import Stages, print_json, print_table
-from scenarios import Scenario, load_scenario
-from scenarios.exercise_check import told
-from scenarios.ladder import (
-    LAST_RUNS,
-    LEAST_RATE,
-    ExerciseStatus,
-    LadderStep,
-    false_unlock,
-    rungs,
-)
-from scenarios.scenario import CameraHold, Level, Scope, bundled_scenarios
-from scenarios.tasks import Task
 from system import UserError
 from system.typed_record import decode_json
+
+if TYPE_CHECKING:
+    from scenarios import Scenario
+    from scenarios.ladder import LadderStep
+    from scenarios.scenario import Scope
+    from scenarios.tasks import Task
 
 RARE = 0.3
 """Pass rate of somebody who is not there yet."""
@@ -46,6 +40,10 @@ def list_exercises(
         Take the results from paravol progress, of this made-up name; "" is whoever
         gave none.
     """
+    from scenarios import load_scenario
+    from scenarios.ladder import LAST_RUNS, LEAST_RATE, false_unlock, rungs
+    from scenarios.scenario import Level, bundled_scenarios
+
     known: Results = {}
     if results is not None:
         try:
@@ -98,6 +96,8 @@ def check(file: Path, *, json: Json = False) -> int:
     """
     from paravol.exercises.exercise_fit import fit_problems
     from paravol.patient import load_patient
+    from scenarios import load_scenario
+    from scenarios.exercise_check import told
 
     if file.suffix != ".toml":
         raise UserError(f"A scenario file ends in .toml; got {file}.")
@@ -116,6 +116,8 @@ def check(file: Path, *, json: Json = False) -> int:
 @scenario.command
 def show(name: ScenarioName, *, json: Json = False) -> int:
     """Show what an exercise asks for, and when it is passed."""
+    from scenarios import load_scenario
+
     scenario, _ = load_scenario(name)
     if json:
         print_json(msgspec.to_builtins(scenario))
@@ -187,7 +189,7 @@ def from_path(
     return 0
 
 
-def _told(exercise: Scenario) -> dict[str, Any]:
+def _told(exercise: "Scenario") -> dict[str, Any]:
     return {
         "name": exercise.name,
         "title": exercise.title,
@@ -196,7 +198,9 @@ def _told(exercise: Scenario) -> dict[str, Any]:
     }
 
 
-def _door(rung: LadderStep) -> str:
+def _door(rung: "LadderStep") -> str:
+    from scenarios.ladder import ExerciseStatus
+
     if rung.door is ExerciseStatus.LOCKED:
         return f" (after {', '.join(rung.waits)})"
     if rung.runs:
@@ -204,7 +208,7 @@ def _door(rung: LadderStep) -> str:
     return ""
 
 
-def _head(scenario: Scenario) -> str:
+def _head(scenario: "Scenario") -> str:
     head = scenario.head
     if head.case or head.scene:
         return head.case or f"scene {head.scene}, seed {head.seed}"
@@ -215,14 +219,16 @@ def _head(scenario: Scenario) -> str:
     return ", ".join([*parts, "decongested"] if head.decongested else parts)
 
 
-def _camera(scope: Scope) -> str:
+def _camera(scope: "Scope") -> str:
     """Say what turns the camera head; nothing of one that is held upright."""
+    from scenarios.scenario import CameraHold
+
     if scope.camera is CameraHold.UPRIGHT and not scope.camera_roll_deg:
         return ""
     return f"{scope.camera.value}, {scope.camera_roll_deg:g} degrees aslant at first"
 
 
-def _kind(task: Task) -> str:
+def _kind(task: "Task") -> str:
     return str(msgspec.to_builtins(task)["kind"])
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -11,33 +11,13 @@ from cyclopts.validators import Number
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
 from paravol.scoring.scoring_executors import scoring_executor
-from paravol.scoring.session_metrics import session_metrics
-from paravol.scoring.session_scoring import (
-    BatchOrder,
-    Scored,
-    patient_of,
-    score_all,
-    sessions_in,
-)
-from paravol.scoring.verdict_texts import (
-    points_figure,
-    points_text,
-    verdict_text,
-    whole_text,
-)
-from scenarios import rubrics
-from scenarios.bundle import write_json
-from scenarios.metrics import definitions_named
-from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import (
-    Assessment,
-    Part,
-    PassMark,
-    load_rubric,
-)
-from scenarios.rubrics.rubric import Rubric
 from system import UserError, require_place, whole_file
 from system.csv_table import CsvTable
+
+if TYPE_CHECKING:
+    from paravol.scoring.session_scoring import BatchOrder, Scored
+    from scenarios.rubrics import Assessment, Part, PassMark
+    from scenarios.rubrics.rubric import Rubric
 
 OUT = "assessments"
 """Folder beside the sessions in which scores are kept."""
@@ -99,6 +79,10 @@ def score(
     sessions
         A folder NAME.paravol, or a folder of such folders.
     """
+    from paravol.scoring.session_scoring import BatchOrder
+    from scenarios.bundle import write_json
+    from scenarios.rubrics import load_rubric
+
     for file in (options.csv, options.json_file):
         if file is not None:
             require_place(file)
@@ -135,7 +119,11 @@ def _out(sessions: Path, out: Path | None) -> Path:
     return (sessions.parent if is_one else sessions) / OUT
 
 
-def _lines(sessions: Path, order: BatchOrder, jobs: int, *, mpi: bool) -> list[Scored]:
+def _lines(
+    sessions: Path, order: "BatchOrder", jobs: int, *, mpi: bool
+) -> "list[Scored]":
+    from paravol.scoring.session_scoring import score_all, sessions_in
+
     count = len(sessions_in(sessions))
     found: list[Scored] = []
     with Stages() as stages, scoring_executor(min(jobs, count), mpi=mpi) as executor:
@@ -148,8 +136,10 @@ def _lines(sessions: Path, order: BatchOrder, jobs: int, *, mpi: bool) -> list[S
     return sorted(found, key=lambda line: line.session)
 
 
-def line_text(line: Scored) -> str:
+def line_text(line: "Scored") -> str:
     """Return a session's total, or why it has none."""
+    from paravol.scoring.verdict_texts import whole_text
+
     found = line.assessment
     if found is None:
         return line.problem
@@ -158,8 +148,10 @@ def line_text(line: Scored) -> str:
     return whole_text(found) + doubt
 
 
-def print_assessment(assessment: Assessment, source: str) -> None:
+def print_assessment(assessment: "Assessment", source: str) -> None:
     """Print each part with its points, value, thresholds and moments."""
+    from paravol.scoring.verdict_texts import points_text, verdict_text
+
     rows = [("verdict", verdict_text(assessment)), ("total", points_text(assessment))]
     rows += [
         (f"hard fail: {f.name}", f.why + _when(f.intervals)) for f in assessment.fails
@@ -176,8 +168,11 @@ def print_assessment(assessment: Assessment, source: str) -> None:
     print_table(title, rows, greyed)
 
 
-def part_text(part: Part) -> str:
+def part_text(part: "Part") -> str:
     """Return a part's points and all that they came from."""
+    from paravol.scoring.verdict_texts import points_figure
+    from scenarios.metrics.value_text import value_text
+
     if not part.counts:
         why = part.reason.removeprefix("not enough data: ")
         text = f"- of {part.most_points:g}: {part.standing}"
@@ -207,7 +202,7 @@ def _when(intervals: tuple[tuple[float, float], ...]) -> str:
     return f" at {', '.join(told)} s{more}"
 
 
-def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
+def as_csv(lines: "list[Scored]", rubric: "Rubric | None") -> str:
     """Return a row a session: total, verdict, points of each item, problem.
 
     rubric: None where each session had its own: then a column names its rubric, too.
@@ -244,7 +239,7 @@ def as_csv(lines: list[Scored], rubric: Rubric | None) -> str:
     return text.getvalue()
 
 
-def _item(assessment: Assessment, part: Part) -> str:
+def _item(assessment: "Assessment", part: "Part") -> str:
     """Name an item among those of several rubrics."""
     return f"{assessment.rubric} {assessment.rubric_version}: {part.name}"
 
@@ -289,12 +284,15 @@ def pass_mark(
     experts
         Folder of sessions of those who can.
     """
+    from paravol.scoring.session_scoring import BatchOrder
+    from scenarios import rubrics
+
     if bool(options.metric) == bool(options.rubric):
         raise UserError("Name either a metric with --metric or a rubric with --rubric.")
     groups = []
     for folder in (novices, experts):
         if options.rubric:
-            order = BatchOrder(load_rubric(options.rubric), _out(folder, None))
+            order = BatchOrder(rubrics.load_rubric(options.rubric), _out(folder, None))
             lines = _lines(folder, order, options.jobs, mpi=False)
             values = [
                 line.assessment.percent
@@ -316,6 +314,10 @@ def pass_mark(
 
 def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int]:
     """Return a metric's values over sessions, and how many had none."""
+    from paravol.scoring.session_metrics import session_metrics
+    from paravol.scoring.session_scoring import patient_of, sessions_in
+    from scenarios.metrics import definitions_named
+
     family = name.partition(": ")[0]
     chosen = definitions_named((family,))
     values: list[float] = []
@@ -341,7 +343,9 @@ def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int
     return values, len(sessions) - len(values)
 
 
-def _mark_rows(mark: PassMark, left: int, right: int) -> list[tuple[str, str]]:
+def _mark_rows(mark: "PassMark", left: int, right: int) -> list[tuple[str, str]]:
+    from scenarios.metrics.value_text import value_text
+
     side = "at least" if mark.passes_above else "at most"
     novices, experts = mark.novices, mark.experts
     rows = [

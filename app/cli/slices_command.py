@@ -1,18 +1,16 @@
 """`paravol slices`: write the picture, print what is at the point."""
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
-import numpy as np
 
-from anatomy.case import CaseRecord, read_case
 from app.cli.root import Json, Place
 from app.cli.terminal import Stages, print_json
-from paravol.slices.slice_sheet import entrance_of, label_at, slice_sheet, transfer_of
-from paravol.slices.slice_views import Show
-from renderers.scene import save_png
 from system import UserError
+
+if TYPE_CHECKING:
+    from anatomy.case import CaseRecord
 
 
 def slices(
@@ -41,6 +39,18 @@ def slices(
     out
         PNG file to write; slices.png in the case when left out.
     """
+    import numpy as np
+
+    from anatomy.case import read_case
+    from paravol.slices.slice_sheet import (
+        entrance_of,
+        label_at,
+        slice_sheet,
+        transfer_of,
+    )
+    from paravol.slices.slice_views import Show
+    from renderers.scene import save_png
+
     target = case / "slices.png" if out is None else out
     if target.suffix.lower() != ".png":
         raise UserError(f"--out must name a .png file, got {target}.")
@@ -71,7 +81,7 @@ def slices(
     return 0
 
 
-def quality_lines(record: CaseRecord) -> list[str]:
+def quality_lines(record: "CaseRecord") -> list[str]:
     """Return a line for each finding on a scan: what was measured, what it limits."""
     return [
         f"{finding.told}. Limit: {finding.limits}" if finding.limits else finding.told

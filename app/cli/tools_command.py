@@ -1,14 +1,19 @@
 """`paravol tools`: list the instruments that there are, with sizes and forces."""
 
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from app.cli.root import Json
 from app.cli.terminal import print_json, print_table
-from scenarios.instruments import INSTRUMENTS, Instrument
+
+if TYPE_CHECKING:
+    from scenarios.instruments import Instrument
 
 
 def tools(*, json: Json = False) -> int:
     """List the surgeon's instruments, with their sizes and forces."""
+    from scenarios.instruments import INSTRUMENTS
+
     if json:
         print_json({name: _record(tool) for name, tool in INSTRUMENTS.items()})
     else:
@@ -17,7 +22,7 @@ def tools(*, json: Json = False) -> int:
     return 0
 
 
-def _record(tool: Instrument) -> dict[str, object]:
+def _record(tool: "Instrument") -> dict[str, object]:
     return {
         "action": tool.action.value,
         "bone_n": tool.taker.force_n,
@@ -29,7 +34,7 @@ def _record(tool: Instrument) -> dict[str, object]:
     }
 
 
-def _described(tool: Instrument) -> str:
+def _described(tool: "Instrument") -> str:
     """Return one line: when it takes tissue, its first sizes, its force on bone."""
     shape: dict[str, float] = asdict(tool.shape)  # type: ignore[call-overload]
     sizes = [

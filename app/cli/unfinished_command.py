@@ -1,14 +1,15 @@
 """`paravol unfinished`: list what killed flights left, finish it or remove it."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.cli.root import Flag, Json
 from app.cli.terminal import Stages, print_json, print_table
-from paravol.scoring.score_table import score_rows
-from paravol.sessions import unfinished_sessions as sessions
 from paravol.sessions.session_store import SessionStore
-from paravol.sessions.unfinished_sessions import UnfinishedSession
 from system import UserError
+
+if TYPE_CHECKING:
+    from paravol.sessions.unfinished_sessions import UnfinishedSession
 
 
 def unfinished(
@@ -32,6 +33,8 @@ def unfinished(
     no_store
         Leave what was finished out of paravol progress.
     """
+    from paravol.sessions import unfinished_sessions as sessions
+
     if recover and discard:
         raise UserError("Give --recover or --discard, not both.")
     store = SessionStore.of_the_user()
@@ -63,7 +66,10 @@ def unfinished(
     return 0
 
 
-def _recover(session: UnfinishedSession, *, keeps: bool) -> None:
+def _recover(session: "UnfinishedSession", *, keeps: bool) -> None:
+    from paravol.scoring.score_table import score_rows
+    from paravol.sessions import unfinished_sessions as sessions
+
     with Stages() as stages:
         score = sessions.recover(session, stages)
     print_table(session.title, score_rows(score))
@@ -74,7 +80,7 @@ def _recover(session: UnfinishedSession, *, keeps: bool) -> None:
         keep_session(session.folder, "")
 
 
-def _described(session: UnfinishedSession) -> dict[str, object]:
+def _described(session: "UnfinishedSession") -> dict[str, object]:
     return {
         "folder": str(session.folder),
         "title": session.title,

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 from app.cli.root import FLATTENED, Flag, Oversubscribe, rank_count
-from paravol.snapshots.rendering_service import run_worker_command
 from paravol.snapshots.spool_folder import require_spool
 from paravol.snapshots.worker_options import WorkerOptions
 
@@ -31,6 +30,8 @@ def worker(
     create
         Make the folder if it is missing.
     """
+    from paravol.snapshots.rendering_service import run_worker_command
+
     require_spool(spool, create=create)
     ranks = rank_count(options.ranks, oversubscribe=oversubscribe)
     return run_worker_command(spool, replace(options, ranks=ranks))

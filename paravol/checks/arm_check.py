@@ -25,9 +25,6 @@ from devices.serial_adapters import LEAST_LATENCY_MS, latency_ms, latency_remedy
 from paravol.checks.finding import Finding
 from paravol.registration.walk import Guide
 
-LOOK_S = 15.0
-"""Encoders and clocks are judged by five seconds and more."""
-
 PATIENCE_S = 5.0
 
 STANDING = 0.5

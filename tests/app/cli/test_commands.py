@@ -5,6 +5,8 @@ import fcntl
 import json
 import os
 import re
+import subprocess
+import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
@@ -96,6 +98,31 @@ def test_an_old_name_is_refused_with_the_new_one(
 def test_help_ends_well(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 0
     assert "paravol demo" in capsys.readouterr().out
+
+
+HELP_OF_ALL = """
+import sys
+from app.__main__ import main
+from app.cli.root import app
+
+def ask(command, words):
+    assert main([*words, "--help"]) == 0
+    heavy = {"numpy", "numba", "vtkmodules", "PySide6"} & {*sys.modules}
+    assert not heavy, f"paravol {' '.join(words)} --help loads {heavy}"
+    for name in command:
+        if not name.startswith("-"):
+            ask(command[name], [*words, name])
+
+ask(app, [])
+"""
+
+
+def test_help_loads_nothing_heavy() -> None:
+    """Everything of ours that takes long to load begins with numpy."""
+    words = [sys.executable, "-c", HELP_OF_ALL]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "paravol progress curve" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -279,7 +306,7 @@ def test_a_debrief_lies_beside_its_session(
         asked.append(order.out)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("app.cli.debrief_command.write_debrief", write)
+    monkeypatch.setattr("paravol.debrief.write_debrief", write)
     for name in ("b.paravol", "b"):
         with pytest.raises(KeyboardInterrupt):
             debrief(tmp_path / name)
