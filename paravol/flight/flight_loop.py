@@ -430,7 +430,6 @@ def _frozen_garbage() -> Iterator[None]:
     several frames. What lies there unused is left until the flight is over: to look for
     it would keep a window waiting for a second.
     """
-    gc.collect(1)
     gc.freeze()
     try:
         yield

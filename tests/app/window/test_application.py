@@ -1,6 +1,7 @@
 """The window where the decimal is a comma."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,42 @@ from app.window.application import make_application
 application = QApplication([]) if sys.argv[1] == "Qt's" else make_application()
 print(locale.localeconv()["decimal_point"])
 """
+
+LEFT = """
+import sys, threading
+from PySide6.QtWidgets import QApplication, QWidget
+from app.window.application import make_application
+application = QApplication([]) if sys.argv[1] == "Qt's" else make_application()
+here = threading.get_ident()
+
+class Part(QWidget):
+    def __del__(self):
+        print("here" if threading.get_ident() == here else "elsewhere")
+        application.quit()
+
+part = Part()
+part.itself = part
+del part
+allocates = lambda: [[n] for n in range(100_000)]
+elsewhere = threading.Thread(target=allocates)
+elsewhere.start()
+elsewhere.join()
+if sys.argv[1] != "Qt's":
+    application.exec()
+"""
+
+
+@pytest.mark.parametrize(("whose", "where"), [("Qt's", "elsewhere"), ("ours", "here")])
+def test_widgets_on_cycles_end_in_the_windows_thread(whose: str, where: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LEFT, whose],
+        env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    assert (done.returncode, done.stdout.strip()) == (0, where), done.stderr
 
 
 @pytest.mark.parametrize(("whose", "point"), [("Qt's", ","), ("ours", ".")])
