@@ -17,10 +17,13 @@ from renderers.snapshots.request import SnapshotRequest
 from scenarios import Moment, View
 from scenarios.instruments import placed_tool
 
+BEFORE_S = 0.05
+"""A frame so long before its moment shows it: at the end of a path none comes later."""
+
 
 @dataclass(slots=True)
 class SelectedFrame:
-    """Keep the frame that is nearest to a moment of the flight.
+    """Keep the first frame of a moment of the flight.
 
     tissue: as the frame shows it; None where nobody operates.
     """
@@ -30,11 +33,10 @@ class SelectedFrame:
     frame: Frame | None = None
     number: int = 0
     tissue: OperatedHead | None = None
-    _off_s: float = float("inf")
 
     def wants(self, time_s: float) -> bool:
-        """Return whether a frame of this time is nearer than the one before."""
-        return abs(time_s - self.moment.time_s) < self._off_s
+        """Return whether a frame of this time is kept."""
+        return self.frame is None and time_s >= self.moment.time_s - BEFORE_S
 
     def offer(
         self,
@@ -44,11 +46,10 @@ class SelectedFrame:
         time_s: float,
         tissue: OperatedHead | None = None,
     ) -> None:
-        """Keep the frame if it is nearer than the one before."""
+        """Keep the frame if it is wanted."""
         if self.wants(time_s):
             self.view, self.frame, self.tissue = view, frame, tissue
             self.number = number
-            self._off_s = abs(time_s - self.moment.time_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,8 @@ from paravol.snapshots.view_file import (
     save_view,
 )
 from paravol.snapshots.view_sources import mark_of, session_views
-from renderers.scene import Camera, Change, ChangeKind, Scene
+from paravol.view import Frame
+from renderers.scene import Camera, Change, ChangeKind, GBuffer, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.scene_loader import load_scene
 from scenarios import Moment, Sample, View, load_scenario, tip_frame
@@ -178,16 +179,21 @@ def test_a_kept_moment_is_of_its_frame(
         assert_array_equal(found.distance.values, expected.surface.distance.values)
 
 
-def test_the_nearest_frame_keeps_its_tissue(patient: OperatedPatient) -> None:
+def test_the_first_frame_of_a_moment_keeps_its_tissue(
+    patient: OperatedPatient, scene: Scene
+) -> None:
     selected = SelectedFrame(Moment("a", 2.0))
+    view = View(picture_of(scene).to_camera(), np.eye(4), np.eye(4), 5.0)
+    frame = Frame(np.zeros((2, 2, 3), np.uint8), GBuffer.empty(2, 2), 1.0)
     heads: dict[float, OperatedHead | None] = {}
-    for number, time_s in enumerate((0.5, 1.5, 2.2, 3.0)):
+    for number, time_s in enumerate((0.5, 1.9, 1.97, 2.2)):
         cut(patient, (20, 13 + number, 17))
+        # copying costs time in flight: no other frame's tissue is asked for
         wanted = selected.wants(time_s)
-        assert wanted == (time_s < 3)
+        assert wanted == (time_s == 1.97)
         heads[time_s] = OperatedHead.of(patient) if wanted else None
-        selected.offer(number, None, None, time_s, heads[time_s])  # type: ignore[arg-type]
-    assert selected.tissue is heads[2.2]
+        selected.offer(number, view, frame, time_s, heads[time_s])
+    assert (selected.number, selected.tissue) == (2, heads[1.97])
 
 
 def test_a_look_follows_what_is_cut(scene: Scene) -> None:
