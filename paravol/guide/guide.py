@@ -369,11 +369,14 @@ class Guide:
 
 
 def _cutting(task: Task, tools: Sequence[str]) -> list[str]:
-    """Return the tools with which a task may be done, those that bite first."""
+    """Return the tools with which a task may be done, those that bite first.
+
+    What scrapes takes too little.
+    """
     if isinstance(task, tasks.Inject):
         return []
     actions = {name: instrument_named(name).action for name in tools}
-    takes = [Action.BITE, Action.POWERED, Action.CUT, Action.SCRAPE]
+    takes = [Action.BITE, Action.POWERED, Action.CUT]
     return [name for way in takes for name in tools if actions[name] is way]
 
 

@@ -61,9 +61,9 @@ DRAWN_MM = 0.0, 4.0, 8.0, 13.0, 20.0, 30.0, 40.0
 BETWEEN = 6
 """Poses on the way from one to another that are looked at."""
 
-TRIED, GOOD = 6, 25.0
-"""Poses for which a tool's ways are looked at, at most; none after one at which it is
-worth so much."""
+TRIED, IN_VAIN, GOOD = 6, 14, 25.0
+"""Poses for which a tool's ways are looked at, at most; and where it was worth nothing
+from any of them. None after one at which it is worth so much."""
 
 GRIPPED = 12
 """Places at which it is tried from each, at most."""
@@ -137,7 +137,9 @@ class ScopePlaces:
         if head.plan is not None and view.instrument != NO_TOOL:
             room = self._room(head.plan, view.instrument, places)
         poses = self.looking_at(places, endoscope, left_out, room)
-        for pose in islice(poses, TRIED):
+        for number, pose in enumerate(islice(poses, IN_VAIN)):
+            if number >= TRIED and best is not None:
+                break
             camera = endoscope.camera(pose.frame, pose.roll_deg, size)
             seen = replace(view, camera=camera, world_from_tip=pose.frame)
             tip = pose.frame[:3, 3]
