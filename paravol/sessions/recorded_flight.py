@@ -22,6 +22,7 @@ from scenarios.bundle import (
     SampleRecord,
 )
 from scenarios.instruments.catalogue import instrument_named
+from scenarios.scoring import UNKNOWN_GAP_MM
 from surgery.patient import OperatedPatient
 from surgery.solids import ROW
 from system import UserError
@@ -143,7 +144,8 @@ def check_recorded(folder: Path, recording: Recording, score: Score) -> None:
     gaps = [
         s.reading.gap_mm for s in recording.samples if s.reading and not s.is_frozen
     ]
-    found = {"smallest gap": (score.min_clearance_mm, min(gaps, default=math.inf))}
+    gap_mm = min(gaps, default=UNKNOWN_GAP_MM)
+    found = {"smallest gap": (score.min_clearance_mm, gap_mm)}
     if score.operation is not None:
         hurt = sum(
             isinstance(r, EventRecord) and r.kind == "injury" for r in recording.records

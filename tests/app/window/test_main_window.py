@@ -43,7 +43,7 @@ def test_the_window_flies_records_and_closes_by_itself(
 ) -> None:
     shot, bundle = tmp_path / "shot.png", tmp_path / "flight.paravol"
     done, left = train(
-        *("--scenario", str(coarse_scenario), "--seconds", "4"),
+        *("--scenario", str(coarse_scenario), "--seconds", "8"),
         *("--input", hand, "--screenshot", str(shot), "--record", str(bundle)),
     )
     assert (done.returncode, done.stderr) == (0, "")

@@ -93,6 +93,21 @@ def unread(record: Record) -> Record:
     return record
 
 
+def test_a_flight_that_stood_throughout_is_one_that_nobody_changed(
+    flight: Recorded, tmp_path: Path
+) -> None:
+    """One that ends before the overview is drawn, say."""
+    folder = tmp_path / "stood.paravol"
+    centre = flight.patient.scene.volume.center_mm
+    samples = (shaving(number, centre, is_frozen=True) for number in range(9))
+    record(folder, load_scenario("first_flight")[0], flight.patient, samples)
+    trusted = session_metrics(folder, patient=flight.patient)
+    assert (
+        trusted.score
+        == session_metrics(folder, patient=flight.patient, exact=True).score
+    )
+
+
 def test_all_ways_score_alike(flight: Recorded, tmp_path: Path) -> None:
     """Also a recording of before, which did not keep what was measured."""
     trusted, _ = score_session(flight.folder, RUBRIC, patient=flight.patient)
