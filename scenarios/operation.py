@@ -7,6 +7,7 @@ machine steps them and however fast.
 import math
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from surgery.injection import Box, Injection, InjectionState
 from surgery.injury import Injury, InjuryState, InjuryWatch
 from surgery.lens import NOSE_C, Lens, LensFreeze
 from surgery.patient import OperatedPatient, PatientState
-from surgery.pushing import LONGEST_MM, Pushing, PushingState, ToolCapsule
+from surgery.pushing import LONGEST_MM, Pushing, PushingState, ToolCapsule, widened
 from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
 from surgery.straight_way import is_way
 
@@ -114,7 +115,7 @@ class Operation:
     what must not be hurt; None where nobody knows where that is. lens: of the scope,
     from the first sample on.
     edits, changes: what came of the samples since somebody last took them, the changes
-    of what is shown; hurt: likewise the injuries.
+    of what is drawn; hurt: likewise the injuries.
     """
 
     patient: OperatedPatient
@@ -135,6 +136,8 @@ class Operation:
     _cutting: _Cutting | None = None
     _pushed: int | None = None
     _injecting_s: float | None = None
+    _unshown: list[Change] = field(default_factory=list)
+    _bent: int = 0
 
     @classmethod
     def on(
@@ -187,7 +190,7 @@ class Operation:
         for _ in range(self._undone, state.undone):
             change = self.patient.undo()
             if change is not None:
-                self.changes.append(self.pushing.follow(change))
+                self._edited(change)
                 self.film.after_edit(change)
         self._undone = max(self._undone, state.undone)
         self._watch(sample, frame, world_from_tip, endoscope)
@@ -234,12 +237,11 @@ class Operation:
         Edits and injuries that nobody took are forgotten.
         """
         change = self.patient.restore(state.patient)
-        bent = self.pushing.restore(state.pushing, self.patient.generation + 1)
         if change is not None:
-            self.changes.append(self.pushing.follow(change))
-        if bent is not None:
-            self.patient.generation = bent.generation
-            self.changes.append(bent)
+            self._edited(change)
+        self.pushing.restore(state.pushing)
+        self.patient.generation += 1
+        self._bent = self.patient.generation
         self.film.restore(state.film)
         self._draw_film()
         self._draw_pallor(self.injection.restore(state.injection))
@@ -277,8 +279,27 @@ class Operation:
         else:
             self._rest()
 
+    def show(self) -> None:
+        """Let what is drawn be what the samples so far have made of the patient.
+
+        Samples change nothing that is drawn: it may be drawn while they come in.
+        `take_changes` tells where it is otherwise.
+        """
+        unshown, self._unshown = self._unshown, []
+        cuts = [change for change in unshown if change.kind is ChangeKind.CUT]
+        shown = [change for change in unshown if change.kind is not ChangeKind.CUT]
+        self.pushing.show_blood(shown)
+        kind = ChangeKind.CUT if cuts else ChangeKind.DENT
+        bent = self.pushing.show(self._bent, kind)
+        if cuts:
+            bent = reduce(widened, cuts, bent or cuts[0])
+        if bent is not None:
+            shown.append(replace(bent, generation=self._bent))
+        self.changes += sorted(shown, key=lambda change: change.generation)
+
     def take_changes(self) -> list[Change]:
-        """Return the changes since the last call."""
+        """Return the changes of what is drawn since the last call; see `show`."""
+        self.show()
         taken, self.changes = self.changes, []
         return taken
 
@@ -409,7 +430,7 @@ class Operation:
         box = self.film.drawn_box()
         if box is not None:
             self.patient.generation += 1
-            self.changes.append(Change(self.patient.generation, *box, ChangeKind.FILM))
+            self._unshown.append(Change(self.patient.generation, *box, ChangeKind.FILM))
 
     def _soil(
         self,
@@ -442,19 +463,15 @@ class Operation:
         if self._pushed is not None and now <= self._pushed:
             return
         self._pushed = now
-        generation = self.patient.generation + 1
-        rod = _rod(sample.instrument, frame)
-        bent = self.pushing.push(sample.time_s, generation, rod)
-        if bent is None:
-            return
-        self.patient.generation = generation
-        last = self.changes[-1] if self.changes else None
-        if last is not None and last.kind is ChangeKind.DENT:
-            # whoever draws seldom brings the picture up to date once
-            low, high = np.minimum(last.low, bent.low), np.maximum(last.high, bent.high)
-            self.changes[-1] = replace(bent, low=low, high=high)
-        else:
-            self.changes.append(bent)
+        if self.pushing.take_in(sample.time_s, _rod(sample.instrument, frame)):
+            self.patient.generation += 1
+            self._bent = self.patient.generation
+
+    def _edited(self, change: Change) -> None:
+        """Take in an edit of the patient."""
+        self._unshown.append(change)
+        self._bent = change.generation
+        self.pushing.take_in_edit(change)
 
     def _inject(self, frame: NDArray[np.float64], sample: Sample) -> None:
         """Let fluid flow from the needle's point while its pedal is down."""
@@ -472,7 +489,7 @@ class Operation:
         """Tell where mucosa has another colour."""
         if box is not None:
             self.patient.generation += 1
-            self.changes.append(Change(self.patient.generation, *box, ChangeKind.TINT))
+            self._unshown.append(Change(self.patient.generation, *box, ChangeKind.TINT))
 
     def _rest(self) -> None:
         self._injecting_s = None
@@ -566,7 +583,7 @@ class Operation:
         )
         if edit is not None:
             self.edits.append(edit)
-            self.changes.append(self.pushing.follow(edit.change))
+            self._edited(edit.change)
             self.film.after_edit(edit.change)
             if self.injuries is not None:
                 self.hurt += self.injuries.cut(edit, self.patient.surface.distance)

@@ -7,6 +7,7 @@ than it yields goes along with the tool and stays, as when it is medialised.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -161,10 +162,10 @@ class PushingState:
 class Pushing:
     """Bend what is shown of a patient, by recorded samples of tools alone.
 
-    surface: what is to be drawn. Its distance, the pristine one of its wounds, and
-    where it lies at rest are this object's and are edited in place; all else is the
-    patient's. shifts: ``(n, 7)``
-    float64, the record of what stays bent: middle, shift and radius, mm LPS.
+    surface: what is to be drawn. What changes of it is this object's: its distance, the
+    pristine one, film and pallor of its wounds, and where it lies at rest. `show` and
+    `show_blood` edit them in place, and nothing else does. shifts: ``(n, 7)`` float64,
+    the record of what stays bent: middle, shift and radius, mm LPS.
 
     A wall of two voxels may show a hole where a tool thicker than 1.4 mm lies flat and
     deep in it; at rest it has none.
@@ -178,6 +179,11 @@ class Pushing:
         self._rest = distance.values, wounds.pristine.values
         self._shown = distance.values.copy(), wounds.pristine.values.copy()
         carved, pristine = self._shown
+        self._blood = [
+            (each.values, _own(each.values))
+            for each in (wounds.film, wounds.pale)
+            if each is not None
+        ]
         # pages of which nothing is ever pushed take no memory
         aside, back, up = (np.zeros(carved.shape, np.float32) for _ in range(3))
         self._offsets = aside, back, up
@@ -189,6 +195,10 @@ class Pushing:
             wounds=replace(
                 wounds,
                 pristine=wounds.pristine.with_values(pristine, distance.background),
+                film=wounds.film.with_values(self._blood[0][1], 0),
+                pale=None
+                if wounds.pale is None
+                else wounds.pale.with_values(self._blood[1][1], 0),
             ),
             rest=RestOffsets(wounds.pristine, x, y, z, self._reach),
         )
@@ -199,46 +209,68 @@ class Pushing:
         )
         self._held = self._springing = _no_dents()
         self._spring: _Spring | None = None
+        self._unshown: list[NDArray[np.int64] | None] = []
         kinds = patient.layers.kinds
         self._mobile_rows = np.array(
             [k.mucosa in _MOBILE or k.bone in _MOBILE for k in kinds]
         )
 
-    def push(
-        self, time_s: float, generation: int, rod: ToolCapsule | None
-    ) -> Change | None:
+    def take_in(self, time_s: float, rod: ToolCapsule | None) -> bool:
         """Take in one sample: tissue gives way to a tool, or springs back from it.
 
-        Samples come in order of time. generation: of the change, if there is one. rod:
-        None where no tool is. Returns what is shown otherwise now, None if nothing is.
+        Samples come in order of time. rod: None where no tool is. `show` shows it.
+        Returns whether anything is bent, or was before.
         """
-        boxes = self._dented()
+        before = self._dented()
         was = self._held
         self._held = self._measured(rod) if rod is not None else _no_dents()
         if rod is not None and self._shift(rod):
             # the tissue that goes along with the tool is dented less
-            boxes.append(self._ball(self.shifts[-1]))
+            self._unshown.append(self._ball(self.shifts[-1]))
             self._held = self._measured(rod)
         if _deep(was) > 0 and _deep(self._held) == 0:
             self._spring = _Spring(was, time_s)
         self._springing = self._sprung(time_s)
-        boxes += self._dented()
-        return self._bend(_union(boxes), generation, ChangeKind.DENT)
+        boxes = [box for box in (*before, *self._dented()) if box is not None]
+        self._unshown += boxes
+        return bool(boxes)
 
-    def follow(self, change: Change) -> Change:
-        """Show an edit of the patient; returns what is shown otherwise, as a cut."""
+    def take_in_edit(self, change: Change) -> None:
+        """Take in an edit of the patient; `show` shows it."""
         reach = self._farthest_mm() / self._patient.surface.distance.spacing_mm
         low = np.floor(change.low - reach).astype(np.int64)
         high = np.ceil(change.high + reach).astype(np.int64)
-        box = self._clipped(np.concatenate([low, high + 1]))
-        bent = self._bend(box, change.generation, change.kind)
-        if bent is None:
-            return change
-        return replace(
-            change,
-            low=np.minimum(change.low, bent.low),
-            high=np.maximum(change.high, bent.high),
-        )
+        self._unshown.append(self._clipped(np.concatenate([low, high + 1])))
+
+    def show(
+        self, generation: int, kind: ChangeKind = ChangeKind.DENT
+    ) -> Change | None:
+        """Show all that was taken in; returns what is shown otherwise now, if anything.
+
+        Between two calls nothing that is shown changes: whoever draws it has the time.
+        generation, kind: of the change.
+        """
+        box, self._unshown = _union(self._unshown), []
+        return self._bend(box, generation, kind)
+
+    def show_blood(self, changes: Iterable[Change]) -> None:
+        """Show the patient's film and pallor where they changed."""
+        for low, high in ((change.low, change.high) for change in changes):
+            here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
+            for lies, shown in self._blood:
+                shown[here] = lies[here]
+
+    def push(
+        self, time_s: float, generation: int, rod: ToolCapsule | None
+    ) -> Change | None:
+        """Take in one sample and show it: see `take_in` and `show`."""
+        self.take_in(time_s, rod)
+        return self.show(generation)
+
+    def follow(self, change: Change) -> Change:
+        """Show an edit of the patient; returns what is shown otherwise, as a cut."""
+        self.take_in_edit(change)
+        return widened(change, self.show(change.generation, change.kind))
 
     def freeze(self) -> PushingState:
         """Return what is bent now."""
@@ -246,30 +278,26 @@ class Pushing:
             self.shifts.copy(), self._held, self._springing, self._spring
         )
 
-    def restore(self, state: PushingState, generation: int) -> Change | None:
-        """Show what was bent then; returns what is shown otherwise, None if nothing."""
-        boxes = self._dented()
-        boxes += [self._ball(shift) for shift in self.shifts]
+    def restore(self, state: PushingState) -> None:
+        """Bend what was bent then, and nothing else; `show` shows it."""
+        self._unshown += self._bent()
         self.shifts = state.shifts.copy()
         self._held, self._springing = state.held, state.springing
         self._spring = state.spring
-        boxes += self._dented()
-        boxes += [self._ball(shift) for shift in self.shifts]
-        return self._bend(_union(boxes), generation, ChangeKind.DENT)
+        self._unshown += self._bent()
 
     def release(self, generation: int) -> Change | None:
         """Put everything back to rest, also what would stay."""
-        boxes = self._dented()
-        boxes += [self._ball(shift) for shift in self.shifts]
+        self._unshown += self._bent()
         self.shifts = np.empty((0, 7))
         self._held = self._springing = _no_dents()
         self._spring = None
-        return self._bend(_union(boxes), generation, ChangeKind.DENT)
+        return self.show(generation)
 
     @property
     def box(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
         """Return the first and last voxel, i j k, that may be shown bent now."""
-        box = _union([*self._dented(), *(self._ball(shift) for shift in self.shifts)])
+        box = _union(self._bent())
         return None if box is None else (box[:3], box[3:] - 1)
 
     def at_rest(
@@ -289,6 +317,10 @@ class Pushing:
     def _dents(self) -> Dents:
         (tip, behind), (sprung_tip, sprung) = self._held, self._springing
         return behind, tip, sprung, sprung_tip
+
+    def _bent(self) -> list[NDArray[np.int64] | None]:
+        """Return the voxels that each dent and each shift may move."""
+        return [*self._dented(), *(self._ball(shift) for shift in self.shifts)]
 
     def _dented(self) -> list[NDArray[np.int64] | None]:
         """Return the voxels that each dent may move."""
@@ -444,6 +476,22 @@ class Pushing:
         top = np.array(self._rest[0].shape[::-1] * 2)
         clipped: NDArray[np.int64] = np.clip(box, 0, top).astype(np.int64)
         return clipped
+
+
+def _own(values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Copy an array; pages of nothing take no memory."""
+    own = np.zeros(values.shape, values.dtype)
+    if values.any():
+        own[...] = values
+    return own
+
+
+def widened(change: Change, other: Change | None) -> Change:
+    """Return a change that is as wide as both."""
+    if other is None:
+        return change
+    low, high = np.minimum(change.low, other.low), np.maximum(change.high, other.high)
+    return replace(change, low=low, high=high)
 
 
 def _no_dent() -> Dent:

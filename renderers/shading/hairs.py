@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.scene import AirSurface, Camera, GBuffer, Projection, RestOffsets
+from renderers.scene import (
+    AirSurface,
+    Camera,
+    Change,
+    GBuffer,
+    Projection,
+    RestOffsets,
+)
 from renderers.shading.bands import RowBands
 from renderers.shading.illumination import ScopeLight
 from renderers.shading.kernels.draw_hairs import (
@@ -21,6 +28,8 @@ ALBEDO = (0.032, 0.020, 0.014)
 GLOSS = 0.006
 ROOT_MM = 0.2
 """A hair falls out where so much of the skin that it stands in is taken."""
+MOVES_MM = 12.0
+"""No tissue is shown so far from where it lies: dents and shifts add up to less."""
 FIXED_POINT_STEPS = 24
 """Half steps, since tissue before a tool is both carried and pressed together."""
 
@@ -73,6 +82,8 @@ class HairLayer:
         grown = surface if wounds is None else replace(surface, distance=before)
         self._grown = self.strands = Strands.grow(grown, seed)
         self._albedo = np.array(ALBEDO, np.float32)
+        voxel = surface.distance.voxel_from_world
+        self._roots = self._grown.points_mm[:, 0] @ voxel[:3, :3].T + voxel[:3, 3]
         points = self._grown.points_mm.reshape(-1, 3)
         # a ball around them all
         self._middle = points.mean(axis=0) if len(points) else np.zeros(3)
@@ -81,11 +92,14 @@ class HairLayer:
         if wounds is not None:
             self.update()
 
-    def update(self) -> None:
+    def update(self, change: Change | None = None) -> None:
         """Drop the hairs whose roots were cut away; what was undone has them again.
 
-        Those that stand in tissue that is pushed go along with their roots.
+        Those that stand in tissue that is pushed go along with their roots. change:
+        where; None for anywhere.
         """
+        if change is not None and not self._is_near(change):
+            return
         grown = self._grown
         roots = grown.points_mm[:, 0]
         self._reach = self._radius
@@ -97,6 +111,12 @@ class HairLayer:
                 self._reach += float(np.linalg.norm(moved, axis=1).max())
         taken = self._pristine.sample(roots) - self._distance.sample(roots)
         self.strands = grown.only(taken < ROOT_MM)
+
+    def _is_near(self, change: Change) -> bool:
+        """Return whether a change may move a hair, or take it away."""
+        reach, roots = MOVES_MM / self._distance.spacing_mm, self._roots
+        near = (roots >= change.low - reach) & (roots <= change.high + reach)
+        return bool(near.all(axis=1).any())
 
     def place(
         self, camera: Camera, light: ScopeLight, sources: NDArray[np.float32]

@@ -1,7 +1,7 @@
 """The one shader both renderers use: a G-buffer goes in, radiance comes out."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -100,16 +100,26 @@ class ScopeShader:
         Pictures are then those of a new shader, to the bit. What is edited: distance,
         blood and skin of the surface, the film of its wounds and their pallor.
         """
+        for update in self.updates:
+            update(change)
+
+    @property
+    def updates(self) -> list[Callable[[Change], None]]:
+        """Return the parts of `update`, which may be done beside each other."""
+        return [self._update_tissue, self._update_wounds, self._mirrored.update]
+
+    def _update_tissue(self, change: Change) -> None:
         low, high = change.low, change.high
         here = tuple(slice(low[a], high[a] + 1) for a in (2, 1, 0))
         if change.kind is not ChangeKind.FILM:
             skin = self._surface.skin.values[here]
             self._tint[here] = tint_of(blood_codes(self._surface, here), skin)
         if change.kind in (ChangeKind.CUT, ChangeKind.DENT) and self._hairs is not None:
-            self._hairs.update()
+            self._hairs.update(change)
+
+    def _update_wounds(self, change: Change) -> None:
         if change.kind is not ChangeKind.TINT:
             self._wounds.update(change)
-        self._mirrored.update(change)
 
     def shade(
         self,

@@ -330,7 +330,8 @@ def test_shading_is_told_where_tissue_lies_at_rest() -> None:
     pushing.push(1.0, 40, None)
     pushing.push(9.0, 41, None)
     assert not np.array_equal(offsets(pushing), before)
-    pushing.restore(frozen, 42)
+    pushing.restore(frozen)
+    pushing.show(42)
     np.testing.assert_array_equal(offsets(pushing), before)
     pushing.release(43)
     assert not offsets(pushing).any()
@@ -419,7 +420,8 @@ def test_a_bent_tool_springs_back_whole_and_is_shown_again() -> None:
     assert not np.array_equal(shown(pushing), patient.surface.distance.values)
     pushing.push(5.0, 3, None)
     np.testing.assert_array_equal(shown(pushing), patient.surface.distance.values)
-    pushing.restore(frozen, 4)
+    pushing.restore(frozen)
+    pushing.show(4)
     np.testing.assert_array_equal(shown(pushing), before)
 
 

@@ -57,6 +57,7 @@ def state_of(session: Session, sample: Sample) -> str:
     operation = session.operation
     assert operation is not None
     assert operation.lens is not None
+    operation.show()
     patient, seen = operation.patient, session.view(sample)
     return repr(
         (
