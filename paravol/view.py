@@ -77,7 +77,7 @@ class EndoscopeView:
         same pictures but for pinholes, see `FuzzySetRenderer.use_visible_sets`.
         """
         # one pool for all stages: its threads are still awake when the next begins
-        pool = ThreadPool(threads)
+        self._pool = pool = ThreadPool(threads)
         self.renderer = FuzzySetRenderer(patient.scene, threads=pool)
         report = progress or no_progress
         if visible_sets:
@@ -155,9 +155,10 @@ class EndoscopeView:
         changes: edits that were made in the scene's arrays since the last call.
         """
         # a slow frame brings many, most of them round the tool
+        updates = [self.renderer.update, *self._shader.updates]
         for change in merged(changes):
-            self.renderer.update(change)
-            self._shader.update(change)
+            parts = [partial(update, change) for update in updates]
+            self._pool.map(lambda part: part(), parts)
             self.generation = change.generation
 
     def gbuffer(self, view: View) -> GBuffer:

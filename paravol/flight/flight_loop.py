@@ -2,11 +2,14 @@
 
 import gc
 import math
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -157,8 +160,8 @@ def fly(
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored; each frame shows the newest one. join: gives the
-    sample of a pose. keeps: asked
+    Every pose is recorded and scored, also while a frame is drawn; each frame shows the
+    newest one there is as it is begun. join: gives the sample of a pose. keeps: asked
     before each frame, with its time, whether the tissue that it shows is wanted; when
     the frame is finished it may be another. pace: what is given up to be in time.
     keyframes: kept on the way, for those who look at the recording. at_bite: returns a
@@ -166,14 +169,16 @@ def fly(
     was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
+    drawing = FrameDrawing(view)
     sized = _Sized(session, view, pace.sizes)
     operated = _Operated(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
     )
-    arrived = DeadlineBatch() if pace.may_skip else drain_available
+    arrived: Arrived = DeadlineBatch() if pace.may_skip else drain_available
     with (
         _frozen_garbage(),
-        _settled(view),
+        _quick_switches(),
+        drawing,
         operated.ended(session),
         suppress(EndedError),
     ):
@@ -182,8 +187,9 @@ def fly(
         is_over = False
         while not is_over:
             newest: tuple[Pose, Sample] | None = None
-            for pose in arrived(source):
-                sized.start(newest is None)
+            for pose in chain(
+                arrived(source, PATIENCE_S), drawing.meanwhile(source, arrived)
+            ):
                 sample = join(pose)
                 # what came before the end is still shown: on a busy machine, all of it
                 is_over = sample.time_s >= until_s
@@ -203,8 +209,10 @@ def fly(
             if newest is None:
                 continue
             pose, sample = newest
-            operated.follow(session, sample.time_s)
+            drawn_ms = drawing.wait()
             before, begun = begun, time.perf_counter()
+            operated.follow(session, sample.time_s)
+            sized.took(drawn_ms, begun)
             seen = sized.view(sample)
             shown = operated.shown(session, seen, sample, keeps(sample.time_s))
             shown = replace(shown, clock_s=session.clock_s)
@@ -214,10 +222,85 @@ def fly(
             if keyframes is not None:
                 keyframes.follow(index, sample.time_s, sample, session)
             finish = partial(frames.finish, number, index, pose, sample, shown)
-            view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
-            sized.drawn()
+            drawing.begin(seen, number=number, elapsed_s=begun - before, then=finish)
             number += 1
     return frames.timing
+
+
+LOOKED_S = 0.001
+"""So long it is waited for a frame before it is looked for a pose again."""
+
+BLIND_S = 0.15
+"""What comes when a frame takes longer waits for its end: nobody sees what it does."""
+
+
+class FrameDrawing:
+    """Draw frames in a thread of its own: samples are taken in meanwhile.
+
+    They change nothing that is drawn: see `Operation.show`.
+    """
+
+    def __init__(self, view: EndoscopeView) -> None:
+        self._view = view
+        self._thread = ThreadPoolExecutor(1, "drawing")
+        self._frame: Future[float | None] | None = None
+
+    def begin(self, seen: View, **told: Any) -> None:
+        """Begin a frame; see `EndoscopeView.begin`. None may be in work."""
+        self._frame = self._thread.submit(self._draw, seen, **told)
+
+    def meanwhile(self, source: OrderedPoses, arrived: "Arrived") -> Iterator[Pose]:
+        """Give the poses that come while a frame is in work.
+
+        Those that come after `BLIND_S` are given at its end.
+        """
+        until_s = time.monotonic() + BLIND_S
+        while self.is_busy() and time.monotonic() < until_s:
+            try:
+                yield from arrived(source, 0.0)
+            except TimeoutError:
+                self.pause()
+        if self.is_busy():
+            while self.is_busy():
+                self.pause()
+            with suppress(TimeoutError):
+                yield from arrived(source, 0.0)
+
+    def is_busy(self) -> bool:
+        """Return whether a frame is in work."""
+        return self._frame is not None and not self._frame.done()
+
+    def pause(self) -> None:
+        """Let some time pass, less where the frame is done."""
+        if self._frame is not None:
+            wait([self._frame], LOOKED_S)
+
+    def wait(self) -> float | None:
+        """Wait for the frame in work, but for the end of it; its error is raised.
+
+        Returns the time it took, ms; None where there was nothing to be drawn.
+        """
+        frame, self._frame = self._frame, None
+        return None if frame is None else frame.result()
+
+    def _draw(self, seen: View, **told: Any) -> float | None:
+        """Return the frame's time in ms; None for a scope that rests: it costs none."""
+        before, begun = self._view.views_skipped, time.perf_counter()
+        self._view.begin(seen, **told)
+        if self._view.views_skipped > before:
+            return None
+        return (time.perf_counter() - begun) * 1e3
+
+    def __enter__(self) -> "FrameDrawing":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Wait for all that is in work."""
+        try:
+            self.wait()
+        finally:
+            self._thread.shutdown()
+            self._view.settle()
 
 
 class _Sized:
@@ -229,20 +312,9 @@ class _Sized:
         self._session = session
         self._view = view
         self._sizes = sizes
-        self._begun_s = 0.0
-        self._skipped = 0
         self._lens: Camera | None = None
         if sizes is not None:
             sizes.prepare = self._prepare
-
-    def start(self, is_first: bool) -> None:
-        """Hear that a pose has come; what is waited for before it counts for nothing.
-
-        is_first: it is the first one for a frame.
-        """
-        if is_first and self._sizes is not None:
-            self._begun_s = time.perf_counter()
-            self._skipped = self._view.views_skipped
 
     def view(self, sample: Sample) -> View:
         """Return the view of a sample."""
@@ -253,14 +325,14 @@ class _Sized:
         self._lens = seen.camera
         return seen
 
-    def drawn(self) -> None:
-        """Hear that the frame is begun, and the one before it finished.
+    def took(self, drawn_ms: float | None, since_s: float) -> None:
+        """Hear how long the last frame took, and since when it is brought up to date.
 
-        A scope that rests costs nearly nothing, which tells nothing of its size.
+        drawn_ms: None where nothing was drawn, which tells nothing of its size.
         """
         now_s = time.perf_counter()
-        if self._sizes is not None and self._view.views_skipped == self._skipped:
-            self._sizes.took((now_s - self._begun_s) * 1e3, now_s)
+        if self._sizes is not None and drawn_ms is not None:
+            self._sizes.took(drawn_ms + (now_s - since_s) * 1e3, now_s)
 
     def _prepare(self, edge: int) -> None:
         """Make the tables of a size; called by a thread of its own."""
@@ -413,13 +485,20 @@ class _FrameRecorder:
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 
+SWITCH_S = 0.0003
+"""For so long a thread keeps the interpreter while others wait, at most: between two
+stages of a frame that is drawn somebody takes in samples."""
+
+
 @contextmanager
-def _settled(view: EndoscopeView) -> Iterator[None]:
-    """Wait, at the end, for the frame in progress."""
+def _quick_switches() -> Iterator[None]:
+    """Let threads wait less for each other."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, SWITCH_S))
     try:
         yield
     finally:
-        view.settle()
+        sys.setswitchinterval(before)
 
 
 @contextmanager
@@ -437,12 +516,18 @@ def _frozen_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-def drain_available(source: OrderedPoses) -> Iterator[Pose]:
+Arrived = Callable[[OrderedPoses, float], Iterator[Pose]]
+"""Waits for one pose, so long at most, then gives what has come in meanwhile."""
+
+
+def drain_available(
+    source: OrderedPoses, patience_s: float = PATIENCE_S
+) -> Iterator[Pose]:
     """Wait for one pose, then give all that have come in meanwhile.
 
-    What is measured later is left to the next frame.
+    What is measured later is left to the next frame. TimeoutError where none comes.
     """
-    pose = source.read(PATIENCE_S)
+    pose = source.read(patience_s)
     looked_s = time.monotonic()
     yield pose
     while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
@@ -483,8 +568,11 @@ class DeadlineBatch:
         self._each_s = STEPPING_S / 5
         self._buttons = 0
 
-    def __call__(self, source: OrderedPoses) -> Iterator[Pose]:
-        waiting = [source.read(PATIENCE_S)]
+    def __call__(
+        self, source: OrderedPoses, patience_s: float = PATIENCE_S
+    ) -> Iterator[Pose]:
+        """See `Arrived`; TimeoutError where none comes."""
+        waiting = [source.read(patience_s)]
         begun_s = time.monotonic()
         ended: Exception | None = None
         try:

@@ -33,7 +33,7 @@ from paravol.sessions.keyframes import Keyframes, load_keyframes
 from paravol.sessions.session_replay import replay_session
 from paravol.sessions.session_timeline import SessionTimeline
 from paravol.snapshots.view_file import ScopeLook, load_view
-from renderers.scene import Change
+from renderers.scene import Change, ChangeKind
 from scenarios import Sample, Scenario, Score, load_scenario, tip_frame
 from scenarios.bundle import (
     EditRecord,
@@ -43,7 +43,7 @@ from scenarios.bundle import (
     SessionRecorder,
     read_session,
 )
-from surgery.pushing import Pushing, ToolCapsule
+from surgery.pushing import Pushing
 from tests.flights import part_of
 from tests.recorded_flight import Flight as Made
 
@@ -626,19 +626,19 @@ class Biting(Kept):
 def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pushes: list[tuple[int, float, int | None]] = []
-    push = Pushing.push
+    bends: list[tuple[int, int, int]] = []
+    show = Pushing.show
 
     def noted(
-        self: Pushing, time_s: float, generation: int, rod: ToolCapsule | None
+        self: Pushing, generation: int, kind: ChangeKind = ChangeKind.DENT
     ) -> Change | None:
-        change = push(self, time_s, generation, rod)
+        change = show(self, generation, kind)
         values = self.surface.distance.values
-        print_ = None if change is None else zlib.crc32(values.tobytes())
-        pushes.append((values.size, time_s, print_))
+        if change is not None:
+            bends.append((values.size, generation, zlib.crc32(values.tobytes())))
         return change
 
-    monkeypatch.setattr(Pushing, "push", noted)
+    monkeypatch.setattr(Pushing, "show", noted)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(keyframes, "APART_S", 0.4)
     scenario, path, played = played_scenario(first_bite(tmp_path))
@@ -647,13 +647,13 @@ def test_a_replay_bends_and_cuts_tissue_as_the_flight_did(
     observer.flight = flight
     assert flight.run() is not None
     # before it, a piece of the head was rehearsed on
-    flown = [seen for seen in pushes if seen[0] == pushes[-1][0]]
-    pushes.clear()
-    assert sum(print_ is not None for _, _, print_ in flown) > 3
+    flown = [seen for seen in bends if seen[0] == bends[-1][0]]
+    bends.clear()
+    assert len(flown) > 3
     report = replay_session(record, threads=1, progress=lambda stage, share: None)
     assert report.is_exact
     assert report.frames == len(observer.frames)
-    assert pushes == flown
+    assert bends == flown
     edits = sum(isinstance(r, EditRecord) for r in read_session(record)[1])
     # dents are no cuts
     assert edits >= observer.frames[-1].cuts > 0
