@@ -265,16 +265,16 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15733,
-    "app": 18935,
+    "app": 18966,
     "benchmarks": 10794,
     "devices": 13290,
     "examples": 1792,
-    "paravol": 27638,
-    "renderers": 37151,
-    "scenarios": 12364,
-    "surgery": 7187,
+    "paravol": 27734,
+    "renderers": 37181,
+    "scenarios": 12381,
+    "surgery": 7258,
     "system": 1123,
-    "tests": 93982,
+    "tests": 94088,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
