@@ -3,14 +3,14 @@
 A picture larger than its place on the screen costs time that nobody sees; one smaller
 is blurred. The target is 30 frames a second at every size: the largest size that meets
 it is drawn, however many frames a smaller one would give. Where a machine cannot draw
-the size that is wanted in time, less is drawn, which is told, and a step more is tried
-when there is time again.
+the size that is wanted in time, less is drawn, which is told.
 
-Much of a frame has nothing to do with its pixels: poses, touch, the other panels. How
-much is known only from trying, so a step more is tried wherever the size of now is in
-time, ever more seldom where that was late.
+Much of a frame has nothing to do with its pixels: discs, lights, what tools cut. How
+much is learned from every change of the size. So it is known at any time what another
+size would take, and one that was late once is drawn as soon as there is time for it.
 """
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -29,25 +29,20 @@ LOOKED_AT, LOOKED_S = 12, 1.0
 nothing, and neither does a picture of the overview, which takes up to 0.4 s."""
 
 IN_TIME_SHARE = 0.95
-"""A step more is tried where a frame takes less than so much of the time."""
+"""A larger size is drawn where it would take less than so much of the time."""
 
 FIXED_PX = 378
-"""Edge of the square whose pixels cost as much as what is done once a frame: discs,
-lights, the starting of threads. Frames of the bundled flight took 20.6, 28.8, 39.7,
-72.8 and 117.6 ms of a busy machine's processors at 256, 384, 512, 768 and 1,024
-pixels: 14.1 ms and 98.7 ms a megapixel, within 1 %. More may be fixed, never less, so
-this is the most that pixels can cost: several steps more are taken at once where even
-so there is time, several less where even so there would be none between."""
+"""Edge of the square whose pixels cost as much as what is done once a frame, until more
+is known. Frames of the bundled flight took 20.6, 28.8, 39.7, 72.8 and 117.6 ms of a
+busy machine's processors at 256, 384, 512, 768 and 1,024 pixels: 14.1 ms and 98.7 ms a
+megapixel, within 1 %."""
 
-DOUBTED = 1.15
-"""It is taken for late by so little only where it was not in time before."""
+MOST_FIXED_PX = 4096
+"""Such a square where pixels seem to cost nothing."""
 
-UP_AFTER_S = 1.0
-"""So long there must have been time before a larger picture is tried."""
-
-AGAIN_AFTER_S = 10.0
-"""A size that was late is tried again after so long, and then after twice as long. One
-that was in time for as long as it was waited for begins anew."""
+TRIED_AFTER_S = 40.0
+"""The next size is tried after so long, however much it is thought to take: what was
+learned may have been a moment's."""
 
 SETTLING = 3
 """Frames after a change that are not judged: memory of the new size is first used."""
@@ -79,15 +74,14 @@ class PictureSize:
         self._wanted = self.first
         self._limit = self.first
         self._is_late = False
-        self._in_time = 0
         self._ready = {self.first}
         self._making: threading.Thread | None = None
         self._taken: deque[tuple[float, float]] = deque()
         self._unjudged = BEGINNING
         self._changed_s: float | None = None
-        self._spare_since_s: float | None = None
-        self._late_until_s: dict[int, float] = {}
-        self._waits_s: dict[int, float] = {}
+        self._fixed = float(FIXED_PX**2)
+        self._before: tuple[int, float] | None = None
+        self._tried_s = -math.inf
 
     @property
     def size(self) -> int:
@@ -130,10 +124,12 @@ class PictureSize:
         if len(taken) < LOOKED_AT or now_s < self._changed_s + LOOKED_S:
             return
         median_ms = sorted(each for _, each in taken)[len(taken) // 2]
-        if median_ms > DUE_MS:
-            self._be_late(median_ms, now_s)
-        else:
-            self._be_early(median_ms, now_s)
+        self._learn(median_ms, now_s)
+        goal = self._largest(median_ms, now_s)
+        if goal != self._size:
+            self._before = self._size, median_ms
+            self._limit, self._is_late = goal, goal < self._wanted
+            self._look_anew()
 
     def next(self) -> int:
         """Return the edge of the picture to be drawn now."""
@@ -147,73 +143,39 @@ class PictureSize:
     def _look_anew(self) -> None:
         """Judge no frame that was drawn before now."""
         self._taken.clear()
-        self._changed_s = self._spare_since_s = None
+        self._changed_s = None
 
-    def _be_late(self, median_ms: float, now_s: float) -> None:
-        """Draw a step less or, where that would not do, several; try again later."""
-        size = self._size
-        self._look_anew()
-        if size == self._steps[0]:
+    def _learn(self, median_ms: float, now_s: float) -> None:
+        """Learn how much of a frame is fixed, from what two sizes took."""
+        if self._before is None or self._before[0] == self._size:
             return
-        wait_s = self._waits_s.get(size, AGAIN_AFTER_S)
-        self._waits_s[size] = 2.0 * wait_s
-        self._late_until_s[size] = now_s + wait_s
-        less = [step for step in self._steps if step < size]
-        if size <= self._in_time:
-            self._in_time = 0
-        # of what was in time a moment ago pixels may cost more than is known
-        due = [
-            step
-            for step in less
-            if self._at_most_ms(step, median_ms)
-            <= DUE_MS * (DOUBTED if step == self._in_time else 1.0)
-        ]
-        self._limit = due[-1] if due else less[0]
-        self._is_late = True
+        (edge, before_ms), self._before = self._before, None
+        few, many = sorted(((edge, before_ms), (self._size, median_ms)))
+        more_ms, pixels = many[1] - few[1], many[0] ** 2 - few[0] ** 2
+        fixed = float(MOST_FIXED_PX**2)
+        if more_ms > 0.0:
+            fixed = min(few[1] * pixels / more_ms - few[0] ** 2, fixed)
+        self._fixed, self._tried_s = max(fixed, 0.0), now_s
 
-    def _be_early(self, median_ms: float, now_s: float) -> None:
-        """Draw more when there has been time for long enough."""
-        size = self._size
-        waited_s = self._waits_s.get(size, 0.0)
-        if self._changed_s is not None and now_s > self._changed_s + waited_s:
-            self._waits_s.pop(size, None)
-        more = self._free_above(size, median_ms, now_s)
-        if more is None:
-            self._spare_since_s = None
-            return
-        if self._spare_since_s is None:
-            self._spare_since_s = now_s
-        if now_s - self._spare_since_s >= UP_AFTER_S:
-            self._limit, self._in_time = more, size
-            self._is_late = more < self._wanted and self._is_late
+    def _largest(self, median_ms: float, now_s: float) -> int:
+        """Return the largest size that is wanted and in time."""
+        size, most_ms = self._size, IN_TIME_SHARE * DUE_MS
+        steps = [step for step in self._steps if step <= self._wanted]
+        larger = [step for step in steps if step > size]
+        if median_ms < most_ms:
+            good = [s for s in larger if self._would_take(s, median_ms) < most_ms]
+            if not good and larger and now_s > self._tried_s + TRIED_AFTER_S:
+                good = larger[:1]
+            return max(good, default=size)
+        if median_ms <= DUE_MS:
+            return size
+        less = [step for step in steps if step < size]
+        due = [s for s in less if self._would_take(s, median_ms) <= DUE_MS]
+        return max(due, default=self._steps[0])
 
-    def _free_above(self, size: int, median_ms: float, now_s: float) -> int | None:
-        """Return the larger size to try: the next, or the largest sure to be in time.
-
-        None where there is no time, or none that may be tried again already.
-        """
-        most_ms = IN_TIME_SHARE * DUE_MS
-        found = None
-        for step in self._steps:
-            if median_ms >= most_ms or step > self._wanted:
-                break
-            if step <= size:
-                continue
-            is_sure = self._at_most_ms(step, median_ms) < most_ms
-            if now_s < self._late_until_s.get(step, now_s) or not (
-                is_sure or found is None
-            ):
-                break
-            found = step
-        return found
-
-    def _at_most_ms(self, step: int, median_ms: float) -> float:
-        """Return what a frame of another size takes if no more is fixed than is known.
-
-        That is the most of a larger size, and the least of a smaller one.
-        """
-        fixed = FIXED_PX**2
-        return median_ms * (step**2 + fixed) / (self._size**2 + fixed)
+    def _would_take(self, step: int, median_ms: float) -> float:
+        """Return what a frame of another size would take, ms."""
+        return median_ms * (step**2 + self._fixed) / (self._size**2 + self._fixed)
 
     def _step_for(self, edge_px: int) -> int:
         """Return the smallest size that fills so many pixels, or the largest."""

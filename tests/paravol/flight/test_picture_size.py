@@ -8,7 +8,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from paravol.flight.picture_size import (
-    AGAIN_AFTER_S,
     DUE_MS,
     FIRST_PX,
     LOOKED_AT,
@@ -71,7 +70,7 @@ def test_a_slow_machine_settles_on_a_size_that_is_in_time(speed: float) -> None:
         assert sizes.told.endswith(f"{settled} of 1024 px: frames were late")
 
 
-def test_frames_that_become_late_cost_a_step_and_come_back_later() -> None:
+def test_frames_that_become_late_cost_a_step_and_come_back_in_seconds() -> None:
     sizes = PictureSize(1024)
     sizes.want(768)
     machine = Machine(sizes, 0.02)
@@ -83,9 +82,22 @@ def test_frames_that_become_late_cost_a_step_and_come_back_later() -> None:
     # so much is needed to judge, and little more
     assert machine.changes[-1][0] - begun_s < 2 * LOOKED_S
     machine.ms_per_kilopixel = 0.02
-    assert machine.fly(AGAIN_AFTER_S - 3.0) == 640
-    assert machine.fly(6.0) == 768
+    assert machine.fly(3.0 * LOOKED_S) == 768
     assert sizes.told == "picture 768 px"
+
+
+@given(st.lists(st.floats(0.0, 0.4), max_size=6), st.floats(0.001, 0.05))
+def test_what_was_late_before_is_forgotten(before: list[float], now: float) -> None:
+    """However often: "256 of 640 px" stood there for minutes at 100 frames a second."""
+    sizes = PictureSize(1024)
+    sizes.want(640)
+    machine = Machine(sizes, 0.02)
+    for speed in before:
+        machine.ms_per_kilopixel = speed
+        machine.fly(7.0)
+    machine.ms_per_kilopixel = now
+    machine.fly(5.0 * LOOKED_S)
+    assert sizes.size == 640
 
 
 def test_a_single_late_frame_changes_nothing() -> None:
