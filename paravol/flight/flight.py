@@ -395,6 +395,9 @@ class Flight:
             note(text)
             tell(events.StoodStill(text))
 
+        def on_left_out(count: int) -> None:
+            on_late(f"This machine is too slow for the input: {count} poses left out.")
+
         def keeps(time_s: float) -> bool:
             asked = self._moment_wanted.is_set() or self._view_wanted.is_set()
             return asked or self._keeps_tissue(time_s)
@@ -435,6 +438,7 @@ class Flight:
                     lambda text: tell(events.Injured(text)),
                     tell,
                     self.order.input.changed,
+                    on_left_out,
                 ),
                 pace=FramePacing(self.order.input.may_skip, self.picture),
                 keyframes=self._keyframes,

@@ -41,14 +41,9 @@ PATIENCE_S = 2.0
 driver itself notices a lost line within about a second."""
 
 
-LONGEST_S = 0.25
-"""How long poses are gathered for a frame, at most: a machine that takes longer for a
-pose than the arm between two would otherwise never draw one."""
-
-
-STEPPING_S = 0.05
+STEPPING_S, BEHIND_S = 0.05, 0.5
 """How long poses of a steered scope are worked on for a frame, before some of those
-that wait are left out."""
+that wait are left out; and poses that were measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +110,9 @@ class Timing:
 class FramePacing:
     """Say what is given up where frames would be late.
 
-    may_skip: on a machine that cannot work on all poses in time, some are left out
-    before anything is made of them; what is recorded is what was flown in any case.
+    may_skip: nothing was measured that would be lost by leaving poses out. On a machine
+    that cannot work on all of them in time some are left out of any, before anything is
+    made of them; what is recorded is what was flown in any case.
     sizes: chooses the size of each picture; None for the session's.
     """
 
@@ -132,12 +128,14 @@ class Listeners:
     """Hold who hears of a flight, before the frame that shows it.
 
     on_injury: of each injury, told in words; on_task: of what happens to each task;
-    on_changes: of what was cut.
+    on_changes: of what was cut; on_left_out: how many measured poses nobody had the
+    time for, each time that they have doubled.
     """
 
     on_injury: Callable[[str], None] = lambda _: None
     on_task: Callable[[TaskEvent], None] = lambda _: None
     on_changes: Callable[[Sequence[Change]], None] = lambda _: None
+    on_left_out: Callable[[int], None] = lambda _: None
 
 
 NOBODY = Listeners()
@@ -174,7 +172,8 @@ def fly(
     operated = _Operated(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
     )
-    arrived: Arrived = DeadlineBatch() if pace.may_skip else drain_available
+    arrived = DeadlineBatch(STEPPING_S if pace.may_skip else BEHIND_S)
+    told = 0
     with (
         _frozen_garbage(),
         _quick_switches(),
@@ -206,6 +205,9 @@ def fly(
                     told = f"{event.task}: {event.status}"
                     recorder.add(EventRecord(sample.time_s, "task", told))
                     listeners.on_task(event)
+            if not pace.may_skip and arrived.left_out > 2 * told:
+                told = arrived.left_out
+                listeners.on_left_out(told)
             if newest is None:
                 continue
             pose, sample = newest
@@ -249,7 +251,9 @@ class FrameDrawing:
         """Begin a frame; see `EndoscopeView.begin`. None may be in work."""
         self._frame = self._thread.submit(self._draw, seen, **told)
 
-    def meanwhile(self, source: OrderedPoses, arrived: "Arrived") -> Iterator[Pose]:
+    def meanwhile(
+        self, source: OrderedPoses, arrived: "DeadlineBatch"
+    ) -> Iterator[Pose]:
         """Give the poses that come while a frame is in work.
 
         Those that come after `BLIND_S` are given at its end.
@@ -516,28 +520,6 @@ def _frozen_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-Arrived = Callable[[OrderedPoses, float], Iterator[Pose]]
-"""Waits for one pose, so long at most, then gives what has come in meanwhile."""
-
-
-def drain_available(
-    source: OrderedPoses, patience_s: float = PATIENCE_S
-) -> Iterator[Pose]:
-    """Wait for one pose, then give all that have come in meanwhile.
-
-    What is measured later is left to the next frame. TimeoutError where none comes.
-    """
-    pose = source.read(patience_s)
-    looked_s = time.monotonic()
-    yield pose
-    while pose.host_time_s < looked_s and time.monotonic() < looked_s + LONGEST_S:
-        try:
-            pose = source.read(0.0)
-        except TimeoutError:
-            return
-        yield pose
-
-
 def thinned(poses: Sequence[Pose], most: int, buttons: int = 0) -> list[Pose]:
     """Leave out poses where there are more than `most`, evenly; the last one stays.
 
@@ -558,20 +540,24 @@ def thinned(poses: Sequence[Pose], most: int, buttons: int = 0) -> list[Pose]:
 class DeadlineBatch:
     """Wait for one pose, then give those that came meanwhile, as many as there is time.
 
-    What one takes is known from the frame before. Nothing is left out of a steered
-    scope's poses but places on its way: somebody who steers by the picture is helped
-    by no older one.
+    What one takes is known from the frame before. Nothing is left out but places on the
+    way, and no click: somebody who steers by the picture is helped by no older one.
+
+    left_out: how many were, so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, allowed_s: float = STEPPING_S) -> None:
+        """Begin; allowed_s: for all that are given at once."""
+        self._allowed_s = allowed_s
         # until that is known; what waits before the first picture is of no use
         self._each_s = STEPPING_S / 5
         self._buttons = 0
+        self.left_out = 0
 
     def __call__(
         self, source: OrderedPoses, patience_s: float = PATIENCE_S
     ) -> Iterator[Pose]:
-        """See `Arrived`; TimeoutError where none comes."""
+        """Give poses; TimeoutError where none comes so long."""
         waiting = [source.read(patience_s)]
         begun_s = time.monotonic()
         ended: Exception | None = None
@@ -584,9 +570,10 @@ class DeadlineBatch:
             # what came before the end is still shown
             ended = error
         most = len(waiting)
-        if self._each_s * most > STEPPING_S:
-            most = max(int(STEPPING_S / self._each_s), 1)
+        if self._each_s * most > self._allowed_s:
+            most = max(int(self._allowed_s / self._each_s), 1)
         kept = thinned(waiting, most, self._buttons)
+        self.left_out += len(waiting) - len(kept)
         self._buttons = waiting[-1].buttons
         yield from kept
         self._each_s = (time.monotonic() - begun_s) / len(kept)

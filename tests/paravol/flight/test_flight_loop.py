@@ -3,6 +3,7 @@
 import hashlib
 import itertools
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
@@ -17,13 +18,14 @@ from numpy.typing import NDArray
 from devices import Pose
 from paravol.flight import flight_loop
 from paravol.flight.flight_loop import (
+    BEHIND_S,
     BLIND_S,
     LOOKED_S,
+    DeadlineBatch,
     FrameDrawing,
     FrameEvent,
     FramePacing,
     Listeners,
-    drain_available,
     fly,
     thinned,
 )
@@ -72,12 +74,11 @@ class Endless:
 def test_a_frame_takes_all_poses_that_are_there() -> None:
     now = time.monotonic()
     sent = [pose(now - 0.01 * (9 - i)) for i in range(10)]
-    assert list(drain_available(Waiting(sent.copy()))) == sent
+    assert list(DeadlineBatch(BEHIND_S)(Waiting(sent.copy()))) == sent
 
 
 def test_a_frame_is_drawn_however_fast_poses_come() -> None:
-    """Those who are slower than the device fall behind, but they come to an end."""
-    taken = list(itertools.islice(drain_available(Endless()), 1000))
+    taken = list(itertools.islice(DeadlineBatch()(Endless()), 1000))
     assert len(taken) < 5
 
 
@@ -85,9 +86,10 @@ def test_no_pose_is_lost_between_two_frames() -> None:
     now = time.monotonic()
     # measured before and after the look
     sent = [pose(now - 1.0), pose(now + 50.0), pose(now + 100.0)]
-    source = Waiting(sent.copy())
-    assert list(drain_available(source)) == sent[:2]
-    assert list(drain_available(source)) == sent[2:]
+    source, batch = Waiting(sent.copy()), DeadlineBatch()
+    assert list(batch(source)) == sent[:2]
+    assert list(batch(source)) == sent[2:]
+    assert batch.left_out == 0
 
 
 class Slow:
@@ -373,7 +375,11 @@ class Hundredfold:
 
 
 def steered(
-    monkeypatch: pytest.MonkeyPatch, step_s: float, frame_s: float, may_skip: bool
+    monkeypatch: pytest.MonkeyPatch,
+    step_s: float,
+    frame_s: float,
+    may_skip: bool,
+    on_left_out: Callable[[int], None] = lambda _: None,
 ) -> tuple[list[float], Kept, list[float], set[float]]:
     """Fly 10 s on a machine that takes so long for a sample and for a frame.
 
@@ -450,6 +456,7 @@ def steered(
         on_frame=lambda event: ages.append(event.pose_age_ms / 1e3),
         keeps=lambda time_s: False,
         pace=FramePacing(may_skip),
+        listeners=Listeners(on_left_out=on_left_out),
     )
     return ages, kept, stepped, clicks
 
@@ -469,8 +476,12 @@ def test_a_slow_machine_does_not_fall_behind_a_steered_scope(
     samples = [r for r in kept.records if isinstance(r, SampleRecord)]
     assert [r.time_s for r in samples] == stepped
     assert sorted(clicks) == pytest.approx([n + 0.37 for n in range(10)])
-    without = steered(monkeypatch, 0.03, frame_s, False)[0]
-    assert without[-1] > 5.0
+    # measured poses are thinned later, and that is told
+    left_out: list[int] = []
+    ages, _, stepped, _ = steered(monkeypatch, 0.03, frame_s, False, left_out.append)
+    assert max(ages[1:]) < 2 * (BEHIND_S + 0.03 + frame_s)
+    assert left_out[-1] > 200
+    assert all(2 * a < b for a, b in itertools.pairwise(left_out))
 
 
 def test_a_quick_machine_leaves_nothing_out(monkeypatch: pytest.MonkeyPatch) -> None:
