@@ -272,12 +272,15 @@ def _rows(summary: dict[str, Any], score: "Score") -> list[tuple[str, str]]:
     def spread(values: dict[str, float]) -> str:
         return " / ".join(f"{values[p]:.1f}" for p in ("p50", "p95", "p99"))
 
+    parts = [f"{name} {share:.0%}" for name, share in summary["shares"].items()]
+    shares = f"{', '.join(parts)}; {summary['cores']:.1f} cores"
     replay = summary["replay"]
     same = "the same" if replay["exact"] else "DIFFERENT"
     rows = [
         ("frames", f"{summary['frames']} ({summary['fps']:.1f} per second)"),
         ("frame time p50 / p95 / p99", f"{spread(summary['frame_ms'])} ms"),
         ("pose age p50 / p95 / p99", f"{spread(summary['pose_age_ms'])} ms"),
+        ("time spent on each stage", shares),
         ("splats", f"{summary['splats']:,}"),
         ("registration residual", f"{summary['registration_rms_mm']:.2f} mm rms"),
         *score_rows(score),

@@ -13,9 +13,10 @@ from benchmarks.nasal_views import Judge, acceptance_views, bundled_flight, path
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing, once
-from devices import Pose, ProbePath, Registration
+from devices import Pose, ProbePath, Registration, load_probe_path
 from paravol.flight.flight_loop import Timing as LoopTiming
 from paravol.flight.flight_loop import fly
+from paravol.flight.operation_rehearsal import rehearse
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.sessions.session_setup import (
@@ -25,19 +26,24 @@ from paravol.sessions.session_setup import (
     build_view,
     describe_session,
     first_views,
+    operate_on,
     path_view,
 )
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import image_error
 from renderers.shading import meter
-from scenarios import View, tip_frame
+from scenarios import Scenario, Session, View, load_scenario, tip_frame
 from scenarios.bundle import SessionRecorder
 
 FULL_SIZE = 512
 QUICK_SIZE = 192
 
-POSE_HZ = 200.0
-"""Poses a second of the loop that is measured: the loop must never wait for one."""
+POSE_HZ, ARM_HZ = 200.0, 100.0
+"""Poses a second of the loop that is measured: the loop must never wait for one. And
+of an operation: as many as the arm gives."""
+
+OPERATED_QUICK_S = 4.0
+"""So much of the operation is flown by a quick run."""
 
 STAGES = ("surface", "instrument", "light", "gain", "camera", "hash")
 
@@ -52,6 +58,7 @@ class FlightPlan(Plan, suite="flight"):
         self._repeats = 2 if quick else 5
         self._flown_s = 3.0 if quick else bundled_flight()[1].duration_s
         self._compared = 2 if quick else 20
+        self._operated_sizes = (QUICK_SIZE,) if quick else (FULL_SIZE, 2 * FULL_SIZE)
         self._views: dict[int, EndoscopeView] = {}
 
     def tasks(self) -> list[Task]:
@@ -78,6 +85,16 @@ class FlightPlan(Plan, suite="flight"):
                 self._loop,
                 settings | loop | threads,
                 cost_s=self._flown_s + 10.0,
+            ),
+            *(
+                task(
+                    "first_operation/loop/frame",
+                    f"{size} px",
+                    partial(self._operation, size),
+                    {"size": size, "tier": LIVE_TIER, "pose_hz": ARM_HZ} | threads,
+                    cost_s=60.0,
+                )
+                for size in self._operated_sizes
             ),
             self.task(
                 "first_flight/likeness",
@@ -146,29 +163,33 @@ class FlightPlan(Plan, suite="flight"):
     def _loop(self) -> Measured:
         """Fly in real time: poses in, pictures out, everything scored and recorded."""
         scenario, path = bundled_flight()
-        view = self._view(2)
-        registration = Registration(np.eye(4), 0.0, np.zeros(0))
         size = (self._size, self._size)
         session = build_session(scenario, self._patient, np.eye(4), size)
-        info = describe_session(
-            scenario, self._patient, registration, size=self._size, has_instrument=True
+        poses = PacedPoses(path, POSE_HZ)
+        flown = scenario, self._patient, session, self._view(2)
+        return _flown(*flown, poses, self._flown_s)
+
+    def _operation(self, size: int) -> Measured:
+        """Fly the bundled operation: tissue is pushed, cut, bleeds and is sucked."""
+        scenario, folder = load_scenario("first_operation")
+        path = load_probe_path(folder / scenario.path)
+        before = load_patient(scenario, no_progress)
+        rehearse(scenario, before, no_progress)
+        patient, operation = operate_on(before)
+        view = build_view(
+            scenario,
+            patient,
+            tier=LIVE_TIER,
+            seed=SEED,
+            has_instrument=True,
+            threads=2,
         )
-        cpu = time.process_time()
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            SessionRecorder(Path(folder) / "flight.paravol", info) as recorder,
-        ):
-            timing = fly(
-                PacedPoses(path),
-                PathChannel(path).complete,
-                session,
-                view,
-                recorder,
-                until_s=self._flown_s,
-                on_frame=lambda *_: None,
-                keeps=lambda _: False,
-            )
-        return _of_loop(timing, time.process_time() - cpu)
+        pixels = size, size
+        view.warm_up(first_views(scenario, patient, path, pixels), no_progress)
+        session = build_session(scenario, patient, np.eye(4), pixels, operation)
+        flown_s = OPERATED_QUICK_S if self.quick else path.duration_s
+        poses = PacedPoses(path, ARM_HZ)
+        return _flown(scenario, patient, session, view, poses, flown_s)
 
     def _likeness(self) -> Measured:
         """Compare with ray-traced pictures: the six named views and the path."""
@@ -225,8 +246,9 @@ def stage_times(view: EndoscopeView, seen: View) -> list[float]:
 class PacedPoses:
     """Return the poses of a path when their time has come, as an arm does."""
 
-    def __init__(self, path: ProbePath) -> None:
-        self._path = path
+    def __init__(self, path: ProbePath, rate_hz: float) -> None:
+        self.path = path
+        self._rate_hz = rate_hz
         self._began_s: float | None = None
         self._next = 0
 
@@ -235,27 +257,61 @@ class PacedPoses:
         now = time.monotonic()
         if self._began_s is None:
             self._began_s = now
-        time_s = self._next / POSE_HZ
+        time_s = self._next / self._rate_hz
         wait_s = self._began_s + time_s - now
         if wait_s > timeout_s:
             raise TimeoutError(f"the next pose is due in {wait_s:.3g} s")
         if wait_s > 0:
             time.sleep(wait_s)
         self._next += 1
-        at = self._path.sample(min(time_s, self._path.duration_s))
+        at = self.path.sample(min(time_s, self.path.duration_s))
         frame = tip_frame(at.tip_mm, at.axis)
         return Pose(time_s, self._began_s + time_s, frame, PATH_PEDAL)
 
 
-def _of_loop(timing: LoopTiming, cpu_s: float) -> Measured:
+def _flown(
+    scenario: Scenario,
+    patient: PatientScene,
+    session: Session,
+    view: EndoscopeView,
+    poses: PacedPoses,
+    until_s: float,
+) -> Measured:
+    registration = Registration(np.eye(4), 0.0, np.zeros(0))
+    size = session.size[0]
+    info = describe_session(
+        scenario, patient, registration, size=size, has_instrument=True
+    )
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        SessionRecorder(Path(folder) / "flight.paravol", info) as recorder,
+    ):
+        timing = fly(
+            poses,
+            PathChannel(poses.path).complete,
+            session,
+            view,
+            recorder,
+            until_s=until_s,
+            on_frame=lambda *_: None,
+            keeps=lambda _: False,
+        )
+    return _of_loop(timing)
+
+
+def _of_loop(timing: LoopTiming) -> Measured:
     frames = len(timing.frame_ms)
     counters = {"frames": float(frames), "frames_per_s": timing.fps}
+    figures = timing.figures()
+    counters |= {"cores": figures["cores"]}
+    counters |= {f"{name}_share": share for name, share in figures["shares"].items()}
     for name, values in (("frame", timing.frame_ms), ("pose_age", timing.pose_age_ms)):
         for rank, value in timing.percentiles(values).items():
             counters[f"{name}_ms_{rank}"] = value
     least, middle = min(timing.frame_ms), float(np.median(timing.frame_ms))
     return Measured(
-        Timing(least / 1e3, middle / 1e3, cpu_s / frames, frames), counters=counters
+        Timing(least / 1e3, middle / 1e3, timing.cpu_s / frames, frames),
+        counters=counters,
     )
 
 

@@ -4,6 +4,7 @@ import gc
 import math
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
@@ -73,17 +74,25 @@ OnFrame = Callable[[FrameEvent], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
 
 
+SAMPLES, TISSUE, PICTURE = "samples", "tissue", "picture"
+"""Stages of a flight; see `Timing.spent_s`."""
+
+
 @dataclass(slots=True)
 class Timing:
     """Gather what a flight took, frame by frame.
 
     frame_ms: from one finished picture to the next. pose_age_ms: from a pose's
-    measurement to its finished picture.
+    measurement to its finished picture. cpu_s: of all threads. spent_s: for taking
+    samples in, for bringing what is drawn up to date, and, beside the first, for
+    drawing pictures but for the end of each.
     """
 
     frame_ms: list[float] = field(default_factory=list)
     pose_age_ms: list[float] = field(default_factory=list)
     wall_s: float = 0.0
+    cpu_s: float = 0.0
+    spent_s: Counter[str] = field(default_factory=Counter)
 
     @property
     def fps(self) -> float:
@@ -91,12 +100,15 @@ class Timing:
         return len(self.frame_ms) / self.wall_s if self.wall_s > 0 else 0.0
 
     def figures(self) -> dict[str, Any]:
-        """Return frames, fps and the percentiles of frame time and pose age."""
+        """Return frames, fps, percentiles, cores in use and the share of each stage."""
+        wall_s = max(self.wall_s, 1e-9)
         return {
             "frames": len(self.frame_ms),
             "fps": self.fps,
             "frame_ms": self.percentiles(self.frame_ms),
             "pose_age_ms": self.percentiles(self.pose_age_ms),
+            "cores": self.cpu_s / wall_s,
+            "shares": {name: s / wall_s for name, s in self.spent_s.items()},
         }
 
     @staticmethod
@@ -198,9 +210,11 @@ def fly(
                     begun = time.perf_counter()
                     frames.start()
                     continue
+                taken_s = time.perf_counter()
                 session.step(sample)
                 newest = pose, sample
                 recorder.add(SampleRecord.of(sample, session.reading))
+                frames.timing.spent_s[SAMPLES] += time.perf_counter() - taken_s
                 for event in session.take_task_events():
                     told = f"{event.task}: {event.status}"
                     recorder.add(EventRecord(sample.time_s, "task", told))
@@ -214,6 +228,8 @@ def fly(
             drawn_ms = drawing.wait()
             before, begun = begun, time.perf_counter()
             operated.follow(session, sample.time_s)
+            frames.timing.spent_s[TISSUE] += time.perf_counter() - begun
+            frames.timing.spent_s[PICTURE] += (drawn_ms or 0.0) / 1e3
             sized.took(drawn_ms, begun)
             seen = sized.view(sample)
             shown = operated.shown(session, seen, sample, keeps(sample.time_s))
@@ -463,6 +479,8 @@ class _FrameRecorder:
     def start(self) -> None:
         """Count time from now on."""
         self._started = self._last = time.perf_counter()
+        self._cpu_s = time.process_time()
+        self.timing.spent_s.clear()
 
     def finish(
         self,
@@ -480,6 +498,7 @@ class _FrameRecorder:
         self.timing.frame_ms.append((self._last - before) * 1e3)
         self.timing.pose_age_ms.append(age_ms)
         self.timing.wall_s = self._last - self._started
+        self.timing.cpu_s = time.process_time() - self._cpu_s
         gap, print_ = seen.clearance_mm, frame.fingerprint()
         height, width = frame.pixels.shape[:2]
         size = 0 if (width, height) == self._size else width
