@@ -272,7 +272,7 @@ class Person:
 
     def ease(self) -> None:
         """Take a part of the last stroke back: it led to a wall."""
-        right_px, down_px = (-0.35 * self._last_stroke).tolist()
+        right_px, down_px = (-0.5 * self._last_stroke).tolist()
         self.stroke(right_px, down_px, Button.LeftButton)
 
     def roll(self, turn_deg: float) -> None:

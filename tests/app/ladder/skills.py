@@ -164,9 +164,13 @@ class Trainee:
             else:
                 self.person.go(-1)
             return
-        self._eased = 0
+        was_held, self._eased = self._eased > 0, 0
         if sight.bar > 0.0:
             self.person.wait(0.2)
+            return
+        if was_held and mark is not None and not mark.is_goal and not mark.back_mm:
+            # the same stroke leads to the same wall: on past it first
+            self._ahead(mark)
             return
         if mark is None or not mark.is_goal:
             is_near = mark is not None and mark.mm < NICHE_MM
