@@ -70,7 +70,22 @@ class Endoscope:
         size: tuple[int, int],
         camera_roll_deg: float = 0.0,
     ) -> Camera:
-        """Return the camera of a tip pose; `size` is ``(width, height)``.
+        """Return the camera of a tip pose; `size` is ``(width, height)``, see `frame`."""
+        return Camera(
+            self.frame(world_from_tip, roll_deg, camera_roll_deg),
+            math.radians(self.field_of_view_deg / 2),
+            size[0],
+            size[1],
+            Projection.EQUIDISTANT,
+        )
+
+    def frame(
+        self,
+        world_from_tip: NDArray[np.float64],
+        roll_deg: float,
+        camera_roll_deg: float = 0.0,
+    ) -> NDArray[np.float64]:
+        """Return the frame ``(4, 3)`` of the camera of a tip pose.
 
         world_from_tip: 4x4; +z of the tip frame runs back up the shaft. Its x and y
             axes are ignored, a five-joint arm does not measure them.
@@ -93,13 +108,7 @@ class Endoscope:
             turn = math.radians(camera_roll_deg)
             cosine, sine = math.cos(turn), math.sin(turn)
             right, up = cosine * right - sine * up, cosine * up + sine * right
-        return Camera(
-            np.stack([tip, right, up, view]),
-            math.radians(self.field_of_view_deg / 2),
-            size[0],
-            size[1],
-            Projection.EQUIDISTANT,
-        )
+        return np.stack([tip, right, up, view])
 
 
 def tip_frame(

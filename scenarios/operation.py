@@ -449,13 +449,13 @@ class Operation:
             self.lens.advance(sample.time_s, np.full((4, 3), np.nan), 0.0)
             return
         straight = endoscope.at(0.0)
-        camera = straight.camera(world_from_tip, 0.0, (8, 8), sample.camera_roll_deg)
+        eye = straight.frame(world_from_tip, 0.0, sample.camera_roll_deg)
         touch, force_n = self.scope_touch, 0.0
         if touch.place_mm is not None:
             # what presses on the shaft farther up does not press on the lens
-            away_mm = np.linalg.norm(touch.place_mm - camera.eye_mm)
+            away_mm = np.linalg.norm(touch.place_mm - eye[0])
             force_n = touch.size_n if away_mm <= endoscope.diameter_mm else 0.0
-        self.lens.advance(sample.time_s, camera.frame, force_n)
+        self.lens.advance(sample.time_s, eye, force_n)
 
     def _push(self, sample: Sample, frame: NDArray[np.float64]) -> None:
         """Let tissue give way to the tool, or spring back, `PUSHES_PER_S` at most."""
