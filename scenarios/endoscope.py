@@ -70,7 +70,7 @@ class Endoscope:
         size: tuple[int, int],
         camera_roll_deg: float = 0.0,
     ) -> Camera:
-        """Return the camera of a tip pose; `size` is ``(width, height)``, see `frame`."""
+        """Return the camera of a tip pose, see `frame`; size: ``(width, height)``."""
         return Camera(
             self.frame(world_from_tip, roll_deg, camera_roll_deg),
             math.radians(self.field_of_view_deg / 2),
