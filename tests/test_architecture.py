@@ -265,16 +265,16 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15733,
-    "app": 18966,
-    "benchmarks": 10794,
+    "app": 18969,
+    "benchmarks": 10850,
     "devices": 13290,
     "examples": 1792,
-    "paravol": 27734,
+    "paravol": 27706,
     "renderers": 37181,
-    "scenarios": 12381,
+    "scenarios": 12390,
     "surgery": 7258,
     "system": 1123,
-    "tests": 94088,
+    "tests": 94115,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
