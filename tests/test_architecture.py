@@ -266,10 +266,10 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 15733,
     "app": 18969,
-    "benchmarks": 10850,
+    "benchmarks": 10851,
     "devices": 13290,
     "examples": 1792,
-    "paravol": 27706,
+    "paravol": 27707,
     "renderers": 37181,
     "scenarios": 12390,
     "surgery": 7258,

@@ -75,6 +75,7 @@ class FlightPlan(Plan, suite="flight"):
         case, stages = "first_flight/path/frame", self._stages
         on_one, on_two = partial(stages, 1), partial(stages, 2)
         threads: dict[str, Setting] = {"threads": 2}
+        arm: dict[str, Setting] = threads | {"tier": LIVE_TIER, "pose_hz": ARM_HZ}
         task = partial(self.task, clock="wall")
         return [
             task(case, one, on_one, places | {"threads": 1}, cost_s=30.0),
@@ -91,7 +92,7 @@ class FlightPlan(Plan, suite="flight"):
                     "first_operation/loop/frame",
                     f"{size} px",
                     partial(self._operation, size),
-                    {"size": size, "tier": LIVE_TIER, "pose_hz": ARM_HZ} | threads,
+                    arm | {"size": size},
                     cost_s=60.0,
                 )
                 for size in self._operated_sizes

@@ -4,7 +4,6 @@ import gc
 import math
 import sys
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
@@ -74,7 +73,7 @@ OnFrame = Callable[[FrameEvent], None]
 """Called with each finished frame, in order, not by the thread that reads poses."""
 
 
-SAMPLES, TISSUE, PICTURE = "samples", "tissue", "picture"
+SAMPLES, TISSUE, PICTURE = STAGES = "samples", "tissue", "picture"
 """Stages of a flight; see `Timing.spent_s`."""
 
 
@@ -92,7 +91,9 @@ class Timing:
     pose_age_ms: list[float] = field(default_factory=list)
     wall_s: float = 0.0
     cpu_s: float = 0.0
-    spent_s: Counter[str] = field(default_factory=Counter)
+    spent_s: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(STAGES, 0.0)
+    )
 
     @property
     def fps(self) -> float:
@@ -185,7 +186,7 @@ def fly(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
     )
     arrived = DeadlineBatch(STEPPING_S if pace.may_skip else BEHIND_S)
-    told = 0
+    left_out = 0
     with (
         _frozen_garbage(),
         _quick_switches(),
@@ -219,9 +220,9 @@ def fly(
                     told = f"{event.task}: {event.status}"
                     recorder.add(EventRecord(sample.time_s, "task", told))
                     listeners.on_task(event)
-            if not pace.may_skip and arrived.left_out > 2 * told:
-                told = arrived.left_out
-                listeners.on_left_out(told)
+            if not pace.may_skip and arrived.left_out > 2 * left_out:
+                left_out = arrived.left_out
+                listeners.on_left_out(left_out)
             if newest is None:
                 continue
             pose, sample = newest
@@ -480,7 +481,7 @@ class _FrameRecorder:
         """Count time from now on."""
         self._started = self._last = time.perf_counter()
         self._cpu_s = time.process_time()
-        self.timing.spent_s.clear()
+        self.timing.spent_s = dict.fromkeys(STAGES, 0.0)
 
     def finish(
         self,

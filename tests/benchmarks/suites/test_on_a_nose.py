@@ -60,7 +60,7 @@ def test_the_more_samples_the_less_error_and_none_in_the_end(in_nose: Make) -> N
 
 def test_poses_come_in_order_when_their_time_has_come() -> None:
     _, path = bundled_flight()
-    poses = PacedPoses(path)
+    poses = PacedPoses(path, 200.0)
     first = poses.read(1.0)
     begun = time.monotonic()
     with pytest.raises(TimeoutError):

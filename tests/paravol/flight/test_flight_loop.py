@@ -354,7 +354,7 @@ class Passing:
     def sleep(self, seconds: float) -> None:
         self.at_s += seconds
 
-    monotonic = perf_counter = now
+    monotonic = perf_counter = process_time = now
 
 
 class Hundredfold:
