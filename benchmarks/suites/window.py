@@ -6,7 +6,7 @@ needed.
 """
 
 import os
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,9 +14,11 @@ from benchmarks.nasal_views import bundled_flight
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import Timing
 from benchmarks.window_program import fly_window, to_and_fro
+from devices import ProbePath, load_probe_path
+from scenarios import load_scenario
 from system import UserError
 
-SCENARIO = "first_flight"
+SCENARIO, OPERATION = "first_flight", "first_operation"
 
 SCREENS = {512: (1600, 900), 1024: (2560, 1440)}
 """For each largest picture a screen on which its place is at least as large."""
@@ -37,20 +39,30 @@ class WindowPlan(Plan, suite="window"):
         """List the tasks, the small picture first."""
         return [
             self.task(
-                f"{SCENARIO}/window",
+                f"{scenario}/window",
                 f"{size} px",
-                partial(self._flown, size),
-                {"most": size, "flown_s": self._flown_s},
+                partial(self._flown, scenario, path, size),
+                {"most": size, "flown_s": round(float(path.t_s[-1]), 1)},
                 clock="wall",
-                cost_s=self._flown_s + 20.0,
+                cost_s=float(path.t_s[-1]) + 20.0,
             )
+            for scenario, path in self._paths.items()
             for size in self._sizes
         ]
 
-    def _flown(self, size: int) -> Measured:
-        """Fly to and fro along the bundled path in the window, all panels on."""
-        path = to_and_fro(bundled_flight()[1], self._flown_s)
-        flown = fly_window(SCENARIO, path, SCREENS[size], size)
+    @cached_property
+    def _paths(self) -> dict[str, ProbePath]:
+        """Return the bundled paths: one to and fro, one of an operation as it is."""
+        scenario, folder = load_scenario(OPERATION)
+        return {
+            SCENARIO: to_and_fro(bundled_flight()[1], self._flown_s),
+            OPERATION: load_probe_path(folder / scenario.path),
+        }
+
+    @staticmethod
+    def _flown(scenario: str, path: ProbePath, size: int) -> Measured:
+        """Fly along a path in the window, all panels on."""
+        flown = fly_window(scenario, path, SCREENS[size], size)
         counters = flown.counters()
         middle = counters["frame_ms_p50"] / 1e3
         spent = counters["cpu_ms_a_frame"] / 1e3
