@@ -190,8 +190,8 @@ def fly(
     with (
         _frozen_garbage(),
         _quick_switches(),
-        drawing,
         operated.ended(session),
+        drawing,
         suppress(EndedError),
     ):
         number = 0

@@ -29,6 +29,7 @@ from paravol.flight.flight_loop import (
     fly,
     thinned,
 )
+from paravol.inputs.pose_sources import EndedError
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -286,6 +287,52 @@ def test_a_frame_brings_the_tissue_that_it_shows() -> None:
             found = digest_of(event.tissue.surface.distance.applied(before))
             assert found == session.shown[time_s]
             assert found != last
+
+
+def test_nothing_that_is_drawn_changes_while_a_frame_is_drawn() -> None:
+    """Not at its end either, which may come in the midst of a frame."""
+
+    class Busy(Slow):
+        is_drawing = False
+
+        def apply(self, changes: Any) -> None:
+            assert not self.is_drawing
+
+        def begin(self, seen: Any, **told: Any) -> Any:
+            self.is_drawing = True
+            time.sleep(0.03)
+            self.is_drawing = False
+            super().begin(seen, **told)
+
+    class Ending:
+        """Ends while the third frame is drawn and a sample more was taken in."""
+
+        def __init__(self) -> None:
+            self.count = 0
+
+        def read(self, timeout_s: float) -> Pose:
+            self.count += 1
+            if self.count == 12:
+                raise EndedError
+            if timeout_s == 0.0 and self.count % 3 == 2:
+                raise TimeoutError
+            return Pose(self.count, time.monotonic(), np.eye(4), 0)
+
+    view, session = Busy(), Operating()
+    any_view: Any = view
+    any_session: Any = session
+    kept: Any = Kept()
+    fly(
+        Ending(),
+        Marks().complete,
+        any_session,
+        any_view,
+        kept,
+        until_s=99.0,
+        on_frame=lambda event: None,
+        keeps=lambda time_s: False,
+    )
+    assert 1 <= sum(isinstance(r, FrameRecord) for r in kept.records) < kept.samples
 
 
 def test_an_error_in_telling_ends_the_flight() -> None:
