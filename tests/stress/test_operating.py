@@ -7,9 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from xxhash import xxh3_128_hexdigest
 
-from renderers.scene import AirSurface
+from renderers.scene import AirSurface, Volume
 from scenarios.instruments.catalogue import INSTRUMENTS
+from scenarios.operation import Operation
 from surgery import patient as patients
 from tests.scenarios.recorded_hand import (
     FLOOR_MM,
@@ -33,6 +35,43 @@ def corner() -> AirSurface:
     z, y, x = np.meshgrid(*(H * np.arange(n) for n in SHAPE), indexing="ij")
     walls = np.maximum(np.maximum(8.0 - x, 7.0 - y), FLOOR_MM - z)
     return surface_of(np.clip(walls, -6, 12).astype(np.float32))
+
+
+def drawn(operation: Operation) -> str:
+    """Hash all that is drawn and may change."""
+    surface = operation.pushing.surface
+    assert surface.wounds is not None
+    assert surface.wounds.pale is not None
+    assert surface.rest is not None
+    wounds, rest = surface.wounds, surface.rest
+    volumes = surface.distance, wounds.pristine, wounds.film, wounds.pale
+    arrays = [each.values for each in (*volumes, rest.x, rest.y, rest.z)]
+    return " ".join(
+        xxh3_128_hexdigest(array.tobytes()) for array in (*arrays, rest.box)
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["microdebrider", "straight forceps", "injection needle"]
+)
+def test_samples_change_nothing_that_is_drawn(name: str) -> None:
+    """Cuts, blood, dents and pallor are shown together, by whoever asks for it."""
+    hand = Hand(operation_on(corner(), has_orbit=False), (9.0, 8.0, 11.0), (-1.0,) * 3)
+    operation = hand.operation
+    shown = drawn(operation)
+    for n in range(40):
+        hand.tip_mm = np.array((9.0, 8.0, 11.0)) - 0.15 * n
+        hand.step(0.1, name=name, is_working=True, is_sucking=True, jaw=n % 2)
+        assert drawn(operation) == shown
+        if n % 13 == 12:
+            operation.show()
+            assert drawn(operation) != shown
+            shown = drawn(operation)
+    kinds = {change.kind for change in operation.take_changes()}
+    assert len(kinds) > 1
+    shown = drawn(operation)
+    hand.step(0.1, name=name, undone=1)
+    assert drawn(operation) == shown
 
 
 QUICK = "microdebrider", "straight forceps", "sickle knife"
