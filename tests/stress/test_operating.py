@@ -40,15 +40,14 @@ def corner() -> AirSurface:
 def drawn(operation: Operation) -> str:
     """Hash all that is drawn and may change."""
     surface = operation.pushing.surface
-    assert surface.wounds is not None
-    assert surface.wounds.pale is not None
-    assert surface.rest is not None
     wounds, rest = surface.wounds, surface.rest
-    volumes = surface.distance, wounds.pristine, wounds.film, wounds.pale
-    arrays = [each.values for each in (*volumes, rest.x, rest.y, rest.z)]
-    return " ".join(
-        xxh3_128_hexdigest(array.tobytes()) for array in (*arrays, rest.box)
-    )
+    assert wounds is not None
+    assert wounds.pale is not None
+    assert rest is not None
+    volumes: list[Volume] = [surface.distance, wounds.pristine, wounds.film]
+    volumes += [wounds.pale, rest.x, rest.y, rest.z]
+    arrays = [*(each.values for each in volumes), rest.box]
+    return " ".join(xxh3_128_hexdigest(array.tobytes()) for array in arrays)
 
 
 @pytest.mark.parametrize(
@@ -67,6 +66,11 @@ def test_samples_change_nothing_that_is_drawn(name: str) -> None:
             operation.show()
             assert drawn(operation) != shown
             shown = drawn(operation)
+            wounds, patient = operation.pushing.surface.wounds, operation.patient
+            assert wounds is not None
+            assert wounds.pale is not None
+            np.testing.assert_array_equal(wounds.film.values, patient.wounds_film)
+            np.testing.assert_array_equal(wounds.pale.values, patient.wounds_pale)
     kinds = {change.kind for change in operation.take_changes()}
     assert len(kinds) > 1
     shown = drawn(operation)

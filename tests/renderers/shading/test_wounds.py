@@ -281,13 +281,15 @@ def test_hairs_fall_with_the_skin_that_they_stand_in(surface: AirSurface) -> Non
     layer = HairLayer(patient.surface, 7)
     assert_array_equal(layer.strands.points_mm, grown.points_mm)
     root = grown.points_mm[len(grown.points_mm) // 2, 0]
-    patient.cut(root, 2.0)
-    layer.update()
+    layer.update(patient.cut(root, 2.0))
     kept = np.linalg.norm(grown.points_mm[:, 0] - root, axis=1) > 1.0
     assert 0 < len(layer.strands.points_mm) < len(grown.points_mm)
     assert len(layer.strands.points_mm) <= kept.sum()
-    anew = HairLayer(patient.surface, 7)
-    assert_array_equal(layer.strands.points_mm, anew.strands.points_mm)
+    for away_mm in (0.0, 3.0, 30.0):
+        # near to hairs and far from all of them
+        layer.update(patient.cut(root + away_mm * surface.distance.direction[1], 1.0))
+        anew = HairLayer(patient.surface, 7)
+        assert_array_equal(layer.strands.points_mm, anew.strands.points_mm)
     patient.heal()
     layer.update()
     assert_array_equal(layer.strands.points_mm, grown.points_mm)
