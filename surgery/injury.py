@@ -28,15 +28,11 @@ from surgery.kernels.sweep_hazard import (
     LOW,
     LOW_TRUE,
     NEAREST,
-    OPEN_MM,
     OPENED,
     PLACE,
-    SLOPE,
     STATE,
     STAY,
     TIME,
-    TOL_MM,
-    fastest,
     follow,
     reach_of_cut,
     steepest,
@@ -223,10 +219,8 @@ class InjuryWatch:
             fresh[LOW] = fresh[LOW_TRUE] = -np.inf
             before = _Tool(time_s, rows, {n: fresh.copy() for n in self._hazards})
         found: list[Injury] = []
-        moved_mm = fastest(before.capsules, rows)
         for name, hazard in self._hazards.items():
-            if not self._stays_away(before.states[name], hazard, moved_mm):
-                found += self._follow(by, before, time_s, rows, name, hazard)
+            found += self._follow(by, before, time_s, rows, name, hazard)
         found.sort(key=lambda injury: injury.time_s)
         before.time_s, before.capsules = time_s, rows
         self._tools[by] = before
@@ -294,23 +288,6 @@ class InjuryWatch:
                 -np.inf,
                 self._events,
             )
-
-    def _stays_away(
-        self, state: NDArray[np.float64], hazard: _Hazard, moved_mm: float
-    ) -> bool:
-        """Return whether a hazard is too far for anything to be told of it.
-
-        As `follow` would, which takes twenty times as long; most hazards are far.
-        """
-        known = hazard.nearest
-        nearest = self._near_mm if known is None else known.gap_mm
-        low, low_true, inside, _ = state.tolist()
-        low -= hazard.grid[1] * moved_mm
-        low_true -= SLOPE * moved_mm
-        if inside or low_true < nearest - TOL_MM or low < OPEN_MM:
-            return False
-        state[LOW], state[LOW_TRUE] = low, low_true
-        return True
 
     def _follow(
         self,

@@ -362,7 +362,7 @@ def _uncovered(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fastest(before: Doubles, after: Doubles) -> float:
+def _fastest(before: Doubles, after: Doubles) -> float:
     """Return the longest way of a capsule's end, mm."""
     most = 0.0
     for n in range(before.shape[0]):
@@ -417,7 +417,7 @@ def follow(
     inward, p = np.empty(3), np.empty(3)
     steep = grid[1]
     bottom = grid[2] - np.max(before[:, 6])
-    speed = fastest(before, after)
+    speed = _fastest(before, after)
     low, low_true = state[LOW], state[LOW_TRUE]
     inside, deepest = state[INSIDE] > 0.0, state[DEEPEST]
     events[NEAREST, GAP] = math.inf
