@@ -118,17 +118,8 @@ class FlightPlan(Plan, suite="flight"):
 
     def _view(self, threads: int) -> EndoscopeView:
         if threads not in self._views:
-            scenario, path = bundled_flight()
-            view = build_view(
-                scenario,
-                self._patient,
-                tier=LIVE_TIER,
-                seed=SEED,
-                has_instrument=True,
-                threads=threads,
-            )
-            size = (self._size, self._size)
-            view.warm_up(first_views(scenario, self._patient, path, size), no_progress)
+            flown = bundled_flight()
+            view = _warm_view(*flown, self._patient, self._size, threads)
             self._views[threads] = view
         return self._views[threads]
 
@@ -177,17 +168,8 @@ class FlightPlan(Plan, suite="flight"):
         before = load_patient(scenario, no_progress)
         rehearse(scenario, before, no_progress)
         patient, operation = operate_on(before)
-        view = build_view(
-            scenario,
-            patient,
-            tier=LIVE_TIER,
-            seed=SEED,
-            has_instrument=True,
-            threads=2,
-        )
-        pixels = size, size
-        view.warm_up(first_views(scenario, patient, path, pixels), no_progress)
-        session = build_session(scenario, patient, np.eye(4), pixels, operation)
+        view = _warm_view(scenario, path, patient, size, 2)
+        session = build_session(scenario, patient, np.eye(4), (size, size), operation)
         flown_s = OPERATED_QUICK_S if self.quick else path.duration_s
         poses = PacedPoses(path, ARM_HZ)
         return _flown(scenario, patient, session, view, poses, flown_s)
@@ -268,6 +250,21 @@ class PacedPoses:
         at = self.path.sample(min(time_s, self.path.duration_s))
         frame = tip_frame(at.tip_mm, at.axis)
         return Pose(time_s, self._began_s + time_s, frame, PATH_PEDAL)
+
+
+def _warm_view(
+    scenario: Scenario, path: ProbePath, patient: PatientScene, size: int, threads: int
+) -> EndoscopeView:
+    view = build_view(
+        scenario,
+        patient,
+        tier=LIVE_TIER,
+        seed=SEED,
+        has_instrument=True,
+        threads=threads,
+    )
+    view.warm_up(first_views(scenario, patient, path, (size, size)), no_progress)
+    return view
 
 
 def _flown(
