@@ -266,15 +266,15 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 15733,
     "app": 18969,
-    "benchmarks": 10863,
+    "benchmarks": 10860,
     "devices": 13290,
     "examples": 1792,
     "paravol": 27707,
     "renderers": 37181,
     "scenarios": 12390,
-    "surgery": 7258,
+    "surgery": 7235,
     "system": 1123,
-    "tests": 94121,
+    "tests": 94213,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
