@@ -269,12 +269,12 @@ BUDGET = {
     "benchmarks": 10860,
     "devices": 13290,
     "examples": 1792,
-    "paravol": 27707,
+    "paravol": 27623,
     "renderers": 37181,
     "scenarios": 12390,
     "surgery": 7235,
     "system": 1123,
-    "tests": 94213,
+    "tests": 94136,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

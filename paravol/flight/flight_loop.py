@@ -2,14 +2,11 @@
 
 import gc
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -83,8 +80,8 @@ class Timing:
 
     frame_ms: from one finished picture to the next. pose_age_ms: from a pose's
     measurement to its finished picture. cpu_s: of all threads. spent_s: for taking
-    samples in, for bringing what is drawn up to date, and, beside the first, for
-    drawing pictures but for the end of each.
+    samples in, for bringing what is drawn up to date, and for drawing pictures but for
+    the end of each, which is drawn meanwhile.
     """
 
     frame_ms: list[float] = field(default_factory=list)
@@ -171,16 +168,14 @@ def fly(
 ) -> Timing:
     """Fly until a sample's time reaches `until_s`, or the source says `EndedError`.
 
-    Every pose is recorded and scored, also while a frame is drawn; each frame shows the
-    newest one there is as it is begun. join: gives the sample of a pose. keeps: asked
-    before each frame, with its time, whether the tissue that it shows is wanted; when
-    the frame is finished it may be another. pace: what is given up to be in time.
-    keyframes: kept on the way, for those who look at the recording. at_bite: returns a
-    sample with its tool where it would bite. Errors of the device pass through; what
-    was recorded before is on disk.
+    Every pose is recorded and scored; each frame shows the newest one. join: gives the
+    sample of a pose. keeps: asked before each frame, with its time, whether the tissue
+    that it shows is wanted; when the frame is finished it may be another. pace: what is
+    given up to be in time. keyframes: kept on the way, for those who look at the
+    recording. at_bite: returns a sample with its tool where it would bite. Errors of
+    the device pass through; what was recorded before is on disk.
     """
     frames = _FrameRecorder(recorder, on_frame, session.size)
-    drawing = FrameDrawing(view)
     sized = _Sized(session, view, pace.sizes)
     operated = _Operated(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
@@ -189,9 +184,8 @@ def fly(
     left_out = 0
     with (
         _frozen_garbage(),
-        _quick_switches(),
         operated.ended(session),
-        drawing,
+        _settled(view),
         suppress(EndedError),
     ):
         number = 0
@@ -199,9 +193,8 @@ def fly(
         is_over = False
         while not is_over:
             newest: tuple[Pose, Sample] | None = None
-            for pose in chain(
-                arrived(source, PATIENCE_S), drawing.meanwhile(source, arrived)
-            ):
+            for pose in arrived(source):
+                sized.start(newest is None)
                 sample = join(pose)
                 # what came before the end is still shown: on a busy machine, all of it
                 is_over = sample.time_s >= until_s
@@ -226,12 +219,10 @@ def fly(
             if newest is None:
                 continue
             pose, sample = newest
-            drawn_ms = drawing.wait()
             before, begun = begun, time.perf_counter()
             operated.follow(session, sample.time_s)
-            frames.timing.spent_s[TISSUE] += time.perf_counter() - begun
-            frames.timing.spent_s[PICTURE] += (drawn_ms or 0.0) / 1e3
-            sized.took(drawn_ms, begun)
+            shown_s = time.perf_counter()
+            frames.timing.spent_s[TISSUE] += shown_s - begun
             seen = sized.view(sample)
             shown = operated.shown(session, seen, sample, keeps(sample.time_s))
             shown = replace(shown, clock_s=session.clock_s)
@@ -241,87 +232,11 @@ def fly(
             if keyframes is not None:
                 keyframes.follow(index, sample.time_s, sample, session)
             finish = partial(frames.finish, number, index, pose, sample, shown)
-            drawing.begin(seen, number=number, elapsed_s=begun - before, then=finish)
+            view.begin(seen, number=number, elapsed_s=begun - before, then=finish)
+            frames.timing.spent_s[PICTURE] += time.perf_counter() - shown_s
+            sized.drawn()
             number += 1
     return frames.timing
-
-
-LOOKED_S = 0.001
-"""So long it is waited for a frame before it is looked for a pose again."""
-
-BLIND_S = 0.15
-"""What comes when a frame takes longer waits for its end: nobody sees what it does."""
-
-
-class FrameDrawing:
-    """Draw frames in a thread of its own: samples are taken in meanwhile.
-
-    They change nothing that is drawn: see `Operation.show`.
-    """
-
-    def __init__(self, view: EndoscopeView) -> None:
-        self._view = view
-        self._thread = ThreadPoolExecutor(1, "drawing")
-        self._frame: Future[float | None] | None = None
-
-    def begin(self, seen: View, **told: Any) -> None:
-        """Begin a frame; see `EndoscopeView.begin`. None may be in work."""
-        self._frame = self._thread.submit(self._draw, seen, **told)
-
-    def meanwhile(
-        self, source: OrderedPoses, arrived: "DeadlineBatch"
-    ) -> Iterator[Pose]:
-        """Give the poses that come while a frame is in work.
-
-        Those that come after `BLIND_S` are given at its end.
-        """
-        until_s = time.monotonic() + BLIND_S
-        while self.is_busy() and time.monotonic() < until_s:
-            try:
-                yield from arrived(source, 0.0)
-            except TimeoutError:
-                self.pause()
-        if self.is_busy():
-            while self.is_busy():
-                self.pause()
-            with suppress(TimeoutError):
-                yield from arrived(source, 0.0)
-
-    def is_busy(self) -> bool:
-        """Return whether a frame is in work."""
-        return self._frame is not None and not self._frame.done()
-
-    def pause(self) -> None:
-        """Let some time pass, less where the frame is done."""
-        if self._frame is not None:
-            wait([self._frame], LOOKED_S)
-
-    def wait(self) -> float | None:
-        """Wait for the frame in work, but for the end of it; its error is raised.
-
-        Returns the time it took, ms; None where there was nothing to be drawn.
-        """
-        frame, self._frame = self._frame, None
-        return None if frame is None else frame.result()
-
-    def _draw(self, seen: View, **told: Any) -> float | None:
-        """Return the frame's time in ms; None for a scope that rests: it costs none."""
-        before, begun = self._view.views_skipped, time.perf_counter()
-        self._view.begin(seen, **told)
-        if self._view.views_skipped > before:
-            return None
-        return (time.perf_counter() - begun) * 1e3
-
-    def __enter__(self) -> "FrameDrawing":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Wait for all that is in work."""
-        try:
-            self.wait()
-        finally:
-            self._thread.shutdown()
-            self._view.settle()
 
 
 class _Sized:
@@ -334,8 +249,19 @@ class _Sized:
         self._view = view
         self._sizes = sizes
         self._lens: Camera | None = None
+        self._begun_s = 0.0
+        self._skipped = 0
         if sizes is not None:
             sizes.prepare = self._prepare
+
+    def start(self, is_first: bool) -> None:
+        """Hear that a pose has come; what is waited for before it counts for nothing.
+
+        is_first: it is the first one for a frame.
+        """
+        if is_first and self._sizes is not None:
+            self._begun_s = time.perf_counter()
+            self._skipped = self._view.views_skipped
 
     def view(self, sample: Sample) -> View:
         """Return the view of a sample."""
@@ -346,14 +272,14 @@ class _Sized:
         self._lens = seen.camera
         return seen
 
-    def took(self, drawn_ms: float | None, since_s: float) -> None:
-        """Hear how long the last frame took, and since when it is brought up to date.
+    def drawn(self) -> None:
+        """Hear that the frame is begun, and the one before it finished.
 
-        drawn_ms: None where nothing was drawn, which tells nothing of its size.
+        A scope that rests costs nearly nothing, which tells nothing of its size.
         """
         now_s = time.perf_counter()
-        if self._sizes is not None and drawn_ms is not None:
-            self._sizes.took(drawn_ms + (now_s - since_s) * 1e3, now_s)
+        if self._sizes is not None and self._view.views_skipped == self._skipped:
+            self._sizes.took((now_s - self._begun_s) * 1e3, now_s)
 
     def _prepare(self, edge: int) -> None:
         """Make the tables of a size; called by a thread of its own."""
@@ -509,20 +435,13 @@ class _FrameRecorder:
         self._on_frame(FrameEvent(seen, frame, sample, number, age_ms, *kept))
 
 
-SWITCH_S = 0.0003
-"""For so long a thread keeps the interpreter while others wait, at most: between two
-stages of a frame that is drawn somebody takes in samples."""
-
-
 @contextmanager
-def _quick_switches() -> Iterator[None]:
-    """Let threads wait less for each other."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(min(before, SWITCH_S))
+def _settled(view: EndoscopeView) -> Iterator[None]:
+    """Wait, at the end, for the frame in progress."""
     try:
         yield
     finally:
-        sys.setswitchinterval(before)
+        view.settle()
 
 
 @contextmanager
@@ -574,11 +493,8 @@ class DeadlineBatch:
         self._buttons = 0
         self.left_out = 0
 
-    def __call__(
-        self, source: OrderedPoses, patience_s: float = PATIENCE_S
-    ) -> Iterator[Pose]:
-        """Give poses; TimeoutError where none comes so long."""
-        waiting = [source.read(patience_s)]
+    def __call__(self, source: OrderedPoses) -> Iterator[Pose]:
+        waiting = [source.read(PATIENCE_S)]
         begun_s = time.monotonic()
         ended: Exception | None = None
         try:

@@ -5,7 +5,6 @@ import itertools
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,17 +18,13 @@ from devices import Pose
 from paravol.flight import flight_loop
 from paravol.flight.flight_loop import (
     BEHIND_S,
-    BLIND_S,
-    LOOKED_S,
     DeadlineBatch,
-    FrameDrawing,
     FrameEvent,
     FramePacing,
     Listeners,
     fly,
     thinned,
 )
-from paravol.inputs.pose_sources import EndedError
 from paravol.view import Frame
 from renderers.scene import ChangeKind, GBuffer
 from renderers.scene.lens_state import CLEAN, LensState
@@ -289,52 +284,6 @@ def test_a_frame_brings_the_tissue_that_it_shows() -> None:
             assert found != last
 
 
-def test_nothing_that_is_drawn_changes_while_a_frame_is_drawn() -> None:
-    """Not at its end either, which may come in the midst of a frame."""
-
-    class Busy(Slow):
-        is_drawing = False
-
-        def apply(self, changes: Any) -> None:
-            assert not self.is_drawing
-
-        def begin(self, seen: Any, **told: Any) -> Any:
-            self.is_drawing = True
-            time.sleep(0.03)
-            self.is_drawing = False
-            super().begin(seen, **told)
-
-    class Ending:
-        """Ends while the third frame is drawn and a sample more was taken in."""
-
-        def __init__(self) -> None:
-            self.count = 0
-
-        def read(self, timeout_s: float) -> Pose:
-            self.count += 1
-            if self.count == 12:
-                raise EndedError
-            if timeout_s == 0.0 and self.count % 3 == 2:
-                raise TimeoutError
-            return Pose(self.count, time.monotonic(), np.eye(4), 0)
-
-    view, session = Busy(), Operating()
-    any_view: Any = view
-    any_session: Any = session
-    kept: Any = Kept()
-    fly(
-        Ending(),
-        Marks().complete,
-        any_session,
-        any_view,
-        kept,
-        until_s=99.0,
-        on_frame=lambda event: None,
-        keeps=lambda time_s: False,
-    )
-    assert 1 <= sum(isinstance(r, FrameRecord) for r in kept.records) < kept.samples
-
-
 def test_an_error_in_telling_ends_the_flight() -> None:
     def fail(shown: FrameEvent) -> None:
         if shown.number == 19:
@@ -454,40 +403,15 @@ def steered(
             pass
 
         def begin(self, seen: Any, *, then: Any, **_: Any) -> None:
+            clock.sleep(frame_s)
             empty = GBuffer.empty(2, 2)
             then(Frame(np.zeros((2, 2, 3), np.uint8), empty, 0.5, CLEAN))
-
-    class Simulated(FrameDrawing):
-        """A thread that is at work while the clock passes."""
-
-        due_s = 0.0
-        frame: Any = None
-        done: float | None = None
-
-        def begin(self, seen: Any, **told: Any) -> None:
-            self.due_s = clock.at_s + frame_s
-            self.frame = partial(self._draw, seen, **told)
-
-        def is_busy(self) -> bool:
-            if clock.at_s >= self.due_s and self.frame is not None:
-                self.done = self.frame()
-                self.frame = None
-            return self.frame is not None
-
-        def pause(self) -> None:
-            clock.sleep(LOOKED_S)
-
-        def wait(self) -> float | None:
-            clock.at_s = max(clock.at_s, self.due_s)
-            assert not self.is_busy()
-            return self.done
 
     class Buttons(Marks):
         def complete(self, pose: Pose) -> Sample:
             return replace(super().complete(pose), buttons=pose.buttons)
 
     monkeypatch.setattr(flight_loop, "time", clock)
-    monkeypatch.setattr(flight_loop, "FrameDrawing", Simulated)
     kept = Kept()
     any_view: Any = Drawing()
     any_kept: Any = kept
@@ -546,8 +470,7 @@ def test_after_a_standstill_a_steered_scope_is_where_the_hand_is(
     ages, _, stepped, _ = steered(monkeypatch, 0.006, 3.0, True)
     # the last one was the last before the end
     assert max(ages[1:-1]) < 3.0 + 0.1
-    # those of the first moments of a frame are taken in while it is drawn
-    assert len(stepped) < 100 + 4 * 100 * BLIND_S
+    assert len(stepped) < 100
 
 
 @given(
