@@ -60,7 +60,7 @@ class NasalView:
 
 
 @dataclass(frozen=True, slots=True)
-class Agreement:
+class ViewAgreement:
     """Say how the splatted picture of a view differs from the ray-traced one.
 
     ssim, rmse_codes: of the encoded pictures, gain and grain alike. holes: pixels with
@@ -154,7 +154,7 @@ class Judge:
         self._shader = ScopeShader(surface, tier, threads=threads)
         self._camera_pass = CameraPass(threads=threads)
 
-    def compare(self, view: NasalView) -> tuple[Agreement, Picture, Picture]:
+    def compare(self, view: NasalView) -> tuple[ViewAgreement, Picture, Picture]:
         """Return the agreement, the splatted picture and the ray-traced one."""
         truth = self._tracer.gbuffer(view.camera)
         found = self._splats.gbuffer(view.camera)
@@ -169,7 +169,7 @@ class Judge:
         both[both] = apart < SAME_WALL_MM
         cosine = np.sum(found.normal[both] * truth.normal[both], axis=-1)
         openings, closed = count_openings(truth.depth_mm, found.depth_mm, met)
-        agreement = Agreement(
+        agreement = ViewAgreement(
             ssim(splatted, traced),
             rmse_codes(splatted, traced),
             int(np.count_nonzero(met & (found.coverage == 0))),

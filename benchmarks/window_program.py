@@ -39,7 +39,7 @@ _MIB = 1024.0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class ProcessUse:
     """Hold one look at a process, seconds since its start.
 
     rss_mib: memory that it has in use. window_cpu_s: of its first thread, which is
@@ -64,7 +64,7 @@ class WindowFlight:
     first_s: float
     timing: dict[str, float | dict[str, float]]
     sizes: list[int]
-    looks: list[Look] = field(repr=False)
+    looks: list[ProcessUse] = field(repr=False)
 
     def counters(self) -> dict[str, float]:
         """Return the figures of a benchmark row."""
@@ -193,7 +193,7 @@ def fly_window(
 
 def _looks(
     child: "subprocess.Popen[bytes]", record: Path, begun_s: float
-) -> Iterator[Look]:
+) -> Iterator[ProcessUse]:
     """Look at the process from its first picture until it ends."""
     while child.poll() is None:
         at_s = time.monotonic() - begun_s
@@ -211,11 +211,11 @@ def _looks(
         time.sleep(LOOKED_EVERY_S if record.exists() else LOOKED_EVERY_S / 5)
 
 
-def _look(process: int, at_s: float) -> Look:
+def _look(process: int, at_s: float) -> ProcessUse:
     root = Path(f"/proc/{process}")
     status = (root / "status").read_text()
     rss = next(line for line in status.splitlines() if line.startswith("VmRSS:"))
-    return Look(
+    return ProcessUse(
         at_s,
         float(rss.split()[1]) / _MIB,
         _cpu_s(root / "task" / str(process) / "stat"),

@@ -34,7 +34,7 @@ import benchmarks.deflected_turbinate as turbinate
 import paravol
 from anatomy.case import read_case
 from app.__main__ import main as command
-from app.cli.terminal import Stages
+from app.cli.terminal import ProgressReporter
 from benchmarks import light_witness, nasal_views
 from benchmarks.gallery import gallery_views as views
 from benchmarks.gallery.classic_studio import LIT, SEE_THROUGH, ClassicStudio
@@ -671,7 +671,7 @@ def gallery(asked: argparse.Namespace) -> None:
     leaves everything as it was. Peers that are not installed are named in the page."""
     folder, where = asked.out or DOCS, machine()
     chosen = [v for v in views.gallery_views(asked.size) if v.name in asked.views]
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         sheets = gallery_sheets(chosen, stages)
     for family, rows in sheets.items():
         with whole_file(folder / "pictures" / picture_name(family)) as path:
@@ -681,7 +681,9 @@ def gallery(asked: argparse.Namespace) -> None:
     print(folder / "gallery.md")
 
 
-def gallery_sheets(chosen: list[NasalView], stages: Stages) -> dict[Family, Rows]:
+def gallery_sheets(
+    chosen: list[NasalView], stages: ProgressReporter
+) -> dict[Family, Rows]:
     """Draw every view in every family, one family after the other."""
     studios: list[Callable[[], Studio]] = [
         ScopeStudio,

@@ -27,7 +27,7 @@ from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, Change, Mesh
 from renderers.shading import Tier, meter
 from renderers.snapshots.client import SnapshotClient
-from scenarios import Endoscope, View
+from scenarios import Endoscope, FrameState
 from scenarios.instrument_state import FIRST_TOOL, NO_TOOL
 from scenarios.instruments import instrument_named, placed_tool
 from system import UserError
@@ -103,7 +103,7 @@ class Patient(PatientScene):
         if instrument_pose is not None:
             tool = np.asarray(instrument_pose)
         name = NO_TOOL if instrument_pose is None else instrument
-        seen = View(camera, np.eye(4), tool, 0.0, instrument=name, jaw=jaw)
+        seen = FrameState(camera, np.eye(4), tool, 0.0, instrument=name, jaw=jaw)
         if renderer == "fsr":
             buffer = view.tissue(seen)
         elif renderer == "art":

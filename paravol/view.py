@@ -27,7 +27,7 @@ from renderers.shading import (
 )
 from renderers.shading.bands import RowBands
 from renderers.shading.shader import Lattice
-from scenarios import View
+from scenarios import FrameState
 from scenarios.instruments import INSTRUMENTS, placed_tool
 
 VISIBLE_SETS_STAGE = "Finding what can be seen from where"
@@ -102,7 +102,7 @@ class EndoscopeView:
         self.views_skipped = 0
         """Frames whose view was the one before, so that they were only exposed."""
 
-    def warm_up(self, views: Sequence[View], progress: Progress) -> None:
+    def warm_up(self, views: Sequence[FrameState], progress: Progress) -> None:
         """Compile every kernel and fill every table by drawing `views` once.
 
         Without it the first frame of a session would take a minute on a machine that
@@ -161,19 +161,19 @@ class EndoscopeView:
             self._pool.map(lambda part: part(), parts)
             self.generation = change.generation
 
-    def gbuffer(self, view: View) -> GBuffer:
+    def gbuffer(self, view: FrameState) -> GBuffer:
         """Find what each pixel shows, the instrument in front of or behind tissue."""
         buffer = self.tissue(view)
         self.add_instrument(view, buffer)
         return buffer
 
-    def tissue(self, view: View) -> GBuffer:
+    def tissue(self, view: FrameState) -> GBuffer:
         """Find the tissue that each pixel shows: the first stage of a frame."""
         return self.renderer.gbuffer(view.camera)
 
     def add_instrument(
         self,
-        view: View,
+        view: FrameState,
         buffer: GBuffer,
         listed: Sequence[ListedFacets] | None = None,
     ) -> None:
@@ -185,7 +185,7 @@ class EndoscopeView:
             part.draw(buffer, self._bands.run)
 
     def light(
-        self, view: View, buffer: GBuffer, lattice: Lattice | None = None
+        self, view: FrameState, buffer: GBuffer, lattice: Lattice | None = None
     ) -> NDArray[np.float32]:
         """Return linear radiance ``(h, w, 3)``: the third stage.
 
@@ -196,7 +196,7 @@ class EndoscopeView:
 
     def expose(
         self,
-        view: View,
+        view: FrameState,
         buffer: GBuffer,
         radiance: NDArray[np.float32],
         *,
@@ -216,7 +216,7 @@ class EndoscopeView:
 
     def begin(
         self,
-        view: View,
+        view: FrameState,
         *,
         number: int,
         elapsed_s: float,
@@ -276,18 +276,18 @@ class EndoscopeView:
         )
         return self._begun
 
-    def _tool(self, view: View) -> list[PlacedMesh]:
+    def _tool(self, view: FrameState) -> list[PlacedMesh]:
         """Return the parts of the view's tool, and what else stands in the scene."""
         if not self.has_instrument:
             return [*self.props]
         tool = placed_tool(view.instrument, view.world_from_instrument, view.jaw)
         return [*tool, *self.props]
 
-    def _listed(self, view: View) -> list[ListedFacets]:
+    def _listed(self, view: FrameState) -> list[ListedFacets]:
         """List what of the instrument's parts may be in view."""
         return [mesh.listed(view.camera, pose) for mesh, pose in self._tool(view)]
 
-    def _lattice(self, view: View) -> Lattice:
+    def _lattice(self, view: FrameState) -> Lattice:
         """Find what light and shadows need to know of a view before its pixels."""
         casters = [Caster.of(mesh, pose) for mesh, pose in self._tool(view)]
         size = view.camera.height, view.camera.width
@@ -300,7 +300,12 @@ class EndoscopeView:
             begun.result()
 
     def draw(
-        self, view: View, *, number: int, elapsed_s: float, gain: float | None = None
+        self,
+        view: FrameState,
+        *,
+        number: int,
+        elapsed_s: float,
+        gain: float | None = None,
     ) -> Frame:
         """Draw one frame and wait for it; see `begin`."""
         begun = self.begin(view, number=number, elapsed_s=elapsed_s, gain=gain)

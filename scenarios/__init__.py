@@ -9,12 +9,13 @@ from scenarios.instrument_state import InstrumentState
 from scenarios.sample import Sample
 from scenarios.scenario import Moment, Scenario, load_scenario
 from scenarios.scoring import Score, Scorer
-from scenarios.session import Session, View
+from scenarios.session import FrameState, Session
 from scenarios.structures import Structures
 
 __all__ = [
     "Clearance",
     "Endoscope",
+    "FrameState",
     "InstrumentState",
     "Moment",
     "Sample",
@@ -23,7 +24,6 @@ __all__ = [
     "Scorer",
     "Session",
     "Structures",
-    "View",
     "load_scenario",
     "shaft_clearance",
     "tip_frame",

@@ -46,7 +46,7 @@ nasopharynx lies about 90 mm behind the nostril)."""
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class FrameState:
     """Say what a sample means in the patient: the camera, the tools, the gap.
 
     touched: the structure in contact with the shaft, "" without contact. hazard: the
@@ -77,7 +77,7 @@ class ScopeReading:
     """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
 
     touched: "" without contact. hazards: None where nobody knows them. tool_mm,
-    tool_touched, drags_mm: as in `View`.
+    tool_touched, drags_mm: as in `FrameState`.
     """
 
     world_from_tip: NDArray[np.float64]
@@ -250,14 +250,14 @@ class Session:
         if self.operation is not None and state.operation is not None:
             self.operation.restore(state.operation, self.endoscope)
 
-    def view(self, sample: Sample, size: tuple[int, int] | None = None) -> View:
+    def view(self, sample: Sample, size: tuple[int, int] | None = None) -> FrameState:
         """Return the view of a sample without scoring it.
 
         size: ``(width, height)`` of the picture, None for the session's. Nothing that
         is scored depends on it.
         """
         placed = self._placed(sample)
-        return View(
+        return FrameState(
             self._camera(sample, placed, size),
             placed.world_from_tip,
             tool_frame(sample),

@@ -24,7 +24,7 @@ from anatomy.scan.dicom_frames import (
     kind_of,
 )
 from anatomy.scan.dicom_segments import SEGMENTATIONS
-from anatomy.scan.slice_stack import SAME_PLACE_MM, Layout, SliceStack, straighten
+from anatomy.scan.slice_stack import SAME_PLACE_MM, SliceStack, StackLayout, straighten
 from renderers.scene.memory_limit import memory_limit
 from renderers.scene.volume import AIR_HU, Volume
 from system import UserError, foreign_file
@@ -313,7 +313,7 @@ def choose_series(
 
 def read_series(
     series: DicomSeries, *, allow_gaps: bool = False, progress: Progress | None = None
-) -> tuple[Volume, Layout]:
+) -> tuple[Volume, StackLayout]:
     """Read a series as a volume in LPS and HU (MR: stored values), float32 or int16.
 
     Gives it with how its slices lay. allow_gaps: bridge missing slices by
@@ -351,7 +351,7 @@ def read_series(
         (float(series.spacing_mm[1]), float(series.spacing_mm[0])),
         np.array(thickness),
     ).ordered()
-    layout = Layout.of(stack)
+    layout = StackLayout.of(stack)
     missing = layout.missing()
     if missing and not allow_gaps:
         raise UserError(
@@ -366,7 +366,7 @@ def read_series(
     return volume, layout
 
 
-def layout_notes(layout: Layout, volume: Volume) -> list[str]:
+def layout_notes(layout: StackLayout, volume: Volume) -> list[str]:
     """Say what was done to slices that lay so to make them a volume."""
     missing = layout.missing()
     notes = []

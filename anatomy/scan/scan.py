@@ -20,7 +20,7 @@ from anatomy.scan.dicom import (
     read_series,
 )
 from anatomy.scan.dicom_folder import is_dicom
-from anatomy.scan.slice_stack import Layout
+from anatomy.scan.slice_stack import StackLayout
 from anatomy.tissue import SURFACE_HU, TISSUES
 from renderers.scene.volume import AIR_HU, Volume
 from system import UserError, simple_itk
@@ -140,7 +140,7 @@ def read_scan(
     """
     notes: list[str] = []
     stated: Modality | None = None
-    layout: Layout | None = None
+    layout: StackLayout | None = None
     if not path.exists():
         raise UserError(f"there is no file or folder {path}")
     if path.name.lower().endswith(ARCHIVES):

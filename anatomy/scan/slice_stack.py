@@ -88,7 +88,7 @@ class SliceStack:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class StackLayout:
     """Say how an ordered stack lies: its steps and its shear.
 
     steps_mm: ``(n - 1,)``. shear_mm: largest sideways shift beyond that of a straight
@@ -102,7 +102,7 @@ class Layout:
     thickness_mm: NDArray[np.float64] | None = None
 
     @classmethod
-    def of(cls, stack: SliceStack) -> "Layout":
+    def of(cls, stack: SliceStack) -> "StackLayout":
         """Measure an ordered stack."""
         depth = stack.positions_mm @ stack.normal
         way = stack.positions_mm[-1] - stack.positions_mm[0]
@@ -136,7 +136,7 @@ def straighten(stack: SliceStack, background: float) -> Volume:
     exactly. The step is the smallest there is, but not below the pixels' spacing.
     Where a sheared stack has no pixels `background` stands.
     """
-    layout = Layout.of(stack)
+    layout = StackLayout.of(stack)
     normal = stack.normal
     direction = np.stack([stack.row_direction, stack.column_direction, normal], axis=1)
     left, _, right = np.linalg.svd(direction)

@@ -5,7 +5,7 @@ from pathlib import Path
 from cyclopts import App
 
 from app.cli.root import Flag, Json
-from app.cli.terminal import Stages
+from app.cli.terminal import ProgressReporter
 
 bench = App(
     name="bench",
@@ -41,7 +41,7 @@ def measure(
     from benchmarks.report import print_results
     from benchmarks.runner import run_bench
 
-    with Stages(quiet=json) as stages:
+    with ProgressReporter(quiet=json) as stages:
         results, written = run_bench(
             suites=suite, quick=quick, out=out, fresh=fresh, progress=stages, only=only
         )
@@ -96,6 +96,6 @@ def guard(
     """
     from benchmarks.guard import print_verdict, run_guard
 
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         verdict = run_guard(suite, file, out=out, store=store, progress=stages)
     return print_verdict(verdict)

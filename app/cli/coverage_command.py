@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cyclopts import Parameter
 
 from app.cli.root import Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError, require_place
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def coverage(
     for file in (options.out, options.picture, options.json_file):
         if file is not None:
             require_place(file)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         seen = session_coverage(session, options.case, stages)
     if options.out is not None:
         _write_surface(seen, options.out)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from app.cli.root import Flag, Json, Threads, thread_count
-from app.cli.terminal import Stages, print_json
+from app.cli.terminal import ProgressReporter, print_json
 from system import require_place
 
 
@@ -64,7 +64,7 @@ def debrief(
         rubric=rubric,
     )
     require_place(order.out)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         written = write_debrief(order, stages, stages.say)
     if json:
         print_json({**asdict(written), "out": str(written.out)})

@@ -17,7 +17,7 @@ from app.cli.root import (
     rank_count,
     thread_count,
 )
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from paravol.versions import versions
 from system import UserError
 
@@ -82,7 +82,9 @@ class DemoOptions:
 class _Watch:
     """Show how far the flight is; keep the frames of the scenario's moments."""
 
-    def __init__(self, scenario: "Scenario", path: "ProbePath", stages: Stages) -> None:
+    def __init__(
+        self, scenario: "Scenario", path: "ProbePath", stages: ProgressReporter
+    ) -> None:
         from paravol.snapshots.moments import SelectedFrame
 
         self.kept = [SelectedFrame(moment) for moment in scenario.moments]
@@ -152,7 +154,7 @@ def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
         recorded_path(*load_scenario(name))  # refused before anything is flown
     with ExitStack() as stack:
         out = stack.enter_context(claimed_folder(options.out))
-        stages = stack.enter_context(Stages())
+        stages = stack.enter_context(ProgressReporter())
         size = options.size, options.size
         film = stack.enter_context(VideoWriter(out / "flight.mp4", size, VIDEO_FPS))
         flown = [_fly(options, name, out / file, film, stages) for name, file in names]
@@ -185,7 +187,7 @@ def _fly(
     name: str,
     bundle: Path,
     film: "VideoWriter",
-    stages: Stages,
+    stages: ProgressReporter,
 ) -> _Flown:
     """Fly a scenario, draw its moments, replay it into the film."""
     from paravol.exercises.exercise_path import recorded_path

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from importlib import metadata
 
 from app.cli.root import Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from app.opengl import OpenGL, display_name, probe_offscreen, probe_window
 from paravol.checks.finding import Finding
 from system import UserError, usable_cores
@@ -51,7 +51,7 @@ def run_arm_check(
     from paravol.checks.arm_check import adapter_findings, check_arm
     from paravol.checks.known_constants import constants_findings
 
-    with Stages() as guide, MicroScribe(device) as arm:
+    with ProgressReporter() as guide, MicroScribe(device) as arm:
         findings = constants_findings(arm.description, device, accept=accept_constants)
         findings += check_arm(arm, guide, look_s) + adapter_findings(device)
     return print_findings(f"The arm on {device}", findings, as_json=as_json)

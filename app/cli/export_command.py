@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from app.cli.exchange_command import run_session_export
 from app.cli.root import Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _export_case(case: Path, out: Path, ending: str, *, as_json: bool) -> int:
 
     written: dict[str, int] = {}
     is_dicom = ending == "dicom"
-    with Stages() as stages, claimed_folder(out):
+    with ProgressReporter() as stages, claimed_folder(out):
         stages("Reading the case", 0.0)
         read = read_case(case)
         stages("Reading the case", 1.0)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from app.cli.root import Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError
 
 
@@ -40,7 +40,7 @@ def face(
         raise UserError(f"--out must name a .ply or .vtp file, got {out}.")
     face = load_surface(surface)
     marks = {n: m.position_mm for n, m in read_markups(landmarks).items()}
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         stages("Reading the case", 0.0)
         read = read_case(case)
         stages("Reading the case", 1.0)

@@ -8,7 +8,7 @@ import msgspec
 
 from app.cli.root import FLATTENED, Json
 from app.cli.slices_command import quality_lines
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from paravol.cases.case_options import ImportOptions
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def import_(
     """
     from paravol.cases.case_import import import_case
 
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         imported = import_case(scan, options, stages)
     _print_report(options, imported, as_json=json)
     return 0

@@ -9,7 +9,7 @@ import msgspec
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import require_place, whole_file
 from system.csv_table import CsvTable
 
@@ -90,7 +90,7 @@ def metrics(
     chosen = DEFINITIONS
     if options.only:
         chosen = definitions_named(options.only)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         found = session_metrics(
             session,
             settings=settings,

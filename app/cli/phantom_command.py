@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 
 from app.cli.root import FLATTENED, Json, Seed
-from app.cli.terminal import Stages, print_json
+from app.cli.terminal import ProgressReporter, print_json
 from paravol.cases.case_options import PhantomOptions
 from system import UserError
 
@@ -49,7 +49,7 @@ def phantom(
         words.append(f"posture={options.posture}")
     patient = with_findings(patient, words)
     patient = msgspec.structs.replace(patient, ct_noise_hu=options.noise)
-    with Stages() as stages, claimed_case(out, force=options.force):
+    with ProgressReporter() as stages, claimed_case(out, force=options.force):
         phantom = sinus_phantom(
             patient,
             spacing_mm=options.spacing,

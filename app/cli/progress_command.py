@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from app.cli.root import Flag, Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from paravol.sessions.session_store import SUFFIX, SessionStore
 from system import UserError, require_place, whole_file
 from system.typed_record import decode_json
@@ -307,7 +307,7 @@ def add(
     kept = open_store(store)
     added = []
     for folder in sessions:
-        with Stages(quiet=json) as stages:
+        with ProgressReporter(quiet=json) as stages:
             metrics: list[Metric] = session_metrics(
                 folder, has_head=not motion_only, progress=stages
             ).metrics

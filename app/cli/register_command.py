@@ -9,7 +9,7 @@ import msgspec
 from cyclopts import Parameter
 
 from app.cli.root import Flag, Json, ScenarioName, Seed
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def register(
     if options.input is not None:
         record = _tracked(options)
         return _finish(options, record, None, asks=asks_later, as_json=json)
-    with Stages() as guide:
+    with ProgressReporter() as guide:
         found = register_arm(_order(options), guide)
     return _finish(options, found.record, found.true_mm, asks=asks_later, as_json=json)
 
@@ -95,7 +95,7 @@ def _tracked(options: RegisterOptions) -> "RegistrationRecord":
     from paravol.registration.tracker import register_tracker
 
     address = _tracker(options.input or "")
-    with Stages() as guide:
+    with ProgressReporter() as guide:
         # Of a tracker nobody knows how its errors follow a traced patch.
         plan = plan_registration(replace(_order(options), trace=False), guide)
         warn_of_plan(plan, guide)

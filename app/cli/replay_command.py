@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.cli.page_window import run_page
 from app.cli.replay_options import REPLAYED, ReplayOptions
 from app.cli.root import Json, thread_count
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def run_replay(
     from paravol.scoring.score_table import score_rows
     from paravol.sessions.session_replay import replay_session
 
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         report = replay_session(folder, threads=threads, progress=stages, video=video)
     if as_json:
         print_json(
@@ -123,7 +123,7 @@ def run_at(
     from paravol.scoring.score_table import score_rows
     from renderers.scene import save_png
 
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         here, shown = _pictures(folder, options, stages)
         sample, _ = here.timeline.go_to(time_s)
         if options.picture is not None:
@@ -145,7 +145,7 @@ def run_film(folder: Path, options: ReplayOptions, *, as_json: bool) -> None:
 
     assert options.video is not None
     speed = 1.0 if options.speed is None else options.speed
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         here, shown = _pictures(folder, options, stages)
         timeline = here.timeline
         from_s = timeline.begin_s if options.from_s is None else options.from_s
@@ -184,7 +184,7 @@ def _alignment(
 
 
 def _pictures(
-    folder: Path, options: ReplayOptions, stages: "Stages"
+    folder: Path, options: ReplayOptions, stages: "ProgressReporter"
 ) -> "tuple[SessionPictures, SessionPictures | SideBySide]":
     """Return the session's pictures, and those that were asked for."""
     from paravol.sessions.session_pictures import SessionPictures, SideBySide
@@ -222,7 +222,7 @@ def run_view_at(
 
     if not time_s >= 0:
         raise UserError(f"--view-at takes seconds from 0 on, got {time_s:g}.")
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         _, views = session_views(folder, np.array([time_s]), None, case, stages)
         save_view(out, views[0])
     if not quietly:

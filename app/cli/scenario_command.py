@@ -7,7 +7,7 @@ import msgspec
 from cyclopts import App
 
 from app.cli.root import Json, ScenarioName
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from system import UserError
 from system.typed_record import decode_json
 
@@ -102,7 +102,7 @@ def check(file: Path, *, json: Json = False) -> int:
     if file.suffix != ".toml":
         raise UserError(f"A scenario file ends in .toml; got {file}.")
     scenario, _ = load_scenario(str(file))
-    with Stages(quiet=json) as stages:
+    with ProgressReporter(quiet=json) as stages:
         patient = load_patient(scenario, stages)
         problems = list(fit_problems(scenario, patient))
     lines = [told(file, file.read_bytes(), problem) for problem in problems]
@@ -171,7 +171,7 @@ def from_path(
     """
     from paravol.exercises.recorded_scenario import scenario_from_session
 
-    with Stages(quiet=json) as stages:
+    with ProgressReporter(quiet=json) as stages:
         made = scenario_from_session(
             session, out, name=name, title=title, case=case, progress=stages
         )

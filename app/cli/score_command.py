@@ -9,14 +9,14 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from app.cli.root import Flag, Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from paravol.scoring.scoring_executors import scoring_executor
 from system import UserError, require_place, whole_file
 from system.csv_table import CsvTable
 
 if TYPE_CHECKING:
     from paravol.scoring.session_scoring import BatchOrder, Scored
-    from scenarios.rubrics import Assessment, Part, PassMark
+    from scenarios.rubrics import Assessment, PassMark, RubricPart
     from scenarios.rubrics.rubric import Rubric
 
 OUT = "assessments"
@@ -126,7 +126,10 @@ def _lines(
 
     count = len(sessions_in(sessions))
     found: list[Scored] = []
-    with Stages() as stages, scoring_executor(min(jobs, count), mpi=mpi) as executor:
+    with (
+        ProgressReporter() as stages,
+        scoring_executor(min(jobs, count), mpi=mpi) as executor,
+    ):
         stages("Scoring", 0.0)
         for line in score_all(sessions, order, executor):
             found.append(line)
@@ -168,7 +171,7 @@ def print_assessment(assessment: "Assessment", source: str) -> None:
     print_table(title, rows, greyed)
 
 
-def part_text(part: "Part") -> str:
+def part_text(part: "RubricPart") -> str:
     """Return a part's points and all that they came from."""
     from paravol.scoring.verdict_texts import points_figure
     from scenarios.metrics.value_text import value_text
@@ -239,7 +242,7 @@ def as_csv(lines: "list[Scored]", rubric: "Rubric | None") -> str:
     return text.getvalue()
 
 
-def _item(assessment: "Assessment", part: "Part") -> str:
+def _item(assessment: "Assessment", part: "RubricPart") -> str:
     """Name an item among those of several rubrics."""
     return f"{assessment.rubric} {assessment.rubric_version}: {part.name}"
 
@@ -322,7 +325,7 @@ def _metric_values(folder: Path, name: str, role: str) -> tuple[list[float], int
     chosen = definitions_named((family,))
     values: list[float] = []
     sessions = sessions_in(folder)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         for place, session in enumerate(sessions):
             try:
                 found = session_metrics(session, chosen=chosen, patient=patient_of)

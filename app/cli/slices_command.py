@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 import msgspec
 
 from app.cli.root import Json, Place
-from app.cli.terminal import Stages, print_json
+from app.cli.terminal import ProgressReporter, print_json
 from system import UserError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def slices(
     target = case / "slices.png" if out is None else out
     if target.suffix.lower() != ".png":
         raise UserError(f"--out must name a .png file, got {target}.")
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         stages("Reading the case", 0.0)
         read = read_case(case)
         stages("Reading the case", 1.0)

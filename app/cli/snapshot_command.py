@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli.snapshot_options import SnapshotOptions, check, require_places
-from app.cli.terminal import Stages, print_json
+from app.cli.terminal import ProgressReporter, print_json
 from paravol.snapshots.camera_path import load_camera_path, views_along
 from paravol.snapshots.comparison import require_splats
 from paravol.snapshots.film import FilmReport, draw_film
@@ -38,7 +38,7 @@ def run_snapshot(options: SnapshotOptions) -> int:
     check(options)
     require_places(options)
     settings = _render_settings(options)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", UpWarning)
             head, views = _views(options, stages)
@@ -87,7 +87,7 @@ def _render_settings(options: SnapshotOptions) -> RenderSettings:
 
 
 def _views(
-    options: SnapshotOptions, stages: Stages
+    options: SnapshotOptions, stages: ProgressReporter
 ) -> tuple[HeadScene, list[ViewFile]]:
     """Return the head, and a view of it for each picture."""
     times = np.array([options.time])
@@ -114,7 +114,7 @@ def _views(
 
 
 def _views_at(
-    options: SnapshotOptions, times: NDArray[np.float64], stages: Stages
+    options: SnapshotOptions, times: NDArray[np.float64], stages: ProgressReporter
 ) -> tuple[HeadScene, list[ViewFile]]:
     if options.session is not None:
         return session_views(options.session, times, options.side, options.case, stages)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
-class Stages:
+class ProgressReporter:
     """Show long work as named stages with bars; a context manager.
 
     On a terminal each stage is a bar; in a log file a line when it begins. Everything

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.root import Flag, Json
-from app.cli.terminal import Stages, print_json, print_table
+from app.cli.terminal import ProgressReporter, print_json, print_table
 from paravol.sessions.session_store import SessionStore
 from system import UserError
 
@@ -70,7 +70,7 @@ def _recover(session: "UnfinishedSession", *, keeps: bool) -> None:
     from paravol.scoring.score_table import score_rows
     from paravol.sessions import unfinished_sessions as sessions
 
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         score = sessions.recover(session, stages)
     print_table(session.title, score_rows(score))
     print(f"Recorded in {session.folder}")

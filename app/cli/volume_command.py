@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.page_window import run_page
 from app.cli.root import Threads, thread_count
-from app.cli.terminal import Stages
+from app.cli.terminal import ProgressReporter
 from system import UserError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def volume(
     if look is not None and not look.is_file():
         raise UserError(f"There is no file {look}.")
     chosen = None if look is None else load_look(look)
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         if case is None:
             patient = load_patient(load_scenario("first_flight")[0], stages)
         else:

@@ -18,7 +18,7 @@ from app.vtk.picture_actor import PictureActor
 from paravol.slices.cutaway import Cutaway
 from renderers.fsr.actor import camera_of
 from renderers.scene import Mesh
-from scenarios import Endoscope, View
+from scenarios import Endoscope, FrameState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import placed_tool
 
@@ -157,7 +157,7 @@ class OverviewScene:
         for name in fiducials:
             self._plotter.renderer.remove_actor(f"fiducial {name}", render=False)
 
-    def follow(self, view: View) -> None:
+    def follow(self, view: FrameState) -> None:
         """Move the tools to where a view has them."""
         for actor in self._scope:
             actor.user_matrix = view.world_from_tip

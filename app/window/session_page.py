@@ -24,7 +24,7 @@ from paravol.feedback import TouchSigns
 from paravol.feedback.hazard_pointer import HazardPointer
 from paravol.scoring.readings import tool_text
 from paravol.slices.side_letters import looks_towards, side_letters
-from scenarios import InstrumentState, Scenario, View
+from scenarios import FrameState, InstrumentState, Scenario
 
 
 class SessionSide(QWidget):
@@ -100,7 +100,7 @@ class SessionPage(Page):
         """Have it drawn, and not again before it is."""
 
     def _show_view(
-        self, picture: PictureView, view: View, pixels: NDArray[np.uint8]
+        self, picture: PictureView, view: FrameState, pixels: NDArray[np.uint8]
     ) -> None:
         """Show a picture ``(h, w, 3)``, with the sides of the patient round it."""
         _, right, up, forward = view.camera.frame

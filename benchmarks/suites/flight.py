@@ -32,7 +32,7 @@ from paravol.sessions.session_setup import (
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import image_error
 from renderers.shading import meter
-from scenarios import Scenario, Session, View, load_scenario, tip_frame
+from scenarios import FrameState, Scenario, Session, load_scenario, tip_frame
 from scenarios.bundle import SessionRecorder
 
 FULL_SIZE = 512
@@ -110,7 +110,7 @@ class FlightPlan(Plan, suite="flight"):
     def _patient(self) -> PatientScene:
         return load_patient(bundled_flight()[0], no_progress)
 
-    def _seen(self, time_s: float) -> View:
+    def _seen(self, time_s: float) -> FrameState:
         scenario, path = bundled_flight()
         return path_view(
             scenario, self._patient, path, time_s, (self._size, self._size)
@@ -204,7 +204,7 @@ class FlightPlan(Plan, suite="flight"):
         return Measured(timing, worst, "sRGB", counters)
 
 
-def stage_times(view: EndoscopeView, seen: View) -> list[float]:
+def stage_times(view: EndoscopeView, seen: FrameState) -> list[float]:
     """Draw a frame stage by stage; give the seconds of each of `STAGES`."""
     times = [time.perf_counter()]
 

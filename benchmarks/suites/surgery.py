@@ -28,7 +28,7 @@ from renderers.art import ActiveRayTracer
 from renderers.fsr.surfels import SurfelRasterizer
 from renderers.scene import Camera, Change, GBuffer, ImageError, image_error
 from renderers.scene.thread_pool import ThreadPool
-from scenarios import View, tip_frame
+from scenarios import FrameState, tip_frame
 from scenarios.coverage.watch import RATE_HZ
 from surgery import solids
 from surgery.edit import CuttingLimits, Edit
@@ -332,7 +332,7 @@ class SurgeryPlan(Plan, suite="surgery"):
             solid = solids.capsule(place, place, RADIUS_MM)
 
             def show(
-                solid: solids.Rows = solid, seen: View = seen, number: int = n
+                solid: solids.Rows = solid, seen: FrameState = seen, number: int = n
             ) -> None:
                 edit = operation.patient.carve(solid, CuttingLimits(20.0, 1.0))
                 if edit is not None:

@@ -77,7 +77,7 @@ RELATIVE_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class GamepadLayout:
     """Which control does what."""
 
     axes: dict[int, tuple[Axis, int]]
@@ -85,10 +85,12 @@ class Layout:
     help: dict[str, str]
 
 
-PAD = Layout(
+PAD = GamepadLayout(
     PAD_AXES, {FIRST_BUTTON: 1, SECOND_BUTTON: 2, THIRD_BUTTON: SWAP_BUTTON}, HELP
 )
-MOUSE = Layout(MOUSE_AXES, dict(zip(MOUSE_BUTTONS, (1, 2), strict=True)), MOUSE_HELP)
+MOUSE = GamepadLayout(
+    MOUSE_AXES, dict(zip(MOUSE_BUTTONS, (1, 2), strict=True)), MOUSE_HELP
+)
 
 
 class EventSource(Protocol):
@@ -158,7 +160,7 @@ class Gamepad:
         steering.hold(axis, sign * deflection(event.value, extent), event.time_s)
 
 
-def layout_of(description: InputDescription) -> Layout | None:
+def layout_of(description: InputDescription) -> GamepadLayout | None:
     """Return the layout of a gamepad or a 3D mouse, None for anything else."""
     absolute = description.absolute
     is_numbered = OLD_BUTTONS[0] in description.keys and {Z, RZ} <= absolute.keys()
@@ -173,7 +175,7 @@ def layout_of(description: InputDescription) -> Layout | None:
     return None
 
 
-def _pad(description: InputDescription) -> Layout:
+def _pad(description: InputDescription) -> GamepadLayout:
     """Return a pad's layout: its right stick is the pair that rests in the middle."""
     absolute, layout = description.absolute, PAD
     pairs = [pair for pair in ((RX, RY), (Z, RZ)) if {*pair} <= absolute.keys()]

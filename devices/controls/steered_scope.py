@@ -28,7 +28,7 @@ def _never() -> bool:
     return False
 
 
-class Handset(Protocol):
+class ScopeController(Protocol):
     """A device in somebody's hand that must be asked what happened to it."""
 
     def poll(self, steering: SteeringEvents) -> None:
@@ -53,7 +53,7 @@ class SteeredArm(PulledSource):
         self,
         control: FulcrumControl,
         steering: Steering,
-        handset: Handset | None = None,
+        handset: ScopeController | None = None,
         *,
         rate_hz: float = RATE_HZ,
         clock: Clock | None = None,

@@ -34,7 +34,7 @@ FEWEST_POINTS = 30
 LARGEST_MEDIAN_MM = 1.0
 
 
-class Surface(Protocol):
+class TracedSurface(Protocol):
     """The boundary that the stylus traces, in the patient's frame."""
 
     def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -73,7 +73,7 @@ def refine(
     start: NDArray[np.float64],
     landmarks: Landmarks,
     traced_mm: NDArray[np.float64],
-    surface: Surface | None,
+    surface: TracedSurface | None,
     surface_mm: float,
 ) -> Refinement:
     """Refine world_from_device from ``start``, (4, 4).
@@ -123,7 +123,7 @@ def _pulls(
     transform: NDArray[np.float64],
     landmarks: Landmarks,
     traced: NDArray[np.float64],
-    surface: Surface | None,
+    surface: TracedSurface | None,
     surface_mm: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return points, weights and the ways by which the points are off."""

@@ -8,7 +8,7 @@ from paravol.debrief.findings import Findings
 from scenarios import Scenario, Score
 from scenarios.metrics.metric import SCOPE
 from scenarios.metrics.value_text import value_text
-from scenarios.rubrics import Assessment, Part, Verdict
+from scenarios.rubrics import Assessment, RubricPart, Verdict
 from scenarios.tasks.engine import Status
 
 MOST = 4
@@ -159,7 +159,7 @@ def _low_parts(assessment: Assessment) -> list[Advice]:
     ]
 
 
-def amount(part: Part) -> str:
+def amount(part: RubricPart) -> str:
     """Return a part's value with 1 sigma and its unit, or why there is none."""
     if part.value is None:
         return part.reason or "not known"

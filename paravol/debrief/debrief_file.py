@@ -9,7 +9,7 @@ from markupsafe import Markup
 from paravol.debrief.events import events_of, worth_a_picture
 from paravol.debrief.findings import Findings, gather
 from paravol.debrief.head_picture import head_picture
-from paravol.debrief.page import Material, page, tip_pieces
+from paravol.debrief.page import PageContext, page, tip_pieces
 from paravol.debrief.pictures import (
     NO_PICTURES,
     DebriefOrder,
@@ -79,7 +79,7 @@ def write_debrief(
         drawn = worth_a_picture(events, order.pictures)
         pictures = draw_pictures(order, findings, drawn, progress, say)
     assessment = assessment_of(order.folder, rubric, findings.metrics)
-    text = page(Material(findings, events, pictures, head, assessment, seen))
+    text = page(PageContext(findings, events, pictures, head, assessment, seen))
     with whole_file(order.out) as beside:
         beside.write_text(text, "utf-8")
     told = sum(event.is_told for event in events)

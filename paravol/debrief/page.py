@@ -35,7 +35,7 @@ LEAST_MM3 = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class PageContext:
     """Hold what the page is made of.
 
     head: the opened head with the way, "" without. assessment: by a rubric. seen: the
@@ -50,7 +50,7 @@ class Material:
     seen: Picture | None = None
 
 
-def page(material: Material) -> str:
+def page(material: PageContext) -> str:
     """Return the whole HTML file; the same material gives the same text."""
     environment = templates(TEMPLATES)
     # ours, with nothing from any file in them
@@ -62,7 +62,7 @@ def page(material: Material) -> str:
     )
 
 
-def _told(material: Material) -> dict[str, Any]:
+def _told(material: PageContext) -> dict[str, Any]:
     findings, events = material.findings, material.events
     score = findings.score
     measured = findings.metrics.measured

@@ -36,7 +36,7 @@ from scenarios.tasks.task import (
     Held,
     Hold,
     Inject,
-    Look,
+    LookTask,
     Open,
     Reach,
     Remove,
@@ -155,7 +155,7 @@ class ScriptedHand:
                 assert task.held is Held.SCOPE
                 self.bring(self.place(task.place), task.radius_mm)
                 self.stay(task.hold_s + 2 * STEP_S)
-            case Look():
+            case LookTask():
                 if task.level_deg < 180.0:
                     self.stay(task.hold_s)
                     assert self.status(task) is Status.OPEN
@@ -193,7 +193,7 @@ class ScriptedHand:
         best = int(clear.argmax())
         self.go(tips[best], entries[best], 0.0)
 
-    def look(self, task: Look) -> None:
+    def look(self, task: LookTask) -> None:
         """Find a pose from which the place is seen, and go there."""
         place = self.place(task.place)
         near = self._ball(place, min(task.farthest_mm, 40.0) - 0.5)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from anatomy.hazard_volumes import HazardVolumes
 from paravol.feedback.shaft_heading import place_in_picture
 from paravol.feedback.touch_signs import MARGIN_MM
-from scenarios import View
+from scenarios import FrameState
 from scenarios.instrument_state import NO_TOOL
 
 BESIDE_MM = 0.5
@@ -46,7 +46,7 @@ def nearest_point_mm(
     return point
 
 
-def hazard_pointer(view: View, hazards: HazardVolumes) -> HazardPointer | None:
+def hazard_pointer(view: FrameState, hazards: HazardVolumes) -> HazardPointer | None:
     """Return the line to the hazard that is nearest in a view.
 
     None where none is within the margin, or where it is out of the picture.
@@ -74,7 +74,7 @@ def hazard_pointer(view: View, hazards: HazardVolumes) -> HazardPointer | None:
 
 
 def _in_picture(
-    view: View, point_mm: NDArray[np.float64]
+    view: FrameState, point_mm: NDArray[np.float64]
 ) -> tuple[float, float] | None:
     """Return where a point is seen; None beside the lens, or out of the picture."""
     camera = view.camera

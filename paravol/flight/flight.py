@@ -164,7 +164,7 @@ class Flight:
         )
         self.hand = InstrumentController(scope.endoscope(), order.scenario.tools)
         self._channel = SecondChannel(order.input.completer, self.scope, self.hand)
-        self.recording = Recording(
+        self.recording = FlightRecording(
             order, lambda why: self._tell(events.RecordingStopped(why))
         )
         self._keyframes = Keyframes()
@@ -464,7 +464,7 @@ def _open_name(every: Sequence[Task], session: Session) -> str | None:
     return None if opened is None else opened[0].name
 
 
-class Recording:
+class FlightRecording:
     """Open the recording of a flight and remember where it is.
 
     folder: None where none is kept. problem: why, one sentence.

@@ -21,7 +21,7 @@ from paravol.sessions.keyframes import Keyframes
 from paravol.snapshots.operated_head import OperatedHead
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import Camera, Change, ChangeKind
-from scenarios import Sample, Session, View
+from scenarios import FrameState, Sample, Session
 from scenarios.bundle import (
     EditRecord,
     EventRecord,
@@ -54,7 +54,7 @@ class FrameEvent:
     the score.
     """
 
-    view: View
+    view: FrameState
     frame: Frame
     sample: Sample
     number: int
@@ -263,7 +263,7 @@ class _Sized:
             self._begun_s = time.perf_counter()
             self._skipped = self._view.views_skipped
 
-    def view(self, sample: Sample) -> View:
+    def view(self, sample: Sample) -> FrameState:
         """Return the view of a sample."""
         if self._sizes is None:
             return self._session.view(sample)
@@ -298,7 +298,7 @@ TRIED_EVERY_S = 0.15
 class _Shown:
     """Hold what a frame that is begun shows; see `FrameEvent`."""
 
-    view: View
+    view: FrameState
     tissue: OperatedHead | None = None
     cuts: int = 0
     signs: TouchSigns = NO_SIGNS
@@ -373,7 +373,7 @@ class _Operated:
             )
 
     def shown(
-        self, session: Session, view: View, sample: Sample, wants_tissue: bool
+        self, session: Session, view: FrameState, sample: Sample, wants_tissue: bool
     ) -> _Shown:
         """Return what the next frame shows; nothing may be cut before it is begun."""
         operation = session.operation

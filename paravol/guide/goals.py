@@ -13,13 +13,13 @@ from paravol.guide.bite_place import AS_GOOD, GRIPPED, BitePlace, bite_place
 from paravol.inputs.asked_tissue import around_way
 from paravol.inputs.tool_plan import ToolPlan
 from renderers.scene import Camera, Volume
-from scenarios import View
+from scenarios import FrameState
 from scenarios.coverage import CoverageWatch
 from scenarios.instrument_state import NO_TOOL
 from scenarios.structures import Structures
 from scenarios.tasks import Status, Task, TaskState
 from scenarios.tasks import task as tasks
-from scenarios.tasks.head_parts import Head, Part
+from scenarios.tasks.head_parts import Head, HeadPart
 from scenarios.tasks.rules import SIGHT_STEP_MM, is_in_sight
 
 _Doubles = NDArray[np.float64]
@@ -87,7 +87,7 @@ class GuidedHead:
     scope_mm: float = 2.0
     gripped: int = GRIPPED
     kept_mm: _Doubles | None = None
-    parts: dict[str, Part | None] = field(default_factory=dict, compare=False)
+    parts: dict[str, HeadPart | None] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class _Seeker:
     head: GuidedHead
     tip_mm: _Doubles
     eye_mm: _Doubles
-    view: View | None
+    view: FrameState | None
 
     def grip(self) -> Callable[[_Doubles], _Doubles] | None:
         """Return what the tool in hand is worth at places; None without a tool."""
@@ -166,7 +166,7 @@ def goal_of(
     head: GuidedHead,
     tip_mm: _Doubles,
     eye_mm: _Doubles | None = None,
-    view: View | None = None,
+    view: FrameState | None = None,
 ) -> Goal | None:
     """Return where to go for a task; None where nobody knows.
 
@@ -286,7 +286,7 @@ def _left_of_parts(task: tasks.Remove, seeker: _Seeker) -> Goal | None:
     return min(goals, key=lambda found: (found[0], _away_mm(found[1], at_mm)))[1]
 
 
-def wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, Part]:
+def wanted_parts(task: tasks.Remove, head: GuidedHead) -> dict[str, HeadPart]:
     """Return the parts that are to be taken, by name.
 
     They are known from the first time on: of a head that was cut they would be others.

@@ -26,7 +26,7 @@ from paravol.guide.goals import (
 )
 from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera
-from scenarios import View
+from scenarios import FrameState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.catalogue import Action, instrument_named
 from scenarios.instruments.contact_shape import works_at_mm
@@ -105,7 +105,7 @@ class _Ask:
     tip_mm: _Doubles
     eye_mm: _Doubles
     cuts: int
-    view: View
+    view: FrameState
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +182,7 @@ class Guide:
             self._wakes.notify()
 
     def mark(
-        self, view: View, states: Sequence[TaskState], cuts: int
+        self, view: FrameState, states: Sequence[TaskState], cuts: int
     ) -> GuideMark | None:
         """Return what to show over a view; None for nothing.
 
@@ -221,7 +221,7 @@ class Guide:
 
     def lay_scope(
         self,
-        view: View,
+        view: FrameState,
         states: Sequence[TaskState],
         cuts: int,
         tools: Sequence[str],
@@ -384,14 +384,14 @@ def _step(
     now_s: float,
     found: _Found,
     goal: Goal,
-    view: View,
+    view: FrameState,
     head: GuidedHead,
     tip: _Doubles,
 ) -> _Next:
     """Find where to go next: the goal itself where it is in sight, else the way."""
     eye, place, task = view.camera.frame[0], goal.place_mm, found.ask.task
     is_goal = is_in_sight(head.distance, eye, place)
-    if isinstance(task, tasks.Look) and found.way is not None:
+    if isinstance(task, tasks.LookTask) and found.way is not None:
         # what is seen from too far away is gone to
         is_goal &= float(np.linalg.norm(place - eye)) <= task.farthest_mm
     aim, way_mm = place, float(np.linalg.norm(place - tip))
@@ -415,7 +415,7 @@ def _step(
     return _Next(now_s, found, aim, way_mm, back_mm, is_goal)
 
 
-def _tip(task: Task, view: View) -> _Doubles:
+def _tip(task: Task, view: FrameState) -> _Doubles:
     """Return the tip that a task is about, as far as there is one."""
     held = getattr(task, "held", None)
     is_tools = held is tasks.Held.TOOL or isinstance(

@@ -18,7 +18,7 @@ from paravol.inputs.pointed_tool import thickness_mm
 from paravol.inputs.tool_hold import BESIDE_MM
 from paravol.inputs.tool_plan import ToolPlan, tip_frames
 from renderers.scene import Volume
-from scenarios import Endoscope, View
+from scenarios import Endoscope, FrameState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.tasks import Task, TaskState
 
@@ -85,7 +85,7 @@ class ScopePose(NamedTuple):
     frame: _Doubles
     entry_mm: _Doubles
     roll_deg: float
-    seen: View | None = None
+    seen: FrameState | None = None
     goal: Goal | None = None
 
 
@@ -117,7 +117,7 @@ class ScopePlaces:
         task: Task,
         state: TaskState,
         head: GuidedHead,
-        view: View,
+        view: FrameState,
         left_out: Sequence[_Doubles] = (),
     ) -> ScopePose | None:
         """Return the pose from which the tool in hand does most of what a task asks.

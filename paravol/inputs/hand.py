@@ -22,7 +22,7 @@ from devices.controls.fulcrum import Fulcrum, FulcrumControl, FulcrumLimits
 from devices.controls.gamepad import open_gamepad
 from devices.controls.handover import Handover
 from devices.controls.keyboard import MouseKeys
-from devices.controls.steered_scope import Handset, SteeredArm
+from devices.controls.steered_scope import ScopeController, SteeredArm
 from paravol.inputs.asked_tissue import asked_tissue
 from paravol.inputs.flight_input import FlightInput, framed_hand, in_the_patient
 from paravol.inputs.nostril_lines import LeaningScope
@@ -175,7 +175,10 @@ class _HandInput(FlightInput):
     may_skip = can_lay = True
 
     def __init__(
-        self, scenario: Scenario, path: ProbePath | None, handset: Handset | None
+        self,
+        scenario: Scenario,
+        path: ProbePath | None,
+        handset: ScopeController | None,
     ) -> None:
         self._radius_mm = scenario.scope.endoscope().diameter_mm / 2
         self._path, self._start = path, scenario.start

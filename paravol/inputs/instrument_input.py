@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from devices import Pose, ProbePath
 from devices.controls.gamepad import open_gamepad
 from devices.controls.keyboard import MouseKeys
-from devices.controls.steered_scope import Handset, SteeredArm
+from devices.controls.steered_scope import ScopeController, SteeredArm
 from devices.controls.steering import Steering
 from devices.recording.player import RecordedArm
 from devices.registration.pivot import shifted_to_tip
@@ -102,15 +102,17 @@ class _SteeredInstrument(InstrumentInput):
             for source in sources:
                 source.close()
 
-    def _handset(self) -> Handset | None:
+    def _handset(self) -> ScopeController | None:
         """Return the device in the hand, None where events come by themselves."""
         return None
 
-    def _opened(self) -> Handset | None:
+    def _opened(self) -> ScopeController | None:
         """Open it anew; DeviceError while it is not there."""
         return None
 
-    def _source(self, control: "FulcrumControl", handset: Handset | None) -> SteeredArm:
+    def _source(
+        self, control: "FulcrumControl", handset: ScopeController | None
+    ) -> SteeredArm:
         return SteeredArm(control, self._steering, handset)
 
 
@@ -142,10 +144,10 @@ class GamepadInstrument(_SteeredInstrument):
         # the last of them are the buttons: here they belong to the tool
         self.keys = shown | {[*shown][-1]: "work the tool; suction"}
 
-    def _handset(self) -> Handset:
+    def _handset(self) -> ScopeController:
         return self._pad
 
-    def _opened(self) -> Handset:
+    def _opened(self) -> ScopeController:
         return open_gamepad(*self._which)
 
 

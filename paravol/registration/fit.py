@@ -29,7 +29,12 @@ from devices.registration.registration_file import (
     RegistrationRecord,
     TouchedLandmark,
 )
-from devices.registration.surface_fit import Landmarks, Refinement, Surface, refine
+from devices.registration.surface_fit import (
+    Landmarks,
+    Refinement,
+    TracedSurface,
+    refine,
+)
 from devices.registration.target_error import (
     BUDGET_MM,
     FitUncertainty,
@@ -71,7 +76,7 @@ class Fit:
 def fit_registration(
     touched: Touched,
     landmarks: dict[str, NDArray[np.float64]],
-    surface: Surface | None,
+    surface: TracedSurface | None,
     targets: dict[str, NDArray[np.float64]],
     arm: ArmDescription,
     spread: ParameterSpread,

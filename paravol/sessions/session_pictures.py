@@ -30,7 +30,7 @@ from paravol.snapshots.view_file import ViewCamera
 from paravol.view import EndoscopeView, Frame
 from renderers.scene.lens_state import CLEAN
 from renderers.shading import LOOK_VERSION
-from scenarios import Sample, View
+from scenarios import FrameState, Sample
 from scenarios.bundle import FrameRecord, read_recording
 from scenarios.tasks import TaskState
 
@@ -68,7 +68,7 @@ class ShownMoment:
     """
 
     sample: Sample
-    view: View
+    view: FrameState
     frame: Frame
     recorded: FrameRecord | None
     is_recorded: bool | None

@@ -20,11 +20,11 @@ from renderers.scene import Volume
 from renderers.shading import LOOK_VERSION, Tier
 from scenarios import (
     Endoscope,
+    FrameState,
     Sample,
     Scenario,
     Session,
     Structures,
-    View,
     load_scenario,
     tip_frame,
 )
@@ -276,7 +276,7 @@ def build_view(
 
 def first_views(
     scenario: Scenario, patient: PatientScene, path: ProbePath, size: tuple[int, int]
-) -> list[View]:
+) -> list[FrameState]:
     """Return views that need all that a session needs, to be drawn before it begins.
 
     From inside the nose, from before the nostril with its hairs, and with a tool in
@@ -295,7 +295,7 @@ def path_view(
     path: ProbePath,
     time_s: float,
     size: tuple[int, int],
-) -> View:
+) -> FrameState:
     """Return the view a scope on the path would have, without any arm."""
     at = path.sample(time_s)
     sample = Sample(

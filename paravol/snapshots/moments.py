@@ -14,7 +14,7 @@ from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.request import SnapshotRequest
-from scenarios import Moment, View
+from scenarios import FrameState, Moment
 from scenarios.instruments import placed_tool
 
 BEFORE_S = 0.05
@@ -29,7 +29,7 @@ class SelectedFrame:
     """
 
     moment: Moment
-    view: View | None = None
+    view: FrameState | None = None
     frame: Frame | None = None
     number: int = 0
     tissue: OperatedHead | None = None
@@ -41,7 +41,7 @@ class SelectedFrame:
     def offer(
         self,
         number: int,
-        view: View,
+        view: FrameState,
         frame: Frame,
         time_s: float,
         tissue: OperatedHead | None = None,
@@ -80,7 +80,7 @@ class SnapshotRequestFactory:
     def request(
         self,
         client: SnapshotClient,
-        view: View,
+        view: FrameState,
         *,
         gain: float,
         number: int,

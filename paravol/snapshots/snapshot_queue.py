@@ -22,7 +22,7 @@ from renderers.scene.lens_state import CLEAN, LensState
 from renderers.scene.mesh import PlacedMesh
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.growing import GrowingPicture
-from scenarios import View
+from scenarios import FrameState
 from system import UserError
 
 PATIENCE_S = 10.0
@@ -40,7 +40,7 @@ class SelectedMoment:
     """
 
     time_s: float
-    view: View
+    view: FrameState
     gain: float
     number: int
     tissue: OperatedHead | None = None

@@ -28,7 +28,7 @@ from paravol.snapshots.view_file import (
 )
 from renderers.scene.lens_state import CLEAN, LensState
 from renderers.snapshots.request import ProjectionName, Row
-from scenarios import Sample, Scenario, View, load_scenario
+from scenarios import FrameState, Sample, Scenario, load_scenario
 from scenarios.bundle import FrameRecord, SampleRecord, read_recording
 from scenarios.instrument_state import NO_TOOL
 from system import UserError
@@ -172,7 +172,7 @@ def placed_view(
 
 
 def view_of(
-    view: View,
+    view: FrameState,
     scenario: Scenario,
     patient: PatientScene,
     *,

@@ -14,7 +14,7 @@ from scenarios.tasks.task import (
     Hold,
     Inject,
     KeepAway,
-    Look,
+    LookTask,
     Open,
     Reach,
     Remove,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from paravol.progress.session_entry import SessionEntry
 
 _LEARNT: tuple[tuple[type[Task], str], ...] = (
-    (Look, "find a place and keep it in the middle of the picture"),
+    (LookTask, "find a place and keep it in the middle of the picture"),
     (Hold, "hold the scope still"),
     (Follow, "lead the tip along a way"),
     (Reach, "bring a tip to a place"),

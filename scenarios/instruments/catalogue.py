@@ -38,7 +38,7 @@ from scenarios.instruments.lofting import joined
 from scenarios.instruments.parts import (
     Capsules,
     Doubles,
-    Part,
+    InstrumentPart,
     Shape,
     moved,
 )
@@ -173,7 +173,7 @@ class Instrument:
 
 
 @cache
-def parts_of(instrument: Instrument) -> tuple[Part, ...]:
+def parts_of(instrument: Instrument) -> tuple[InstrumentPart, ...]:
     """Return an instrument's parts, the shaft first, built once."""
     return instrument.shape.parts()
 

@@ -11,7 +11,7 @@ from scenarios.instruments.lofting import BentLine, joined, rod, section, skin
 from scenarios.instruments.parts import (
     NO_BITE,
     Capsules,
-    Part,
+    InstrumentPart,
     Shape,
     moved,
     shaded,
@@ -71,7 +71,7 @@ class Forceps(Shape):
         _, y, z = self.line().at(self.jaw_mm)[0].tolist()
         return y, z
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return shaft, upper and lower jaw."""
         line, hinge = self.line(), self.hinge()
         radius = self.shaft_mm / 2
@@ -84,19 +84,19 @@ class Forceps(Shape):
         y, z = hinge
         pin = np.array([[-half, y, z], [half, y, z]])
         caster = line.bend(begin + radius, self.length_mm - radius)
-        body = Part(
+        body = InstrumentPart(
             shaded(joined(shaft, self._pin(radius)), Capsules.along(caster, radius)),
             Capsules.joined(
                 [Capsules.along(middle, radius), Capsules.along(pin, _PIN_MM)]
             ),
         )
-        low = Part(self.jaw(-1), self.jaw_capsules(-1), hinge, -self.open_deg)
+        low = InstrumentPart(self.jaw(-1), self.jaw_capsules(-1), hinge, -self.open_deg)
         if self.through:
-            low = Part(low.mesh, low.capsules)
+            low = InstrumentPart(low.mesh, low.capsules)
             blade, capsules = self._blade()
             blade = shaded(blade, self._jaw_caster(1))
-            return body, Part(blade, capsules, hinge, self.open_deg), low
-        up = Part(self.jaw(1), self.jaw_capsules(1), hinge, self.open_deg)
+            return body, InstrumentPart(blade, capsules, hinge, self.open_deg), low
+        up = InstrumentPart(self.jaw(1), self.jaw_capsules(1), hinge, self.open_deg)
         return body, up, low
 
     def _jaw_caster(self, side: int) -> Capsules:
@@ -270,7 +270,7 @@ class Backbiter(Shape):
         """Return ``(y, z)`` of the hinge, near the tip."""
         return 0.55 * self.shaft_mm / 2, 1.5
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return shaft and jaw."""
         line, radius = BentLine(), self.shaft_mm / 2
         shaft = rod(line, 0.0, self.length_mm, (radius, radius))
@@ -288,8 +288,10 @@ class Backbiter(Shape):
         jaw = cup.jaw(1)
         jaw = Mesh(moved(jaw.vertices, back), jaw.faces, jaw.material)
         return (
-            Part(shaft, Capsules.along(middle, radius)),
-            Part(jaw, cup.jaw_capsules(1).placed(back), hinge, -self.open_deg),
+            InstrumentPart(shaft, Capsules.along(middle, radius)),
+            InstrumentPart(
+                jaw, cup.jaw_capsules(1).placed(back), hinge, -self.open_deg
+            ),
         )
 
     def tip(self) -> tuple[Doubles, float]:

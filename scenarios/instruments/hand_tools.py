@@ -16,7 +16,7 @@ from scenarios.instruments.lofting import (
     section,
     skin,
 )
-from scenarios.instruments.parts import Capsules, Part, Shape, shaded
+from scenarios.instruments.parts import Capsules, InstrumentPart, Shape, shaded
 
 Doubles = NDArray[np.float64]
 
@@ -39,13 +39,13 @@ def _side_by_side(strands: list[Doubles], radius_mm: Doubles) -> Capsules:
     return Capsules.joined(held)
 
 
-def _bladed(mesh: Mesh, strands: list[Doubles], radius_mm: Doubles) -> Part:
+def _bladed(mesh: Mesh, strands: list[Doubles], radius_mm: Doubles) -> InstrumentPart:
     """Return a blade as a part; five capsules are enough for its shadow."""
     count = len(radius_mm)
     some = [1, count // 2, count - 2, count - 1]
     two = [strand[some] for strand in (strands[1], strands[-2])]
     caster = _side_by_side(two, radius_mm[some])
-    return Part(shaded(mesh, caster), _side_by_side(strands, radius_mm))
+    return InstrumentPart(shaded(mesh, caster), _side_by_side(strands, radius_mm))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Curette(Shape):
         x, z = radius * np.sin(angles), self.ring_mm / 2 - radius * np.cos(angles)
         return np.stack([x, np.zeros(count), z], axis=1)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return ring, neck and shaft in one."""
         line = BentLine()
         around = np.arange(12) * (2 * math.pi / 12)
@@ -114,7 +114,7 @@ class Curette(Shape):
                 Capsules.along(stem, np.array([0.6, 1.0]) * thick),
             ]
         )
-        return (Part(shaded(mesh, caster), capsules),)
+        return (InstrumentPart(shaded(mesh, caster), capsules),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball that fills the ring's end."""
@@ -164,7 +164,7 @@ class SickleKnife(Shape):
         half[lengths_mm > self.length_mm - 0.1] *= 0.6
         return half
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return blade and shaft in one."""
         line, lengths = self.line(), self._lengths()
         half = self._half(lengths)
@@ -230,7 +230,7 @@ class InjectionNeedle(Shape):
         )
         return lengths, radius
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return point, needle and shaft in one."""
         line, (lengths, radius) = BentLine(), self._profile()
         mesh = skin(rings(line, lengths, np.stack([radius, radius], 1), section(24)))
@@ -239,7 +239,7 @@ class InjectionNeedle(Shape):
         capsules = Capsules.along(
             line.at(stem), np.minimum(thick[:-1], thick[1:]) + 0.05
         )
-        return (Part(mesh, capsules),)
+        return (InstrumentPart(mesh, capsules),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its point."""
@@ -262,7 +262,7 @@ class BallProbe(Shape):
         """Return its middle."""
         return BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return ball, rod and shaft in one."""
         line, ball, thin = self.line(), self.ball_mm / 2, self.rod_mm / 2
         thick = self.shaft_mm / 2
@@ -292,7 +292,7 @@ class BallProbe(Shape):
                 ),
             ]
         )
-        return (Part(mesh, capsules),)
+        return (InstrumentPart(mesh, capsules),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return its ball."""
@@ -338,7 +338,7 @@ class Elevator(Shape):
         behind = np.linspace(wide, self.blade_mm, 9)[1:]
         return np.concatenate([front, behind, [self.length_mm - 0.5, self.length_mm]])
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return blade and shaft in one."""
         line, lengths = self.line(), self._lengths()
         half = self._half(lengths)

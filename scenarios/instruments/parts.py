@@ -70,7 +70,7 @@ def shaded(mesh: Mesh, capsules: Capsules) -> Mesh:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class InstrumentPart:
     """Hold a rigid part in the tool's frame, as it lies when the jaws are closed.
 
     hinge_mm: ``(y, z)`` of the axis along x that it turns about. open_deg: its turn
@@ -95,7 +95,7 @@ class Shape(ABC):
     """Describe a tool's form by its sizes."""
 
     @abstractmethod
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return its rigid parts, the shaft first."""
 
     @abstractmethod

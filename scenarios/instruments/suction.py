@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from renderers.scene import Material, Mesh
 from scenarios.instruments.lofting import SIDES, BentLine, rings, section, skin
-from scenarios.instruments.parts import Capsules, Part, Shape, shaded
+from scenarios.instruments.parts import Capsules, InstrumentPart, Shape, shaded
 from system import UserError
 
 Doubles = NDArray[np.float64]
@@ -110,7 +110,7 @@ class Frazier(Shape):
     bend_start_mm: float = 70.0
     bend_deg: float = 25.0
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return the tube."""
         begin, end = self.bend_start_mm, self.length_mm
         mesh = suction_tube(self.outer_mm, self.bore_mm, end, begin, self.bend_deg)
@@ -119,7 +119,7 @@ class Frazier(Shape):
         middle = np.zeros((len(lengths), 3))
         middle[:, 2] = lengths
         middle = _bend(middle, begin, end, self.bend_deg)
-        return (Part(mesh, Capsules.along(middle, radius)),)
+        return (InstrumentPart(mesh, Capsules.along(middle, radius)),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its mouth."""
@@ -141,7 +141,7 @@ class CurvedSuction(Shape):
         """Return its middle."""
         return BentLine(self.straight_mm, self.radius_mm, self.turn_deg)
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return the tube."""
         _require_bore(self.outer_mm, self.bore_mm)
         line = self.line()
@@ -153,7 +153,7 @@ class CurvedSuction(Shape):
         middle = line.at(lengths[[0, *range(1, len(lengths) - 1, 2), -1]])
         caster = line.bend(_INSET * outer, self.length_mm)
         mesh = shaded(mesh, Capsules.along(caster, outer))
-        return (Part(mesh, Capsules.along(middle, outer)),)
+        return (InstrumentPart(mesh, Capsules.along(middle, outer)),)
 
     def tip(self) -> tuple[Doubles, float]:
         """Return the ball in its mouth."""
@@ -182,7 +182,7 @@ class Debrider(Shape):
     depth_mm: float = 1.5
     bulge_mm: float = 0.45
 
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[InstrumentPart, ...]:
         """Return the tube; the window is a hollow with the inner blade as its floor."""
         radius = self.outer_mm / 2
         begin, end = self.window_begin_mm, self.window_begin_mm + self.window_mm
@@ -218,7 +218,7 @@ class Debrider(Shape):
         )
         tube = np.array([[0.0, 0.0, _FRONT * radius], [0.0, 0.0, self.length_mm]])
         capsules = Capsules.along(tube, radius)
-        return (Part(shaded(skin(rows), capsules), capsules),)
+        return (InstrumentPart(shaded(skin(rows), capsules), capsules),)
 
     def _angles(self) -> Doubles:
         """Return places round the tube, close together at the window's sides."""

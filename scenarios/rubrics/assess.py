@@ -16,7 +16,7 @@ from scenarios.rubrics.assessment import (
     Band,
     ExerciseMark,
     HardFail,
-    Part,
+    RubricPart,
     Standing,
     Verdict,
 )
@@ -197,7 +197,7 @@ def _too_little(rubric: Rubric, evidence: Evidence) -> str:
     )
 
 
-def _unjudged(part: Part) -> Part:
+def _unjudged(part: RubricPart) -> RubricPart:
     return msgspec.structs.replace(
         part,
         standing=Standing.NO_DATA,
@@ -222,7 +222,7 @@ def _part(
     evidence: Evidence,
     population: Population | None,
     done: DoneShare | None,
-) -> Part:
+) -> RubricPart:
     found = _read(item, evidence)
     standing, points, spread = Standing.NO_DATA, 0.0, 0.0
     if found.is_far:
@@ -240,7 +240,7 @@ def _part(
     if population is not None and item.metric:
         bands = population.bands(found.role, item.full_name, item.combine)
     is_removal = item.is_removal or item.task in evidence.removal_tasks
-    return Part(
+    return RubricPart(
         item.name,
         item.title,
         item.full_name,
@@ -263,7 +263,7 @@ def _part(
     )
 
 
-def _without_dominance(parts: list[Part], remarks: list[str]) -> list[Part]:
+def _without_dominance(parts: list[RubricPart], remarks: list[str]) -> list[RubricPart]:
     """Hold points for removal back where too few others count beside them."""
     counting = [part for part in parts if part.counts]
     removal = math.fsum(part.most_points for part in counting if part.is_removal)

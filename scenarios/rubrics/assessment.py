@@ -34,7 +34,7 @@ class Band(msgspec.Struct, frozen=True):
     source: str
 
 
-class Part(msgspec.Struct, frozen=True):
+class RubricPart(msgspec.Struct, frozen=True):
     """Hold one item of a rubric, scored.
 
     name, title: the item's. source: the metric, task or figure it reads, by its full
@@ -130,7 +130,7 @@ class Assessment(msgspec.Struct, frozen=True):
     rubric_version: int
     rubric_title: str
     rubric_sha256: str
-    parts: tuple[Part, ...]
+    parts: tuple[RubricPart, ...]
     fails: tuple[HardFail, ...]
     points: float
     counted_points: float

@@ -50,7 +50,7 @@ Voxels = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class HeadPart:
     """Hold a part's voxels, flat, and how much of them was tissue at first."""
 
     voxels: Voxels
@@ -73,7 +73,7 @@ class Head:
     distance: Volume
     structures: Structures | None = None
 
-    def part(self, name: str) -> Part | None:
+    def part(self, name: str) -> HeadPart | None:
         """Return a part such as ``ethmoid bulla, right``; None where there is none."""
         what, _, side = name.partition(", ")
         if self._middle_mm is None or side not in SIDES:
@@ -85,7 +85,7 @@ class Head:
         values = self.distance.values.reshape(-1)[chosen]
         share = np.clip(0.5 + values / self.distance.spacing_mm.max(), 0.0, 1.0)
         was = float(share.sum())
-        return Part(chosen[share > 0.0], was) if was > 0.0 else None
+        return HeadPart(chosen[share > 0.0], was) if was > 0.0 else None
 
     @cached_property
     def _middle_mm(self) -> float | None:

@@ -92,7 +92,7 @@ class _Reach(_Dwell):
 
 
 class _Look(_Dwell):
-    def __init__(self, task: tasks.Look, places: Places) -> None:
+    def __init__(self, task: tasks.LookTask, places: Places) -> None:
         super().__init__(task.hold_s)
         self._task = task
         self._place = _at(task.place, places)
@@ -296,7 +296,7 @@ def rule_of(task: tasks.Task, places: Places, head: Head | None = None) -> Rule:
     match task:
         case tasks.Reach():
             return _Reach(task, places)
-        case tasks.Look():
+        case tasks.LookTask():
             return _Look(task, places)
         case tasks.Hold():
             return _Hold(task, places)

@@ -50,7 +50,7 @@ class Reach(TaskBase, frozen=True, tag="reach"):
     hold_s: float = 0.0
 
 
-class Look(TaskBase, frozen=True, tag="look"):
+class LookTask(TaskBase, frozen=True, tag="look"):
     """Look at a place, with nothing in between, for hold_s at a stretch.
 
     within_deg: from the middle of the picture, at most. nearest_mm, farthest_mm: from
@@ -174,4 +174,4 @@ class Survey(TaskBase, frozen=True, tag="survey"):
     sites: dict[str, float]
 
 
-Task = Reach | Look | Hold | Follow | Inject | Remove | Open | KeepAway | Survey
+Task = Reach | LookTask | Hold | Follow | Inject | Remove | Open | KeepAway | Survey

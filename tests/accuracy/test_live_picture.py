@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.nasal_views import (
-    Agreement,
     Judge,
     NasalView,
+    ViewAgreement,
     acceptance_views,
     path_views,
 )
@@ -42,7 +42,7 @@ renderer's pictures of these views. Of the brightest channel, which is red, the 
 pictures have 54, 72, 69, 72, 114 and 33: the bound of 80 is one of brightness."""
 
 
-def is_alike(agreement: Agreement) -> bool:
+def is_alike(agreement: ViewAgreement) -> bool:
     return (
         agreement.ssim >= LEAST_SSIM
         and agreement.rmse_codes <= MOST_RMSE_CODES

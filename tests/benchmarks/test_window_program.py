@@ -11,14 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.nasal_views import bundled_flight
-from benchmarks.window_program import Look, WindowFlight, _look, to_and_fro
+from benchmarks.window_program import ProcessUse, WindowFlight, _look, to_and_fro
 
 
-def looks(slope: float, jump: float, seconds: float = 60.0) -> list[Look]:
+def looks(slope: float, jump: float, seconds: float = 60.0) -> list[ProcessUse]:
     """A process that takes `jump` MiB in its first four seconds, then `slope` a min."""
     times = np.arange(0.0, seconds, 0.5)
     return [
-        Look(t, 900.0 + jump * min(t / 4.0, 1.0) + slope * t / 60.0, 0.1 * t, 0.9 * t)
+        ProcessUse(
+            t, 900.0 + jump * min(t / 4.0, 1.0) + slope * t / 60.0, 0.1 * t, 0.9 * t
+        )
         for t in times.tolist()
     ]
 

@@ -12,12 +12,12 @@ from paravol.sessions.session_setup import build_session, operate_on
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_file import SceneHead, load_view, save_view
 from paravol.snapshots.view_sources import view_of
-from scenarios import Sample, Scenario, View, tip_frame
+from scenarios import FrameState, Sample, Scenario, tip_frame
 from scenarios.clearance import Clearance
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
 from scenarios.tasks import Status
-from scenarios.tasks.task import Follow, Hold, Look, Ring
+from scenarios.tasks.task import Follow, Hold, LookTask, Ring
 from surgery.edit import CuttingLimits
 from surgery.solids import capsule
 
@@ -48,7 +48,7 @@ def test_a_view_of_a_scene_is_saved_and_found_again(tmp_path: Path) -> None:
     patient = load_patient(HOOPS, no_progress)
     pose = tip_frame(patient.landmarks["start"], np.array([0.0, 1.0, 0.0]))
     camera = HOOPS.scope.endoscope().camera(pose, 0.0, (64, 64))
-    view = view_of(View(camera, pose, np.eye(4), 1.0), HOOPS, patient)
+    view = view_of(FrameState(camera, pose, np.eye(4), 1.0), HOOPS, patient)
     assert view.head == SceneHead("hoops", 2, 1.0)
     save_view(tmp_path / "a.view.json", view)
     again = load_view(tmp_path / "a.view.json")
@@ -88,7 +88,7 @@ def test_a_straight_scope_follows_hoops_looks_and_holds_without_a_touch() -> Non
         HOOPS,
         tasks=(
             Follow(name="hoops", title="", rings=rings),
-            Look(name="look", title="", place=last, after=("hoops",)),
+            LookTask(name="look", title="", place=last, after=("hoops",)),
             Hold(
                 name="hold",
                 title="",

@@ -17,7 +17,7 @@ from renderers.scene import Distortion, Material
 from renderers.scene.facets import Facets
 from renderers.scene.mesh import Mesh
 from renderers.scene.spine import Spine
-from scenarios import View, load_scenario, tip_frame
+from scenarios import FrameState, load_scenario, tip_frame
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments import INSTRUMENTS, placed_tool
 
@@ -25,7 +25,7 @@ SIZE = (40, 40)
 PLACES_S = (1.0, 2.0, 2.001)
 
 
-Drawn = tuple[list[EndoscopeView], list[View]]
+Drawn = tuple[list[EndoscopeView], list[FrameState]]
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,9 @@ def test_a_jaw_that_moves_is_seen_to_move(patient: Drawn) -> None:
     assert (closed.depth_mm <= none.depth_mm).all()
 
 
-def tool_at(view: View, name: str, ahead_mm: float, below_mm: float) -> View:
+def tool_at(
+    view: FrameState, name: str, ahead_mm: float, below_mm: float
+) -> FrameState:
     """The tip on the axis of the picture, the shaft so far below the lens."""
     eye, _, up, forward = view.camera.frame
     tip = eye + ahead_mm * forward

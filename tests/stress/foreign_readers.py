@@ -35,7 +35,7 @@ from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937
 from devices.microscribe.wire.commands import Query
-from devices.microscribe.wire.packets import Layout
+from devices.microscribe.wire.packets import PacketLayout
 from devices.microscribe.wire.protocol import TRANSITIONS, HostSession, State, Step
 from devices.openigtlink.messages import ToolTransform, TransformReader, encode
 from devices.registration.registration_file import (
@@ -382,7 +382,7 @@ def hear_packets(data: bytes) -> object:
                 session.begin()
                 session.receive(b"MicroScribe\0")
             case 0xF1 if idle:
-                session.poll(Layout(following[0] & 0x2F))
+                session.poll(PacketLayout(following[0] & 0x2F))
             case 0xF2 if idle:
                 session.stream(5)
             case 0xF3 if idle:

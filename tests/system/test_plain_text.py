@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.__main__ import main
-from app.cli.terminal import Stages, print_table
+from app.cli.terminal import ProgressReporter, print_table
 from system.plain_text import PlainStream, plain
 
 EVIL = "\x1b]52;c;cm0gLXJm\x07 [/bold] [advanced] \x1b[2J\x9b31m\u202eexe.\ud800"
@@ -49,7 +49,7 @@ def test_tables_and_stages_show_names_as_they_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     print_table(f"Title {EVIL}", [(f"name {EVIL}", f"value {EVIL}")])
-    with Stages() as stages:
+    with ProgressReporter() as stages:
         stages.say(f"say {plain(EVIL)}")
     told = capsys.readouterr()
     for text in (told.out, told.err):

@@ -44,7 +44,7 @@ from paravol.flight import flight_events as events
 from paravol.flight.flight_events import FlightEnd
 from paravol.scoring.readings import Readings
 from paravol.snapshots.snapshot_queue import MomentPicture
-from scenarios import View
+from scenarios import FrameState
 from scenarios.instrument_state import NO_TOOL
 from scenarios.instruments.contact_shape import works_at_mm
 from scenarios.tasks import Status, TaskEvent
@@ -169,7 +169,7 @@ class FlightPage(SessionPage):
         self._has_worked = False
         # not before anything is flown or touched: its libraries take a second
         self._overview_due_s = math.inf
-        self._overview_shows: View | None = None
+        self._overview_shows: FrameState | None = None
         self._bars_due_s = 0.0
         thread.told.connect(self._hear)
         self._hear(events.Progressed("Starting", 0.0))
@@ -762,7 +762,7 @@ _OF_A_TOOL = np.array(
 """Places of a tool that tell where it is: its tip, its shaft, its side; its frame."""
 
 
-def _shown_places(view: View) -> NDArray[np.float64]:
+def _shown_places(view: FrameState) -> NDArray[np.float64]:
     """Return places ``(3, 7)``, mm LPS, that tell where the overview shows what."""
     eye, _, _, forward = view.camera.frame
     tools = (view.world_from_tip, view.world_from_instrument)

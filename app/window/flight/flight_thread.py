@@ -42,7 +42,7 @@ from paravol.snapshots.snapshot_queue import (
     SnapshotQueue,
 )
 from renderers.scene import Volume
-from scenarios import InstrumentState, Sample, View
+from scenarios import FrameState, InstrumentState, Sample
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.tasks import TaskState
 from system import UserError
@@ -64,7 +64,7 @@ class DisplayedFrame:
     """
 
     pixels: NDArray[np.uint8]
-    view: View
+    view: FrameState
     time_s: float
     pose_age_ms: float
     fps: float
@@ -327,7 +327,7 @@ class FlightThread(SessionThread[DisplayedFrame]):
         named = patient.structures
         return patient.surface.distance if named is None else named.distance
 
-    def _names(self, view: View) -> tuple[NameMark, ...]:
+    def _names(self, view: FrameState) -> tuple[NameMark, ...]:
         at, patient = self.names_at, self._patient
         if at is None or patient is None:
             return ()
@@ -392,7 +392,7 @@ class FlightThread(SessionThread[DisplayedFrame]):
             self._stood_s += sample.time_s - before.time_s
         return self._stood_s
 
-    def _pointer(self, view: View) -> HazardPointer | None:
+    def _pointer(self, view: FrameState) -> HazardPointer | None:
         """Return where the nearest hazard lies, where hazards are known."""
         patient = self._patient
         if patient is None or patient.hazards is None:

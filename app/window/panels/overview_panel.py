@@ -40,7 +40,7 @@ from app.window.style import OVER, font_of
 from app.window.texts import tr
 from paravol.slices.cutaway import Cutaway
 from paravol.slices.side_letters import SideLetter, side_letters
-from scenarios import Endoscope, View
+from scenarios import Endoscope, FrameState
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -207,7 +207,7 @@ class OverviewView(QWidget, Scaled):
         cutaway = self._cutaway if self._is_open else None
         self._change(lambda: self.scene.open_head(cutaway))
 
-    def draw(self, view: View | None = None) -> None:
+    def draw(self, view: FrameState | None = None) -> None:
         """Have the scene drawn, with the tools as in a view; returns at once.
 
         `drawn` tells the end. view: None leaves the tools where they are.
@@ -252,7 +252,7 @@ class OverviewView(QWidget, Scaled):
         if self._cutaway is not None:
             self._cutaway.close()
 
-    def _draw(self, view: View | None, size: list[int]) -> None:
+    def _draw(self, view: FrameState | None, size: list[int]) -> None:
         """Draw and tell the window; in the overview's own thread."""
         if self._is_released:
             return

@@ -8,7 +8,7 @@ from app.window.scaling import Scaled, hold, lay, scale_all
 from app.window.texts import tr
 from paravol.debrief.advice import amount
 from paravol.scoring.verdict_texts import points_text
-from scenarios.rubrics import Assessment, Part, Standing
+from scenarios.rubrics import Assessment, RubricPart, Standing
 
 
 class PointsList(QFrame, Scaled):
@@ -63,7 +63,7 @@ class PointsList(QFrame, Scaled):
         self._grid.addWidget(widget, row, at, 1, span)
 
 
-def part_points_text(part: Part) -> str:
+def part_points_text(part: RubricPart) -> str:
     """Return a part's points."""
     if not part.counts:
         return tr("not counted")
@@ -74,7 +74,7 @@ def part_points_text(part: Part) -> str:
     )
 
 
-def reason_text(part: Part) -> str:
+def reason_text(part: RubricPart) -> str:
     """Return what a part's points were given for, in words."""
     if not part.counts:
         return tr("Not counted: {reason}", reason=tr(part.reason or part.standing))

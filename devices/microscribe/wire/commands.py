@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
-from devices.microscribe.wire.packets import Layout
+from devices.microscribe.wire.packets import PacketLayout
 from system import UserError
 
 
@@ -75,10 +75,10 @@ _MOTION_ARGUMENTS = 24
 _RESERVED_BIT = 0x10
 
 # Six encoders with the timer: what a pose is made of.
-POSE_LAYOUT = Layout(0x23)
+POSE_LAYOUT = PacketLayout(0x23)
 
 # Buttons only; the shortest question there is.
-PING_LAYOUT = Layout(0x00)
+PING_LAYOUT = PacketLayout(0x00)
 
 # 60 Hz. An arm that a dead host left in the middle of a command takes the beginning
 # of ours for arguments and the rest for commands; periods up to here are harmless
@@ -129,7 +129,7 @@ def ask(query: Query) -> Command:
 
 
 @cache
-def poll(layout: Layout) -> Command:
+def poll(layout: PacketLayout) -> Command:
     """Return the command for one packet of ``layout``."""
     return Command(bytes((layout.command,)))
 

@@ -12,7 +12,7 @@ from devices.microscribe.wire import identity
 from devices.microscribe.wire.commands import PING_LAYOUT, POSE_LAYOUT, Query
 from devices.microscribe.wire.identity import ArmIdentity, Maxima, readable
 from devices.microscribe.wire.line import Line, LinkTiming
-from devices.microscribe.wire.packets import Layout, Packet
+from devices.microscribe.wire.packets import Packet, PacketLayout
 from devices.microscribe.wire.protocol import (
     BadReply,
     HostSession,
@@ -254,7 +254,7 @@ class ArmLink:
             "again, and check the cable.",
         )
 
-    def _poll(self, layout: Layout) -> TimedPacket | None:
+    def _poll(self, layout: PacketLayout) -> TimedPacket | None:
         clock = self.line.clock
         # What is still unread answered an earlier poll.
         self.line.drop()
@@ -297,7 +297,7 @@ class ArmLink:
         body = min(max(end - offset - 1, 0), POSE_LAYOUT.length - 1)
         return came_s - body * self.line.byte_s
 
-    def _wire_s(self, layout: Layout) -> float:
+    def _wire_s(self, layout: PacketLayout) -> float:
         return layout.length * self.line.byte_s
 
     def _settle(self) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from devices.microscribe.wire.packets import Packet, PacketLayout, decode_packet
 
 
 @dataclass(slots=True)
@@ -38,7 +38,7 @@ class PacketReader:
     the difference between one and twenty percent of a core.
     """
 
-    layout: Layout
+    layout: PacketLayout
     confirmed_only: bool = False
     counters: PacketCounters = field(default_factory=PacketCounters)
     _header: int = field(init=False)

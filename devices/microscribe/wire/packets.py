@@ -30,7 +30,7 @@ _LENGTHS = tuple(_length(command) for command in range(0x40))
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PacketLayout:
     """What the packets answering one standard command contain."""
 
     command: int
@@ -74,7 +74,7 @@ class Packet(NamedTuple):
 @cache
 def _form(command: int) -> tuple[int, int, struct.Struct]:
     """Return length, offset and form of the 7-bit pairs."""
-    layout = Layout(command)
+    layout = PacketLayout(command)
     behind = layout.length - 2 * layout.encoders
     return layout.length, behind, struct.Struct(f">{layout.encoders}H")
 

@@ -16,7 +16,7 @@ from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import Command, Query
 from devices.microscribe.wire.identity import LONGEST_STRING
 from devices.microscribe.wire.packet_reader import PacketCounters, PacketReader
-from devices.microscribe.wire.packets import Layout, Packet
+from devices.microscribe.wire.packets import Packet, PacketLayout
 
 
 class State(IntEnum):
@@ -150,7 +150,7 @@ class HostSession:
         self._buffer = bytearray()
         self._query = Query.END
         self._echo_due = False
-        self._reader = PacketReader(Layout(0))
+        self._reader = PacketReader(PacketLayout(0))
         self._reader_began = 0
 
     @property
@@ -187,7 +187,7 @@ class HostSession:
         self._buffer.clear()
         return commands.ask(query)
 
-    def poll(self, layout: Layout) -> Command:
+    def poll(self, layout: PacketLayout) -> Command:
         """Ask for one packet; also ends a stream."""
         self._move(Step.POLL)
         self._echo_due = False
@@ -274,7 +274,7 @@ class HostSession:
         self._buffer.clear()
         events.append(event)
 
-    def _read_packets(self, layout: Layout, confirmed_only: bool) -> None:
+    def _read_packets(self, layout: PacketLayout, confirmed_only: bool) -> None:
         self._reader_began = self.received
         same = self._reader.layout.command == layout.command
         if same and self._reader.confirmed_only == confirmed_only:

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from anatomy.scan.slice_stack import (
     SAME_PLACE_MM,
-    Layout,
     SliceStack,
+    StackLayout,
     lost_slices,
     straighten,
 )
@@ -76,14 +76,14 @@ def test_a_regular_stack_keeps_its_pixels() -> None:
     assert np.array_equal(volume.values, ordered.pixels)
     assert volume.spacing_mm[2] == pytest.approx(1.25)
     assert volume.origin_mm == pytest.approx(ordered.positions_mm[0])
-    assert Layout.of(ordered).is_regular
+    assert StackLayout.of(ordered).is_regular
 
 
 @given(tilt=st.floats(-35, 35))
 def test_tilt_and_steps_are_measured(tilt: float) -> None:
     steps = np.array([4.0, 4.0, 1.1, 7.0, 7.0])
     stack, _ = stack_of(1, tilt, steps)
-    layout = Layout.of(stack.ordered())
+    layout = StackLayout.of(stack.ordered())
     assert layout.steps_mm == pytest.approx(steps)
     assert layout.tilt_deg == pytest.approx(abs(tilt), abs=1e-6)
     assert not layout.missing()
@@ -93,7 +93,7 @@ def test_lost_slices_are_counted_where_they_are() -> None:
     steps = np.full(10, 2.0)
     steps[4] = 6.0
     stack, _ = stack_of(1, 12.0, steps)
-    assert Layout.of(stack.ordered()).missing() == [(4, 2)]
+    assert StackLayout.of(stack.ordered()).missing() == [(4, 2)]
 
 
 def test_two_slices_at_one_place_are_refused() -> None:

@@ -17,7 +17,7 @@ from devices.controls.gamepad import (
     PAD_AXES,
     RELATIVE_S,
     Gamepad,
-    Layout,
+    GamepadLayout,
     deflection,
     layout_of,
     open_gamepad,
@@ -94,7 +94,9 @@ def test_values_beyond_the_range_and_empty_ranges_are_harmless() -> None:
 @pytest.mark.parametrize(
     ("told", "layout"), [(PAD_TOLD, PAD), (CAP_TOLD, MOUSE), (OLD_CAP_TOLD, MOUSE)]
 )
-def test_pads_and_caps_are_told_apart(told: InputDescription, layout: Layout) -> None:
+def test_pads_and_caps_are_told_apart(
+    told: InputDescription, layout: GamepadLayout
+) -> None:
     assert layout_of(told) is layout
     assert Gamepad(Device(told)).layout is layout
 

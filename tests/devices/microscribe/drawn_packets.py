@@ -4,14 +4,14 @@ from hypothesis import strategies as st
 
 from devices.microscribe.emulator.packet import Reading, standard_packet
 from devices.microscribe.kinematics.profiles import MICROSCRIBE_CODES
-from devices.microscribe.wire.packets import Layout, Packet
+from devices.microscribe.wire.packets import Packet, PacketLayout
 
 
 @st.composite
 def packets(draw: st.DrawFn, command: int | None = None) -> Packet:
     """Draw a packet, of one command if it is given."""
     code = command if command is not None else draw(st.integers(0, 0x3F))
-    layout = Layout(code)
+    layout = PacketLayout(code)
     return Packet(
         command=code,
         buttons=draw(st.integers(0, 127)),

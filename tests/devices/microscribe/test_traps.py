@@ -28,7 +28,7 @@ from devices.microscribe.kinematics.profiles import (
 from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import ALLOWED, Query
 from devices.microscribe.wire.link import ArmLink
-from devices.microscribe.wire.packets import Layout, Packet
+from devices.microscribe.wire.packets import Packet, PacketLayout
 from devices.microscribe.wire.protocol import Reply
 from devices.microscribe.wire.sign_on import RATES
 from devices.port import DeviceError, DeviceReason
@@ -115,7 +115,7 @@ def test_t7_configuration_replies_are_read_by_length_after_the_stream_has_stoppe
 
 
 def test_t8_encoder_codes_are_not_in_numeric_order() -> None:
-    assert [Layout(code).encoders for code in range(4)] == [0, 5, 7, 6]
+    assert [PacketLayout(code).encoders for code in range(4)] == [0, 5, 7, 6]
     assert commands.POSE_LAYOUT.encoders == 6
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from paravol.feedback.hazard_pointer import hazard_pointer, nearest_point_mm
 from renderers.scene import Volume
-from scenarios import View
+from scenarios import FrameState
 from scenarios.endoscope import Endoscope
 from scenarios.instrument_state import NO_TOOL
 
@@ -32,7 +32,7 @@ def ball() -> HazardVolumes:
 BALL = ball()
 
 
-def looking(at_mm: NDArray[np.float64], from_mm: NDArray[np.float64]) -> View:
+def looking(at_mm: NDArray[np.float64], from_mm: NDArray[np.float64]) -> FrameState:
     """A straight scope at a place, looking at another."""
     back = (from_mm - at_mm) / np.linalg.norm(from_mm - at_mm)
     side = np.cross(back, [0.3, 0.9, 0.1])
@@ -41,7 +41,7 @@ def looking(at_mm: NDArray[np.float64], from_mm: NDArray[np.float64]) -> View:
     tip[:3] = np.stack([side, np.cross(back, side), back, from_mm], axis=1)
     camera = Endoscope(angle_deg=0.0).camera(tip, 0.0, (200, 200))
     gap = float(np.linalg.norm(from_mm - CENTRE)) - RADIUS_MM
-    return View(camera, tip, np.eye(4), 1.0, "", ("orbit", gap), NO_TOOL)
+    return FrameState(camera, tip, np.eye(4), 1.0, "", ("orbit", gap), NO_TOOL)
 
 
 @given(

@@ -13,23 +13,23 @@ from paravol.guide.goals import GuidedHead
 from paravol.guide.guide import Guide, GuideMark
 from paravol.guide.scope_place import ScopePlaces, ScopePose
 from renderers.scene import Camera, Volume
-from scenarios import View, tip_frame
+from scenarios import FrameState, tip_frame
 from scenarios.tasks import Status, Task, TaskState
-from scenarios.tasks.task import Inject, Look, Remove, Share
+from scenarios.tasks.task import Inject, LookTask, Remove, Share
 from tests.paravol.guide.test_air_way import walled
 
 BEHIND, FREE = (18.0, 3.0, 3.0), (4.0, 16.0, 4.0)
 TASKS = (
-    Look(name="free", title="", place=FREE),
-    Look(name="behind", title="", place=BEHIND, after=("free",)),
+    LookTask(name="free", title="", place=FREE),
+    LookTask(name="behind", title="", place=BEHIND, after=("free",)),
 )
 
 
-def view(forward: tuple[float, float, float]) -> View:
+def view(forward: tuple[float, float, float]) -> FrameState:
     eye = np.array([4.0, 4.0, 4.0])
     way: NDArray[np.float64] = np.array(forward) / np.linalg.norm(forward)
     camera = Camera.looking_at(eye, eye + way, size=(64, 64))
-    return View(camera, tip_frame(eye, way), np.eye(4), 1.0, instrument="")
+    return FrameState(camera, tip_frame(eye, way), np.eye(4), 1.0, instrument="")
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def guide(air: Volume) -> Iterator[Guide]:
     guide.close()
 
 
-def waited(guide: Guide, seen: View, *states: TaskState) -> GuideMark:
+def waited(guide: Guide, seen: FrameState, *states: TaskState) -> GuideMark:
     """Return the mark once there is a way, which is sought beside."""
     began = time.monotonic()
     while True:
@@ -101,7 +101,7 @@ def test_behind_a_wall_the_next_point_of_the_way_is_marked(guide: Guide) -> None
 
 
 def test_what_is_seen_from_too_far_away_is_gone_to(air: Volume) -> None:
-    near = Look(name="free", title="", place=FREE, farthest_mm=5.0)
+    near = LookTask(name="free", title="", place=FREE, farthest_mm=5.0)
     guide = guiding(air, near)
     mark = waited(guide, view((0.0, 1.0, 0.1)), OPEN[0])
     guide.close()
@@ -146,7 +146,7 @@ class TwoPlaces:
         task: Task,
         state: TaskState,
         head: GuidedHead,
-        view: View,
+        view: FrameState,
         left_out: Sequence[NDArray[np.float64]] = (),
     ) -> ScopePose | None:
         if view.instrument not in ("injection needle", "backbiter"):
@@ -200,7 +200,7 @@ def test_an_assistant_names_a_tool_that_gets_there(air: Volume) -> None:
 
 
 def test_no_assistant_looks_for_who_is_to_look(air: Volume) -> None:
-    task = Look(name="do", title="", place=FREE)
+    task = LookTask(name="do", title="", place=FREE)
     guide = guiding(air, task, places=TwoPlaces())
     assert asked(guide, "injection needle") is None
     guide.close()

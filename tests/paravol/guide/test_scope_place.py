@@ -21,7 +21,7 @@ from paravol.inputs.pointed_tool import thickness_mm
 from paravol.inputs.tool_hold import BESIDE_MM
 from paravol.inputs.tool_plan import ToolPlan
 from renderers.scene import Volume
-from scenarios import Endoscope, View, tip_frame
+from scenarios import Endoscope, FrameState, tip_frame
 from scenarios.tasks import Status, TaskState
 from scenarios.tasks.task import Inject
 
@@ -164,11 +164,13 @@ INJECT = Inject(name="wall", title="", place=WALL, tool="injection needle")
 INJECTS = TaskState("wall", Status.OPEN)
 
 
-def seen_by(scope: Endoscope) -> View:
+def seen_by(scope: Endoscope) -> FrameState:
     """Return what a scope at the nostril sees, a needle in the other hand."""
     pose = tip_frame(FULCRUM.pivot_mm, FULCRUM.axis)
     camera, nowhere = scope.camera(pose, 0.0, (64, 64)), np.full((4, 4), np.nan)
-    return View(camera, pose, nowhere, 1.0, instrument=INJECT.tool, scope_deg=30.0)
+    return FrameState(
+        camera, pose, nowhere, 1.0, instrument=INJECT.tool, scope_deg=30.0
+    )
 
 
 def head_of(air: Volume, plan: ToolPlan) -> GuidedHead:

@@ -192,7 +192,7 @@ def steer_by_mouse(
     patient: PatientScene,
     control: FulcrumControl,
     scope: Endoscope,
-    look: tasks.Look,
+    look: tasks.LookTask,
     near_mm: float,
     seed: int,
     limit_s: float,

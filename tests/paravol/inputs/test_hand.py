@@ -21,7 +21,7 @@ from renderers.scene import AirSurface, Volume
 from scenarios import Endoscope, Scenario, load_scenario, shaft_clearance
 from scenarios.scenario import Start
 from scenarios.session import SHAFT_CHECKED_MM
-from scenarios.tasks.task import Look
+from scenarios.tasks.task import LookTask
 from tests.paravol.inputs.clumsy_hand import steer_by_mouse
 
 Exercise = tuple[Scenario, ProbePath]
@@ -131,7 +131,7 @@ def test_a_beginner_comes_to_the_middle_meatus_by_mouse(
     scenario, _ = load_scenario("diagnostic-right")
     patient = load_patient(scenario, no_progress)
     (asked,) = (task for task in scenario.tasks if task.name == "meatus")
-    assert isinstance(asked, Look)
+    assert isinstance(asked, LookTask)
     look = msgspec.structs.replace(asked, after=())
     control = scope_control(patient, None, RADIUS_MM, scenario.start)
     scope = Endoscope(angle_deg=angle_deg)
@@ -155,7 +155,7 @@ def test_a_beginner_comes_through_the_whole_nose(goal: str, seed: int) -> None:
     scenario, _ = load_scenario("diagnostic-right")
     patient = load_patient(scenario, no_progress)
     (asked,) = (task for task in scenario.tasks if task.name == goal)
-    assert isinstance(asked, Look)
+    assert isinstance(asked, LookTask)
     look = msgspec.structs.replace(asked, after=())
     control = scope_control(patient, None, RADIUS_MM, scenario.start)
     flown = steer_by_mouse(patient, control, Endoscope(), look, 10.0, seed, 90.0)

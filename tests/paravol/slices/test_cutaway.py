@@ -19,7 +19,7 @@ from renderers.scene import (
     TransferFunction,
     Volume,
 )
-from scenarios import Endoscope, View, tip_frame
+from scenarios import Endoscope, FrameState, tip_frame
 from scenarios.instrument_state import NO_TOOL
 
 SPACING_MM = 0.5
@@ -141,7 +141,7 @@ def test_the_overview_hides_a_tip_behind_the_wall(
     ):
         pose = tip_frame(tip, np.array([-0.3, 1, 0]))
         camera = Endoscope().camera(pose, 0.0, (32, 32))
-        overview.follow(View(camera, pose, np.eye(4), 1.0, instrument=NO_TOOL))
+        overview.follow(FrameState(camera, pose, np.eye(4), 1.0, instrument=NO_TOOL))
         overview.open_head(opened)
         behind_walls = tip_pixels(overview.picture())
         overview.open_head(None)
@@ -215,7 +215,7 @@ def test_a_tool_taken_while_the_head_opens_is_not_drawn_before_it(
     camera = Endoscope().camera(pose, 0.0, (32, 32))
     overview.open_head(opened)
     for tool in ("curette", "ball probe"):
-        overview.follow(View(camera, pose, np.eye(4), 1.0, instrument=tool))
+        overview.follow(FrameState(camera, pose, np.eye(4), 1.0, instrument=tool))
     overview.renew_head(head_model(scene.surface, {}).mesh)
     overview.show_fiducials({"brow": MIDDLE_MM}, 0)
     assert drawn == []

@@ -32,7 +32,7 @@ from paravol.view import Frame
 from renderers.scene import Camera, Change, ChangeKind, GBuffer, Scene
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.scene_loader import load_scene
-from scenarios import Moment, Sample, View, load_scenario, tip_frame
+from scenarios import FrameState, Moment, Sample, load_scenario, tip_frame
 from scenarios.instrument_state import InstrumentState
 from surgery import solids
 from surgery.edit import CuttingLimits
@@ -167,7 +167,7 @@ def test_a_kept_moment_is_of_its_frame(
 ) -> None:
     client = SnapshotClient(tmp_path / "spool")
     requests = SnapshotRequestFactory(patient.surface, 1.45, 7, has_instrument=False)
-    view = View(picture_of(scene).to_camera(), np.eye(4), np.eye(4), 5.0)
+    view = FrameState(picture_of(scene).to_camera(), np.eye(4), np.eye(4), 5.0)
     cut(patient, (20, 13, 17))
     tissue, then = OperatedHead.of(patient), living(patient, scene)
     cut(patient, (12, 20, 9))
@@ -183,7 +183,7 @@ def test_the_first_frame_of_a_moment_keeps_its_tissue(
     patient: OperatedPatient, scene: Scene
 ) -> None:
     selected = SelectedFrame(Moment("a", 2.0))
-    view = View(picture_of(scene).to_camera(), np.eye(4), np.eye(4), 5.0)
+    view = FrameState(picture_of(scene).to_camera(), np.eye(4), np.eye(4), 5.0)
     frame = Frame(np.zeros((2, 2, 3), np.uint8), GBuffer.empty(2, 2), 1.0)
     heads: dict[float, OperatedHead | None] = {}
     for number, time_s in enumerate((0.5, 1.9, 1.97, 2.2)):

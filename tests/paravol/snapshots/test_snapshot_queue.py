@@ -20,7 +20,7 @@ from paravol.snapshots.snapshot_queue import (
 from renderers.art.job_steps import Step, reached
 from renderers.scene import AirSurface, Camera, Volume, rmse_codes
 from renderers.snapshots.worker import run_worker
-from scenarios import View
+from scenarios import FrameState
 from system import UserError
 
 PATIENCE_S = 60.0
@@ -39,7 +39,9 @@ def cave() -> AirSurface:
 
 def moment(time_s: float) -> SelectedMoment:
     camera = Camera.looking_at([0, 0, 0], [1, 0.2, time_s / 10], size=(EDGE, EDGE))
-    return SelectedMoment(time_s, View(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3)
+    return SelectedMoment(
+        time_s, FrameState(camera, np.eye(4), np.eye(4), 5.0), 60.0, 3
+    )
 
 
 class Told:

@@ -72,7 +72,9 @@ def run(task: tasks.Task, situations: list[Situation]) -> tuple[float, str]:
 
 @given(st.floats(-179.0, 179.0), st.floats(1.0, 170.0))
 def test_a_picture_counts_as_level_up_to_its_turn(turn: float, level: float) -> None:
-    task = tasks.Look(name="l", title="", place="ostium", hold_s=0.0, level_deg=level)
+    task = tasks.LookTask(
+        name="l", title="", place="ostium", hold_s=0.0, level_deg=level
+    )
     frame = tip_frame(np.array([0.0, -10.0, 0.0]), AHEAD)
     camera = Endoscope().camera(frame, 0.0, (8, 8), turn)
     now = replace(at([0.0, -10.0, 0.0]), camera=camera)
@@ -117,7 +119,7 @@ def test_what_is_interrupted_begins_anew() -> None:
 def test_a_place_is_looked_at_within_a_cone_and_a_range(
     eye: tuple[float, float, float], deg: float, seen: bool
 ) -> None:
-    task = tasks.Look(name="a", title="a", place="ostium", within_deg=deg, hold_s=0)
+    task = tasks.LookTask(name="a", title="a", place="ostium", within_deg=deg, hold_s=0)
     assert run(task, [at(eye)])[0] == seen
 
 

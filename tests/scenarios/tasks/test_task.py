@@ -9,7 +9,7 @@ from system.typed_record import decode_toml
 
 EVERY_KIND: tuple[tasks.Task, ...] = (
     tasks.Reach(name="a", title="A", place="choana", radius_mm=2.0),
-    tasks.Look(name="b", title="B", place=(1.0, 2.0, 3.0), after=("a",)),
+    tasks.LookTask(name="b", title="B", place=(1.0, 2.0, 3.0), after=("a",)),
     tasks.Hold(name="c", title="C", place="x", radius_mm=3, still_mm=1, hold_s=2),
     tasks.Follow(name="d", title="D", rings=(tasks.Ring("x", (0, 1, 0), 4.0),)),
     tasks.Inject(name="e", title="E", place="x", tool="needle", hint="Go slowly."),

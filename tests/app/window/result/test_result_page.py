@@ -16,15 +16,15 @@ from paravol.trainee.exercises import ladder_of
 from paravol.trainee.session_result import SessionResult
 from scenarios import Scenario, load_scenario
 from scenarios.passing import PassMark
-from scenarios.rubrics import Assessment, HardFail, Part, Standing, Verdict
+from scenarios.rubrics import Assessment, HardFail, RubricPart, Standing, Verdict
 from scenarios.scoring import Score
 from scenarios.tasks import TaskState
 from tests.app.window.desk_run import delete
 from tests.paravol.progress.learners import entry
 
 
-def part(name: str, points: float, standing: Standing = Standing.SCORED) -> Part:
-    return Part(
+def part(name: str, points: float, standing: Standing = Standing.SCORED) -> RubricPart:
+    return RubricPart(
         name, name.capitalize(), "task time", "scope", "s", standing, points, 10.0,
         0.0, 31.5, 0.25, None, ((29.0, 100.0), (59.0, 0.0)), (), reason="too short",
     )  # fmt: skip

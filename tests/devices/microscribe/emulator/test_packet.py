@@ -9,7 +9,7 @@ from devices.microscribe.emulator.packet import (
     standard_packet,
 )
 from devices.microscribe.kinematics.profiles import MICROSCRIBE_CODES
-from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from devices.microscribe.wire.packets import Packet, PacketLayout, decode_packet
 
 LENGTHS = """80:2 81:12 82:16 83:14 84:5 85:15 86:19 87:17 88:7 89:17 8A:21 8B:19
 8C:11 8D:21 8E:25 8F:23 A0:4 A1:14 A2:18 A3:16 A4:7 A5:17 A6:21 A7:19 A8:9 A9:19 AA:23
@@ -25,7 +25,7 @@ def test_lengths_are_those_of_the_table(row: str) -> None:
     packet = standard_packet(header & 0x7F, Reading(COUNTS, 0), 0, MICROSCRIBE_CODES)
     assert packet[0] == header
     assert len(packet) == packet_length(header, MICROSCRIBE_CODES) == length
-    assert Layout(header & 0x7F).length == length
+    assert PacketLayout(header & 0x7F).length == length
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from devices.microscribe.emulator.emulated_line import misread
 from devices.microscribe.emulator.firmware import rate_of_code
 from devices.microscribe.wire import commands
 from devices.microscribe.wire.commands import ALLOWED, Command
-from devices.microscribe.wire.packets import Layout
+from devices.microscribe.wire.packets import PacketLayout
 from devices.microscribe.wire.sign_on import RATES
 
 MEMORY_WRITES = {0xC3, 0xC7, 0xD0, 0xD1}
@@ -64,7 +64,7 @@ def test_stream_bytes_and_limits() -> None:
         with pytest.raises(ValueError, match=r"0\.\.15"):
             commands.stream(ticks)
     with pytest.raises(ValueError, match="no command"):
-        commands.poll(Layout(0x13))
+        commands.poll(PacketLayout(0x13))
 
 
 class _Ear(NamedTuple):

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.microscribe.wire.packet_reader import PacketCounters, PacketReader
-from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from devices.microscribe.wire.packets import Packet, PacketLayout, decode_packet
 from tests.devices.microscribe.drawn_packets import encode_packet, packets
 
 POSE = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
@@ -12,7 +12,7 @@ POSE = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 class _ByteReader:
     """The rule itself, byte for byte: what the reader of whole chunks must equal."""
 
-    def __init__(self, layout: Layout, confirmed_only: bool) -> None:
+    def __init__(self, layout: PacketLayout, confirmed_only: bool) -> None:
         self.counters = PacketCounters()
         self._layout, self._confirmed_only = layout, confirmed_only
         self._partial: bytearray | None = None
@@ -78,7 +78,7 @@ def test_no_confirmed_packet_was_not_sent(
 ) -> None:
     chunks = [encode_packet(packet) for packet in sent]
     chunks[2] = _damage(chunks[2], kind, at, byte)
-    reader = PacketReader(Layout(0x23), confirmed_only=True)
+    reader = PacketReader(PacketLayout(0x23), confirmed_only=True)
     got: list[Packet] = []
     for value in b"".join(chunks):
         got += _packets(reader, bytes((value,)))
@@ -100,7 +100,7 @@ def test_immediate_delivery_is_back_in_step_within_one_packet(
 ) -> None:
     chunks = [encode_packet(packet) for packet in sent]
     chunks[2] = _damage(chunks[2], kind, at, byte)
-    reader = PacketReader(Layout(0x23))
+    reader = PacketReader(PacketLayout(0x23))
     got = _packets(reader, b"".join(chunks))
     assert got[:2] == sent[:2]
     assert got[-(len(sent) - 3) :] == sent[3:]
@@ -123,8 +123,8 @@ _streams = st.lists(
 def test_chunks_give_what_single_bytes_give(
     raw: bytes, confirmed_only: bool, cuts: list[int]
 ) -> None:
-    reader = PacketReader(Layout(0x23), confirmed_only)
-    rule = _ByteReader(Layout(0x23), confirmed_only)
+    reader = PacketReader(PacketLayout(0x23), confirmed_only)
+    rule = _ByteReader(PacketLayout(0x23), confirmed_only)
     got: list[Packet] = []
     at = 0
     for step in cuts * (len(raw) + 1):
@@ -138,7 +138,7 @@ def test_chunks_give_what_single_bytes_give(
 
 @given(_streams, st.booleans())
 def test_offsets_point_at_headers(raw: bytes, confirmed_only: bool) -> None:
-    reader = PacketReader(Layout(0x23), confirmed_only)
+    reader = PacketReader(PacketLayout(0x23), confirmed_only)
     for cut in (len(raw) // 3, len(raw) // 2):
         reader.restart()
         for at, packet in reader.receive(raw[:cut]) + reader.receive(raw[cut:]):
@@ -150,7 +150,7 @@ def test_no_delivery_with_fewer_than_the_missing_bytes(
     raw: bytes, confirmed_only: bool
 ) -> None:
     """What is said to be missing is a bound that a waiting reader may rely on."""
-    reader = PacketReader(Layout(0x23), confirmed_only)
+    reader = PacketReader(PacketLayout(0x23), confirmed_only)
     at = 0
     while at < len(raw):
         missing = reader.missing_bytes
@@ -162,7 +162,7 @@ def test_no_delivery_with_fewer_than_the_missing_bytes(
 
 @pytest.mark.parametrize("command", [c for c in range(0x40) if not c & 0x10])
 def test_every_layout_is_found_in_a_stream(command: int) -> None:
-    layout = Layout(command)
+    layout = PacketLayout(command)
     timer = 5 if layout.timed else None
     packet = Packet(command, 1, timer, (3,) * layout.encoders)
     raw = encode_packet(packet) * 3

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.microscribe.wire.packets import Layout, Packet, decode_packet
+from devices.microscribe.wire.packets import Packet, PacketLayout, decode_packet
 from tests.devices.microscribe.drawn_packets import encode_packet, packets
 
 
@@ -20,4 +20,4 @@ def test_bytes_that_break_the_form_are_refused(
 
 def test_a_layout_is_that_of_a_standard_command() -> None:
     with pytest.raises(ValueError, match="standard command"):
-        Layout(0x40)
+        PacketLayout(0x40)

@@ -8,7 +8,7 @@ from devices.microscribe.emulator.firmware import ArmFirmware
 from devices.microscribe.emulator.motion import StillMotion
 from devices.microscribe.kinematics.profiles import DX40937, HOME_COUNTS
 from devices.microscribe.wire.commands import Query
-from devices.microscribe.wire.packets import Layout
+from devices.microscribe.wire.packets import PacketLayout
 from devices.microscribe.wire.protocol import (
     TRANSITIONS,
     Event,
@@ -23,7 +23,7 @@ from devices.microscribe.wire.protocol import (
 )
 from tests.devices.microscribe.conftest import idle_session
 
-POSE = Layout(0x23)
+POSE = PacketLayout(0x23)
 PACKET = bytes.fromhex("A3 01 7F 7F 6C 4F 30 5E 35 54 20 02 18 79 41 60")
 
 
@@ -69,7 +69,7 @@ def test_a_stream_and_its_end() -> None:
     events = session.receive(raw)
     assert [type(event) for event in events] == [Sample] * 5
     assert session.counters.noise == 0
-    raw = firmware.receive(session.poll(Layout(0)).data, 0.05)
+    raw = firmware.receive(session.poll(PacketLayout(0)).data, 0.05)
     events = session.receive(raw)
     assert len(events) == 1
     assert session.state is State.IDLE
