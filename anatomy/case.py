@@ -96,7 +96,7 @@ class CavityRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class QualityRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Say one thing about a scan; value: its figure, in the unit that `told` names.
+    """One thing about a scan; value: its figure, in the unit that `told` names.
 
     limits: what it takes away, "" where nothing.
     """
@@ -108,14 +108,14 @@ class QualityRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class OpeningRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Say where the airway meets the room; LPS mm."""
+    """Where the airway meets the room; LPS mm."""
 
     center_mm: tuple[float, float, float]
     area_mm2: float
 
 
 class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold the transfer function that fits the scan's histogram.
+    """The transfer function that fits the scan's histogram.
 
     nodes: CT numbers. color: linear RGB at each. kappa_per_mm: extinction at each.
     """
@@ -144,7 +144,7 @@ class TransferRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SourceRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Say which scan a case was made of, without its path or the patient's name.
+    """Which scan a case was made of, without its path or the patient's name.
 
     sha256: of the values, as they were read, and their grid.
     """
@@ -156,7 +156,7 @@ class SourceRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WallsRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold the table of `WallLayers`, row by row, and how the layers were found."""
+    """The table of `WallLayers`, row by row, and how the layers were found."""
 
     kinds: tuple[WallKind, ...]
     source: str
@@ -164,7 +164,7 @@ class WallsRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Say where a scope enters and where it points; LPS, mm."""
+    """Where a scope enters and where it points; LPS, mm."""
 
     pivot_mm: tuple[float, float, float]
     axis: tuple[float, float, float]
@@ -172,7 +172,7 @@ class ApproachRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class DiseaseRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Say what a phantom's volumes show of disease.
+    """What a phantom's volumes show of disease.
 
     right, left: Lund-Mackay scores recounted from the labels, with the polyps' grade
     asked for. trapped: sinuses whose air has no way to the nose.
@@ -214,7 +214,7 @@ class DiseaseRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold what ``case.json`` says.
+    """What ``case.json`` says.
 
     label_names: by the labels' values in decimal.
     parameters: of a phantom. sources, notes, airway_ml, cavities, openings, approach:
@@ -247,7 +247,7 @@ class CaseRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Hold a patient as read from a folder; volumes by the names of `FILES`.
+    """A patient as read from a folder; volumes by the names of `FILES`.
 
     layers, hazards: None where the case has none.
     """

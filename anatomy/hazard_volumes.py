@@ -29,7 +29,7 @@ class HazardLine(NamedTuple):
 
 @dataclass(frozen=True)
 class HazardVolumes:
-    """Hold the signed distance to each hazard, negative inside, on the head's grid.
+    """The signed distance to each hazard, negative inside, on the head's grid.
 
     volumes: int16 in steps of `UNIT_MM`, by name: of both sides the nearer one.
     source: "phantom" or the file of labels that they were measured from.

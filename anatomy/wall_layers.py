@@ -28,7 +28,7 @@ class Layer(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class WallFeel:
-    """Say how a wall feels under a tool, and where each figure is from.
+    """How a wall feels under a tool, and where each figure is from.
 
     soft_n_mm, hard_n_mm: stiffness of its mucosa and of its bone, N/mm. friction:
     Coulomb's. damping_ns_mm: N s/mm. The sources are "guess", or who measured it; ""
@@ -72,7 +72,7 @@ class WallKind:
 
 @dataclass(frozen=True, slots=True)
 class WallLayers:
-    """Hold the walls of a head on the grid of its volumes.
+    """The walls of a head on the grid of its volumes.
 
     wall: uint8, row of `kinds`; row `NO_WALL` is no wall: all ground. ground: uint8
     `Label` of what lies beyond mucosa and bone. depth of a place is its pristine air
@@ -97,7 +97,7 @@ class WallLayers:
 
 @dataclass(frozen=True, slots=True)
 class LayerSample:
-    """Hold what is at points; all arrays have the points' leading shape.
+    """What is at points; all arrays have the points' leading shape.
 
     depth_mm: distance to the pristine air surface, negative in air. layer: uint8
     `Layer`. label: uint8 `Label` of the tissue, 0 in air. wall: uint8 row of

@@ -56,7 +56,7 @@ GUARDED = (
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Say what got worse. before, now: the ratio, or the error `what`."""
+    """What got worse. before, now: the ratio, or the error `what`."""
 
     row: Ratio
     what: str
@@ -66,7 +66,7 @@ class Failure:
 
 @dataclass(slots=True)
 class Verdict:
-    """Hold what the comparison found; missing and new rows fail nothing.
+    """What the comparison found; missing and new rows fail nothing.
 
     noisy: of those compared, what scattered by more than `SLOWER` in the release.
     """

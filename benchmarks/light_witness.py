@@ -24,7 +24,7 @@ VIEWS = ("turbinate", "choana")
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Hold a picture and its standard error, both ``(h, w, 3)``."""
+    """A picture and its standard error, both ``(h, w, 3)``."""
 
     mean: NDArray[np.float64]
     error: NDArray[np.float64]
@@ -45,7 +45,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class LightDifference:
-    """Say how the mean of another estimate of the same light differs from ours.
+    """How the mean of another estimate of the same light differs from ours.
 
     mean: relative difference over all pixels and colours. mean_error: its standard
     error.

@@ -61,7 +61,7 @@ class NasalView:
 
 @dataclass(frozen=True, slots=True)
 class ViewAgreement:
-    """Say how the splatted picture of a view differs from the ray-traced one.
+    """How the splatted picture of a view differs from the ray-traced one.
 
     ssim, rmse_codes: of the encoded pictures, gain and grain alike. holes: pixels with
     a wall that the splats leave empty. openings: how many the ray tracer looks

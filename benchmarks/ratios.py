@@ -22,7 +22,7 @@ RMSE = "RMSE"
 
 
 class Ratio(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Hold what is compared of one row. ratio: above one is faster than the baseline.
+    """What is compared of one row. ratio: above one is faster than the baseline.
 
     errors: by name; smaller is better. scatter: highest ratio over the least, of the
     rounds in which a release was measured.
@@ -54,7 +54,7 @@ class Ratio(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Ratios(msgspec.Struct, kw_only=True):
-    """Hold the file: what was compared, where, and of which sources."""
+    """The file: what was compared, where, and of which sources."""
 
     machine: Machine
     commit: str

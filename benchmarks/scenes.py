@@ -62,7 +62,7 @@ class ViewPoint:
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Hold a head and where to look at it from."""
+    """A head and where to look at it from."""
 
     scene: Scene
     views: dict[str, ViewPoint]

@@ -24,14 +24,14 @@ NOISY_SPREAD = 0.2
 
 
 class Times(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold wall-clock seconds of the repeats."""
+    """Wall-clock seconds of the repeats."""
 
     min: float
     median: float
 
 
 class Measurement(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Hold one measurement, wherever it was made.
+    """One measurement, wherever it was made.
 
     case: ``scene/view/quantity``, or what a start-up row starts. mode: who did it
         and how. baseline: the mode of the same case that `ratio` compares with.
@@ -89,7 +89,7 @@ class Measurement(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True)
 
 
 class Row(Measurement, frozen=True, kw_only=True, omit_defaults=True):
-    """Hold a measurement and what made it."""
+    """A measurement and what made it."""
 
     machine: Machine
     versions: dict[str, str]
@@ -97,7 +97,7 @@ class Row(Measurement, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Skipped(msgspec.Struct, frozen=True, kw_only=True):
-    """Say what could not be measured, and why."""
+    """What could not be measured, and why."""
 
     suite: str
     case: str

@@ -15,7 +15,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Hold seconds of one call.
+    """Seconds of one call.
 
     min_s, median_s: wall clock over the repeats. cpu_s: smallest CPU time.
     """

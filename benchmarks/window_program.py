@@ -40,7 +40,7 @@ _MIB = 1024.0
 
 @dataclass(frozen=True, slots=True)
 class ProcessUse:
-    """Hold one look at a process, seconds since its start.
+    """One look at a process, seconds since its start.
 
     rss_mib: memory that it has in use. window_cpu_s: of its first thread, which is
     Qt's. cpu_s: of all threads.
@@ -54,7 +54,7 @@ class ProcessUse:
 
 @dataclass(frozen=True, slots=True)
 class WindowFlight:
-    """Hold what was seen of a flight in the window, and what its recording says.
+    """What was seen of a flight in the window, and what its recording says.
 
     first_s: from the start of the process until its first pictures are recorded, at
     most `LOOKED_EVERY_S` too long. timing: as in the recording's result. sizes: edge of

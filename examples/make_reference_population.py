@@ -75,7 +75,7 @@ SOURCE = "generated runs, not people: examples/make_reference_population.py"
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """Say how a hand moves.
+    """How a hand moves.
 
     pace: time by the planned path's. step_s: length of a submovement, of the planned
     path. pause_s: mean between two. back: share of submovements that go back.

@@ -40,7 +40,7 @@ P = ParamSpec("P")
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Hold what the endoscope sees from one place.
+    """What the endoscope sees from one place.
 
     rgb: ``(h, w, 3)`` uint8 sRGB, row 0 at the top. depth_mm: ``(h, w)`` float32, along
     each pixel's ray, +inf where nothing is met. camera: its ``rays()`` give the rays,
@@ -60,7 +60,7 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class HighQualityPicture:
-    """Hold the ray tracer's best picture of a `Look`.
+    """The ray tracer's best picture of a `Look`.
 
     rgb, depth_mm: as those of `Look`. seconds: it took. difference: of the look's
     picture from this one, in 8-bit codes.

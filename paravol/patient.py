@@ -41,7 +41,7 @@ def no_progress(stage: str, share: float) -> None:
 
 @dataclass(frozen=True)
 class PatientScene:
-    """Hold a patient's head and draw it.
+    """A patient's head and draw it.
 
     World is the patient's LPS frame in mm; volumes are indexed ``[z, y, x]``.
     scene: its ``volume`` is the CT, ``surface.distance`` the signed distance to the

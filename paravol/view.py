@@ -35,7 +35,7 @@ VISIBLE_SETS_STAGE = "Finding what can be seen from where"
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Hold one finished picture.
+    """One finished picture.
 
     pixels: ``(h, w, 3)`` uint8 sRGB.
     gain: the camera gain it was made with. lens: what lay on the front lens.

@@ -26,7 +26,7 @@ BORE_MM = 2.0
 
 @dataclass(frozen=True, slots=True)
 class FeelingState:
-    """Hold what both hands feel at one moment, and the name of the tool."""
+    """What both hands feel at one moment, and the name of the tool."""
 
     name: str
     tool: ForceState | None
@@ -96,12 +96,12 @@ class Feeling:
             + _breaks(time_s, self.scope, SCOPE),
         )
 
-    def freeze(self) -> FeelingState:
+    def checkpoint(self) -> FeelingState:
         """Return all that later samples may change."""
         return FeelingState(
             self._name,
-            None if self._tool is None else self._tool.freeze(),
-            None if self._scope is None else self._scope.freeze(),
+            None if self._tool is None else self._tool.checkpoint(),
+            None if self._scope is None else self._scope.checkpoint(),
             self.figures,
         )
 

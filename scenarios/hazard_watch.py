@@ -18,7 +18,7 @@ per mm, so half of this is the most that is missed."""
 
 @dataclass(frozen=True, slots=True)
 class HazardApproach:
-    """Hold the nearest approach to one hazard, mm, and when it was, s; negative inside.
+    """The nearest approach to one hazard, mm, and when it was, s; negative inside.
 
     tip: of the middle of the scope's end face. shaft: of the scope's surface.
     instrument: of the tip of the tool in the second hand, None where none was held.
@@ -44,7 +44,7 @@ class HazardApproach:
 
 @dataclass(frozen=True, slots=True)
 class HazardGaps:
-    """Hold one moment's distances in mm by hazard; instrument: None without a tool."""
+    """One moment's distances in mm by hazard; instrument: None without a tool."""
 
     tip: dict[str, float]
     shaft: dict[str, float]

@@ -11,7 +11,7 @@ FIRST_TOOL = "suction tube"
 
 @dataclass(frozen=True, slots=True)
 class InstrumentState:
-    """Hold the state of the tool beside the scope, as it was recorded.
+    """The state of the tool beside the scope, as it was recorded.
 
     name: of the catalogue, `NO_TOOL` for an empty hand. roll_deg: turn about the tool's
     axis, right-handed about where it points. jaw: 0 open to 1 closed. is_working: its

@@ -26,7 +26,7 @@ CONFIDENCE = 0.85
 
 
 class ExerciseStatus(StrEnum):
-    """Say how an exercise stands for a trainee."""
+    """How an exercise stands for a trainee."""
 
     LOCKED = "locked"
     OPEN = "open"
@@ -35,7 +35,7 @@ class ExerciseStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class LadderStep:
-    """Hold one exercise of a ladder.
+    """One exercise of a ladder.
 
     passes, runs: of the last `LAST_RUNS`. bound: of the pass rate, from below. waits:
     names of exercises to be passed before.

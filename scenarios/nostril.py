@@ -31,7 +31,7 @@ SCOPE, TOOL = "scope", "tool"
 
 @dataclass(frozen=True, slots=True)
 class Nostrils:
-    """Hold where shafts pass at ease: ``(n, 3)`` patient mm, a row a nostril."""
+    """Where shafts pass at ease: ``(n, 3)`` patient mm, a row a nostril."""
 
     scope_mm: Doubles
     tool_mm: Doubles

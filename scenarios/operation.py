@@ -26,7 +26,7 @@ from surgery.film import BloodFilm, FilmState, Suction
 from surgery.force import Touch, warm_up
 from surgery.injection import Box, Injection, InjectionState
 from surgery.injury import Injury, InjuryState, InjuryWatch
-from surgery.lens import NOSE_C, Lens, LensFreeze
+from surgery.lens import NOSE_C, Lens, LensCheckpoint
 from surgery.patient import OperatedPatient, PatientState
 from surgery.pushing import LONGEST_MM, Pushing, PushingState, ToolCapsule, widened
 from surgery.solids import BLADE, CAPSULE, ROUGH, SEED, Rows, capsule
@@ -70,7 +70,7 @@ THINNEST_MM, THICKEST_MM = 0.2, 4.0
 
 @dataclass(slots=True)
 class _Cutting:
-    """Hold a sweep: where it was last cut, where last seen and when, its stroke."""
+    """A sweep: where it was last cut, where last seen and when, its stroke."""
 
     cut: NDArray[np.float64]
     seen: NDArray[np.float64]
@@ -86,7 +86,7 @@ class _Cutting:
 
 @dataclass(frozen=True, slots=True)
 class OperationState:
-    """Hold an operation between two samples: each part's state, and the hand's.
+    """An operation between two samples: each part's state, and the hand's.
 
     hand: the values of `_HAND` by name.
     """
@@ -96,7 +96,7 @@ class OperationState:
     film: FilmState
     injection: InjectionState
     injuries: InjuryState | None
-    lens: LensFreeze | None
+    lens: LensCheckpoint | None
     cutting: _Cutting | None
     feeling: FeelingState
     hand: dict[str, Any]
@@ -217,17 +217,17 @@ class Operation:
             self.injuries.leave(SCOPE)
             self.injuries.leave(self._held)
 
-    def freeze(self) -> OperationState:
+    def checkpoint(self) -> OperationState:
         """Return all that later samples may change; to be called between samples."""
         return OperationState(
-            self.patient.freeze(),
-            self.pushing.freeze(),
-            self.film.freeze(),
-            self.injection.freeze(),
-            None if self.injuries is None else self.injuries.freeze(),
-            None if self.lens is None else self.lens.freeze(),
+            self.patient.checkpoint(),
+            self.pushing.checkpoint(),
+            self.film.checkpoint(),
+            self.injection.checkpoint(),
+            None if self.injuries is None else self.injuries.checkpoint(),
+            None if self.lens is None else self.lens.checkpoint(),
             None if self._cutting is None else replace(self._cutting),
-            self.feeling.freeze(),
+            self.feeling.checkpoint(),
             {name: getattr(self, name) for name in _HAND},
         )
 

@@ -17,7 +17,7 @@ FAR = "nothing came nearer"
 
 @dataclass(frozen=True, slots=True)
 class PassMark:
-    """Hold one mark of an exercise.
+    """One mark of an exercise.
 
     is_met: None where nothing says. why: what was reached, or why nobody knows.
     """
@@ -48,7 +48,7 @@ def pass_marks(
 
 @dataclass(frozen=True, slots=True)
 class DoneShare:
-    """Say how much of what an exercise asks for was done.
+    """How much of what an exercise asks for was done.
 
     done, asked: how many things, all of it; share: 0 to 1, begun ones in part.
     """

@@ -44,7 +44,7 @@ LONGEST_STOP_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class _Pause:
-    """Say that samples from first to last, both included, stayed around a place."""
+    """That samples from first to last, both included, stayed around a place."""
 
     first: int
     last: int

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 class Reading(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Hold what a session measured at one sample, mm; see `ScopeReading`.
+    """What a session measured at one sample, mm; see `ScopeReading`.
 
     gap_mm: of the scope's shaft to tissue, negative in it; touched: the structure, ""
     without contact. hazards_mm: gap of the scope's shaft to each hazard. tool_hazards:

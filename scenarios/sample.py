@@ -11,7 +11,7 @@ from scenarios.instrument_state import AS_BEFORE, InstrumentState
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Hold one moment as it was measured; everything else follows from it.
+    """One moment as it was measured; everything else follows from it.
 
     device_from_tip: 4x4 pose of the scope's tip in the arm's frame.
     roll_deg: the light post's turn, from the second channel.

@@ -16,7 +16,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SampleColumns:
-    """Hold samples as columns; see `scenarios.sample.Sample`.
+    """Samples as columns; see `scenarios.sample.Sample`.
 
     time_s, roll_deg, camera_deg, tool_roll_deg: ``(n,)``. scope_deg: ``(n,)``, NaN for
     the exercise's own scope. device_from_tip: ``(n, 4, 4)``. tool_mm, tool_pointing:

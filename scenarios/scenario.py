@@ -34,7 +34,7 @@ class Nostril(StrEnum):
 
 
 class Level(StrEnum):
-    """Say for whom an exercise is."""
+    """For whom an exercise is."""
 
     NOVICE = "novice"
     INTERMEDIATE = "intermediate"
@@ -70,7 +70,7 @@ ANGLES_DEG = (0.0, 30.0, 45.0, 70.0)
 
 
 class CameraHold(StrEnum):
-    """Say who keeps the camera head upright: nothing turns it, or the light post."""
+    """Who keeps the camera head upright: nothing turns it, or the light post."""
 
     UPRIGHT = "upright"
     WITH_POST = "with the light post"
@@ -108,7 +108,7 @@ class Scope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Say where a scope enters that no recorded path leads.
+    """Where a scope enters that no recorded path leads.
 
     nostril: which one. tip_mm, axis: another place that holds its shaft, and the
     direction inwards, patient LPS; both or neither.
@@ -134,7 +134,7 @@ class MetricLimit(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class PassMarks(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Say when an exercise is passed.
+    """When an exercise is passed.
 
     tasks: names of those that must be done; none: all that are not optional.
     least_percent: of a rubric's points, where one is used.

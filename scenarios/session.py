@@ -47,7 +47,7 @@ nasopharynx lies about 90 mm behind the nostril)."""
 
 @dataclass(frozen=True, slots=True)
 class FrameState:
-    """Say what a sample means in the patient: the camera, the tools, the gap.
+    """What a sample means in the patient: the camera, the tools, the gap.
 
     touched: the structure in contact with the shaft, "" without contact. hazard: the
     nearest hazard and how near scope or tool is, mm; None where none is known.
@@ -74,7 +74,7 @@ class FrameState:
 
 @dataclass(frozen=True, slots=True)
 class ScopeReading:
-    """Say where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
+    """Where a sample's scope is: 4x4 pose, gap in mm, what is touched or near.
 
     touched: "" without contact. hazards: None where nobody knows them. tool_mm,
     tool_touched, drags_mm: as in `FrameState`.
@@ -91,7 +91,7 @@ class ScopeReading:
 
 @dataclass(frozen=True, slots=True)
 class SessionState:
-    """Hold a session between two samples; see `Session.freeze`."""
+    """A session between two samples; see `Session.checkpoint`."""
 
     scorer: Scorer
     stepped: tuple[Sample, ScopeReading] | None
@@ -103,7 +103,7 @@ class SessionState:
 
 @dataclass(frozen=True, slots=True)
 class _Clock:
-    """Hold the score's clock, s.
+    """The score's clock, s.
 
     score_s: what it shows. stood_s: so long it stood so far. last_s: the last sample's
     time, None before the first. is_frozen: of that sample.
@@ -223,11 +223,11 @@ class Session:
         """Return what was measured at the last sample; None before the first."""
         return None if self.placed is None else Reading.of(self.placed)
 
-    def freeze(self) -> SessionState:
+    def checkpoint(self) -> SessionState:
         """Return all that later samples may change, the patient's tissue included."""
-        operation = None if self.operation is None else self.operation.freeze()
-        tasks = None if self.tasks is None else self.tasks.freeze()
-        coverage = None if self.coverage is None else self.coverage.freeze()
+        operation = None if self.operation is None else self.operation.checkpoint()
+        tasks = None if self.tasks is None else self.tasks.checkpoint()
+        coverage = None if self.coverage is None else self.coverage.checkpoint()
         return SessionState(
             self._scorer.copy(),
             self._stepped,

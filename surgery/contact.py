@@ -46,7 +46,7 @@ MOST_TURNS = 12
 
 
 class ShaftHold:
-    """Hold straight shafts in front of walls, within bounded time.
+    """Straight shafts in front of walls, within bounded time.
 
     The same poses and the same tissue give the same poses, bit by bit. Tissue is read
     as it is at the time: what was cut away no longer holds.
@@ -103,7 +103,7 @@ class ShaftHold:
 
 
 class ScopeHold(ShaftHold):
-    """Hold a scope: a straight shaft of one radius."""
+    """A scope: a straight shaft of one radius."""
 
     def __init__(
         self,
@@ -152,7 +152,7 @@ class ScopeHold(ShaftHold):
 
 
 class CapsuleHold(ShaftHold):
-    """Hold a tool that is made of capsules, bent ends and open jaws included."""
+    """A tool that is made of capsules, bent ends and open jaws included."""
 
     def go(
         self,

@@ -8,7 +8,7 @@ from surgery.solids import Rows
 
 @dataclass(frozen=True, slots=True)
 class CuttingLimits:
-    """Say what a tool can take away.
+    """What a tool can take away.
 
     force_n: axial force that it brings on bone; walls and grounds that bear more stay.
     bone_mm: thickest plate of bone that it takes; 0 spares all bone.

@@ -139,7 +139,7 @@ class FilmLedger:
 
 @dataclass(frozen=True, slots=True)
 class Suction:
-    """Say where a tool sucks: tip ``(3,)`` LPS mm, reach in mm, flow in mL/min."""
+    """Where a tool sucks: tip ``(3,)`` LPS mm, reach in mm, flow in mL/min."""
 
     tip_mm: NDArray[np.float64]
     reach_mm: float = 2.5
@@ -148,7 +148,7 @@ class Suction:
 
 @dataclass(slots=True)
 class _Sources:
-    """Hold what bleeds: voxel, kind, first step, units/s and tau, units given."""
+    """What bleeds: voxel, kind, first step, units/s and tau, units given."""
 
     voxel: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
     kind: NDArray[np.int8] = field(default_factory=lambda: np.zeros(0, np.int8))
@@ -182,7 +182,7 @@ class _Sources:
 
 @dataclass(frozen=True, slots=True)
 class FilmState:
-    """Hold all blood of one moment: some 200 bytes a wet cell.
+    """All blood of one moment: some 200 bytes a wet cell.
 
     cells: rows in use of each array. clock: the last step, and steps skipped. drawn:
     flat voxels and what was drawn there. reached: box of all that was ever drawn.
@@ -350,7 +350,7 @@ class BloodFilm:
         self._box = _no_box()
         return np.maximum(box[:3], 0), np.minimum(box[3:], top)
 
-    def freeze(self) -> FilmState:
+    def checkpoint(self) -> FilmState:
         """Return all that later steps may change."""
         count = self.wet_cells
         reached = _joined(self._reached, self._box)

@@ -46,7 +46,7 @@ ABSENT_S = 0.25
 
 @dataclass(frozen=True, slots=True)
 class RigidPart:
-    """Hold a part of a tool.
+    """A part of a tool.
 
     capsules: rows of `surgery.solids`, in the tool's frame when its jaws are closed.
     pose: gives the part's 4x4 turn for a jaw from 0, open, to 1; None for what never
@@ -59,7 +59,7 @@ class RigidPart:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """Say what a tool feels.
+    """What a tool feels.
 
     newton: ``(3,)`` on the tool, patient frame. torque_nmm: ``(3,)`` about its origin.
     size_n: of the tissue alone, the largest since the last sample. depth_mm: how far
@@ -91,7 +91,7 @@ NO_TOUCH = Touch(np.zeros(3), np.zeros(3))
 
 @dataclass(frozen=True, slots=True)
 class ForceState:
-    """Hold a tool's proxy and holes at one moment; see `ToolForce.freeze`."""
+    """A tool's proxy and holes at one moment; see `ToolForce.checkpoint`."""
 
     state: Doubles
     holes: Doubles
@@ -101,7 +101,7 @@ class ForceState:
 
 @dataclass(frozen=True, slots=True)
 class JawContact:
-    """Say what lies between a tool's jaws.
+    """What lies between a tool's jaws.
 
     points_mm: ``(n, 3)`` evenly in what they enclose, wide open, in the tool's frame.
     gape_mm: how wide that is.
@@ -326,7 +326,7 @@ class ToolForce:
         self._holes[:] = other._holes
         self._state[tick.BROKEN] = other._state[tick.BROKEN]
 
-    def freeze(self) -> ForceState:
+    def checkpoint(self) -> ForceState:
         """Return all that later samples may change."""
         return ForceState(
             self._state.copy(), self._holes.copy(), self._last, self.touch

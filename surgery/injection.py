@@ -37,7 +37,7 @@ Box = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 @dataclass(frozen=True, slots=True)
 class InjectionSite:
-    """Hold what was injected at one place: ``(3,)`` LPS mm, ml."""
+    """What was injected at one place: ``(3,)`` LPS mm, ml."""
 
     place_mm: tuple[float, float, float]
     ml: float
@@ -45,7 +45,7 @@ class InjectionSite:
 
 @dataclass(frozen=True, slots=True)
 class InjectionState:
-    """Hold an injection between two samples: the pale voxels, and what made them."""
+    """An injection between two samples: the pale voxels, and what made them."""
 
     voxels: NDArray[np.int64]
     pale: NDArray[np.uint8]
@@ -105,7 +105,7 @@ class Injection:
         self._drawn = steps
         return self._draw(depot, steps * DRAWN_ML)
 
-    def freeze(self) -> InjectionState:
+    def checkpoint(self) -> InjectionState:
         """Return all that later samples may change."""
         voxels = np.flatnonzero(self._pale) if self.depots else np.zeros(0, np.int64)
         pale = self._pale.reshape(-1)[voxels]

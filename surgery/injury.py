@@ -82,7 +82,7 @@ class Injury:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Say how near anything came to a structure.
+    """How near anything came to a structure.
 
     gap_mm: negative inside. place_mm: ``(3,)`` of the tool's surface, LPS.
     """
@@ -95,7 +95,7 @@ class Approach:
 
 @dataclass(slots=True)
 class _Hazard:
-    """Hold one structure's distances, and the least gap so far."""
+    """One structure's distances, and the least gap so far."""
 
     values: NDArray[np.int16]
     voxel: NDArray[np.float64]
@@ -105,7 +105,7 @@ class _Hazard:
 
 @dataclass(slots=True)
 class _Tool:
-    """Hold where a tool was, and what is known of each hazard's gap then."""
+    """Where a tool was, and what is known of each hazard's gap then."""
 
     time_s: float
     capsules: NDArray[np.float64]
@@ -120,7 +120,7 @@ class _Tool:
 
 @dataclass(frozen=True, slots=True)
 class InjuryState:
-    """Hold injuries, nearest approaches and where the tools were; see `InjuryWatch`."""
+    """Injuries, nearest approaches and where the tools were; see `InjuryWatch`."""
 
     tools: dict[str, _Tool]
     injuries: tuple[Injury, ...]
@@ -226,7 +226,7 @@ class InjuryWatch:
         self._tools[by] = before
         return tuple(found)
 
-    def freeze(self) -> InjuryState:
+    def checkpoint(self) -> InjuryState:
         """Return all that later samples may change."""
         return InjuryState(
             {by: tool.copy() for by, tool in self._tools.items()},

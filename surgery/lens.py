@@ -65,8 +65,8 @@ _ACROSS = np.array([(math.cos(turn), math.sin(turn)) for turn in _TURNS])
 
 
 @dataclass(frozen=True, slots=True)
-class LensFreeze:
-    """Hold what is on a lens, how warm it is and what was counted, see `Lens`."""
+class LensCheckpoint:
+    """What is on a lens, how warm it is and what was counted, see `Lens`."""
 
     blood: tuple[float, ...]
     mucus: tuple[float, ...]
@@ -113,9 +113,9 @@ class Lens:
         blood, mucus = _sectors(self._blood), _sectors(self._mucus)
         return LensState(blood, mucus, self._fog, self._drops, self.washes)
 
-    def freeze(self) -> LensFreeze:
+    def checkpoint(self) -> LensCheckpoint:
         """Return all that later samples may change."""
-        return LensFreeze(
+        return LensCheckpoint(
             tuple(self._blood.tolist()),
             tuple(self._mucus.tolist()),
             self._fog,
@@ -128,7 +128,7 @@ class Lens:
             self.washes,
         )
 
-    def restore(self, state: LensFreeze) -> None:
+    def restore(self, state: LensCheckpoint) -> None:
         """Make the lens what it was."""
         self._blood, self._mucus = np.array(state.blood), np.array(state.mucus)
         self._fog, self._drops, self._agent = state.fog, state.drops, state.agent

@@ -93,7 +93,7 @@ class VolumeLedger:
 
 @dataclass(frozen=True, slots=True)
 class _Before:
-    """Hold what an edit replaced, flat: voxel numbers, distances, three fills."""
+    """What an edit replaced, flat: voxel numbers, distances, three fills."""
 
     edit: Edit
     books: VolumeLedger
@@ -108,7 +108,7 @@ class _Before:
 
 @dataclass(frozen=True, slots=True)
 class PatientState:
-    """Hold what differs from the pristine head at one moment: 18 bytes a voxel.
+    """What differs from the pristine head at one moment: 18 bytes a voxel.
 
     voxels: flat numbers. distance, fills: there. books, undo, edits, touched: see
     `OperatedPatient`; what can be undone is shared with the patient.
@@ -124,7 +124,7 @@ class PatientState:
 
 
 class OperatedPatient:
-    """Hold a head that is operated on.
+    """A head that is operated on.
 
     surface: the air surface as it is now; its distance is edited in place, and its
         wounds say what a cut lays open. pristine: the surface as it was.
@@ -345,7 +345,7 @@ class OperatedPatient:
         self._follow(low, high)
         return Change(self.generation, low, high)
 
-    def freeze(self) -> PatientState:
+    def checkpoint(self) -> PatientState:
         """Return all that later edits may change."""
         voxels = self._cut_voxels()
         return PatientState(

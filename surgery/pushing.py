@@ -143,7 +143,7 @@ class ToolCapsule:
 
 @dataclass(frozen=True, slots=True)
 class _Spring:
-    """Hold a dent that nothing holds any more, and since when."""
+    """A dent that nothing holds any more, and since when."""
 
     dents: tuple[Dent, Dent]
     since_s: float
@@ -151,7 +151,7 @@ class _Spring:
 
 @dataclass(frozen=True, slots=True)
 class PushingState:
-    """Hold what is bent at one moment: what stays, and what is held or springs back."""
+    """What is bent at one moment: what stays, and what is held or springs back."""
 
     shifts: NDArray[np.float64]
     held: tuple[Dent, Dent]
@@ -272,7 +272,7 @@ class Pushing:
         self.take_in_edit(change)
         return widened(change, self.show(change.generation, change.kind))
 
-    def freeze(self) -> PushingState:
+    def checkpoint(self) -> PushingState:
         """Return what is bent now."""
         return PushingState(
             self.shifts.copy(), self._held, self._springing, self._spring

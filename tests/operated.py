@@ -10,7 +10,7 @@ from renderers.scene import AirSurface, Change, ChangeKind, Scene, Volume, Wound
 
 @dataclass
 class Operated:
-    """Hold a scene and the arrays under it.
+    """A scene and the arrays under it.
 
     scene: shows what the arrays hold now. before: the scene as it was.
     """

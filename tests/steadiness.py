@@ -33,7 +33,7 @@ GLINT_CODE = 225
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Say how a frame differs from the one before, carried along.
+    """How a frame differs from the one before, carried along.
 
     mean, p99: 8-bit codes, of the largest channel's absolute difference, over pixels
     that both frames show away from edges. share: of the field's pixels that is.

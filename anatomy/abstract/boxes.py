@@ -18,7 +18,7 @@ Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True, slots=True)
 class BoxSpace:
-    """Hold a space and what is around it as boxes, which may overlap."""
+    """A space and what is around it as boxes, which may overlap."""
 
     air: tuple[Box, ...]
     solid: tuple[Box, ...]

@@ -29,7 +29,7 @@ _STEP_MM = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Hoop:
-    """Hold a ring of wire.
+    """A ring of wire.
 
     middle: ``(3,)`` mm. axis: unit, the direction that it is passed in. radius_mm: of
     the wire's middle line.

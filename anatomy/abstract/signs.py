@@ -31,7 +31,7 @@ LETTERS = "".join(_LETTERS)
 
 @dataclass(frozen=True, slots=True)
 class Sign:
-    """Hold a sign.
+    """A sign.
 
     middle: ``(3,)`` mm, on the surface. normal: unit, into the air. up: unit, in the
     sign's plane.

@@ -34,7 +34,7 @@ _NEAR_MM = 2.0
 
 @dataclass(frozen=True, slots=True)
 class AbstractSpace:
-    """Hold a space; all volumes share one grid in LPS.
+    """A space; all volumes share one grid in LPS.
 
     ct: int16 HU. labels: uint8 `Label`, see `LABELS`. distance: float32 mm to the air's
     surface, negative in air. blood, skin: uint8, as those of a phantom. landmarks:

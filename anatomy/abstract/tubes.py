@@ -18,7 +18,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """Hold a part of a circle.
+    """A part of a circle.
 
     start: ``(3,)`` mm. along: unit direction there. inwards: unit direction to the
     circle's middle. bend_mm: the circle's radius, infinite for a straight line.
@@ -68,7 +68,7 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class TubeSpace:
-    """Hold a tube: its arcs, each going on where and as the last one ends."""
+    """A tube: its arcs, each going on where and as the last one ends."""
 
     arcs: tuple[Arc, ...]
     radius_mm: float

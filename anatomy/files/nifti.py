@@ -42,7 +42,7 @@ _LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
 
 @dataclass(frozen=True, slots=True)
 class NiftiFile:
-    """Hold a file's values and where they lie.
+    """A file's values and where they lie.
 
     layers: each ``(nz, ny, nx)``, rescaled. frame: ``(3, 4)`` LPS mm of voxel indices
     x y z. notes: what its header contradicts itself about.

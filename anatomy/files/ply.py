@@ -34,7 +34,7 @@ _LISTS = ("vertex_indices", "vertex_index")
 
 @dataclass(slots=True)
 class _Element:
-    """Hold an element. properties: name, kind, and the kind of a list's count or ""."""
+    """An element. properties: name, kind, and the kind of a list's count or ""."""
 
     name: str
     count: int

@@ -36,7 +36,7 @@ _END_FACET = re.compile(rb"end\s*facet", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Hold triangles. vertices: ``(n, 3)`` float64 LPS mm; faces: ``(m, 3)`` int32."""
+    """Triangles. vertices: ``(n, 3)`` float64 LPS mm; faces: ``(m, 3)`` int32."""
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]

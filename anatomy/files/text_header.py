@@ -61,7 +61,7 @@ _QUOTED = re.compile(r'"([^"]*)"')
 
 @dataclass(frozen=True, slots=True)
 class TextHeader:
-    """Hold what a file of NRRD or MetaImage begins with.
+    """What a file of NRRD or MetaImage begins with.
 
     head: its first bytes. end: where the header ends; begins: where the values do, if
     they are in the file. fields: by their names in small letters.

@@ -24,7 +24,7 @@ MOST_SKEW = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Hold values and a frame whose axes are at right angles.
+    """Values and a frame whose axes are at right angles.
 
     layers: each ``(nz, ny, nx)``. spacing_mm, origin_mm: ``(3,)``. direction:
     ``(3, 3)``, columns are axes. notes: what was done to bring it about.

@@ -36,7 +36,7 @@ _BYTES = {
 
 @dataclass(frozen=True, slots=True)
 class Claims:
-    """Hold what a header says that its file holds.
+    """What a header says that its file holds.
 
     size: voxels along x, y, z and what else there is. parts: values a voxel.
     number_bytes: of each, 0 where it is no real number. kind: its type in words.

@@ -76,7 +76,7 @@ MEAN_DENSITY = 128
 
 
 class Sampling(NamedTuple):
-    """Say where voxels are, and how near and sharp what they show is.
+    """Where voxels are, and how near and sharp what they show is.
 
     origin: ``(3,)`` global lattice index of voxel 0, RAS order x, y, z; the arrays run
     along -x and -y (their world is LPS). spacing: mm of the unscaled head. band: how
@@ -132,7 +132,7 @@ class WallLayers(NamedTuple):
 
 
 class Painted(NamedTuple):
-    """Hold CT numbers, labels and bone cover (255 is all bone)."""
+    """CT numbers, labels and bone cover (255 is all bone)."""
 
     hu: Shorts
     labels: Bytes

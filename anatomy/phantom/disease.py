@@ -56,7 +56,7 @@ class Content:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Hold what is left of a part's air, and what took its place.
+    """What is left of a part's air, and what took its place.
 
     air: None if no air is left. thickening_mm: swelling of the mucosa.
     """
@@ -68,7 +68,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Disease:
-    """Say what is to become of one sinus. posture: see `PhantomParameters`."""
+    """What is to become of one sinus. posture: see `PhantomParameters`."""
 
     sinus: str
     findings: tuple[Finding, ...]

@@ -64,7 +64,7 @@ MEDIAL_MM = 5.5
 
 @dataclass(frozen=True, slots=True)
 class Ethmoid:
-    """Hold the ethmoid's two groups of cells and the seeds they were grown from."""
+    """The ethmoid's two groups of cells and the seeds they were grown from."""
 
     anterior: Field
     posterior: Field
@@ -270,7 +270,7 @@ def _group(
 
 @dataclass(frozen=True, slots=True)
 class _Drawing:
-    """Hold what cells are drawn from.
+    """What cells are drawn from.
 
     count: of all cells, the named ones among them. lacking: places that stay empty.
     low, high: ``(3,)`` corners of the box of the places.

@@ -30,7 +30,7 @@ def field_for(head_scale: float, frontal_scale: float, rear_mm: float = 0.0) -> 
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """Hold the first index and the number of voxels along LPS x, y and z.
+    """The first index and the number of voxels along LPS x, y and z.
 
     Coordinates are whole multiples of the spacing, so any two fields of view of equal
     spacing share their voxels, bit for bit.

@@ -21,7 +21,7 @@ BAND_MM = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Hold the parts, the surroundings and the kernel tables of one head."""
+    """The parts, the surroundings and the kernel tables of one head."""
 
     parameters: PhantomParameters
     parts: tuple[Part, ...]

@@ -11,7 +11,7 @@ from system import UserError
 
 
 class Sizes(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold a sinus's volume, mean and deviation, and the volumes of size factors."""
+    """A sinus's volume, mean and deviation, and the volumes of size factors."""
 
     ml: tuple[float, float]
     factors: tuple[float, ...]
@@ -44,7 +44,7 @@ SINUSES = (
 
 
 class Opacity(msgspec.Struct, frozen=True, kw_only=True):
-    """Hold the Lund-Mackay scores of one side, and the polyps' grade.
+    """The Lund-Mackay scores of one side, and the polyps' grade.
 
     A sinus is 0 (clear), 1 (partly opaque) or 2 (without air); the ostiomeatal complex
     is 0 (open) or 2 (blocked). polyps: 0 none; 1 within the middle meatus; 2 below the

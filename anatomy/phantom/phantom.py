@@ -33,7 +33,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class Phantom:
-    """Hold one virtual patient; all volumes share one grid in LPS.
+    """One virtual patient; all volumes share one grid in LPS.
 
     ct: int16 HU. labels: uint8 `Label`. sides: uint8 `Side`. bone_cover: uint8, 255
     is all bone. distance: float32 mm to the air boundary, negative in air, zero on

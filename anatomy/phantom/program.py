@@ -84,7 +84,7 @@ STACK_CHANGE = {
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """Hold the instructions and constants of several fields.
+    """The instructions and constants of several fields.
 
     code: ``(n, 4)`` int32 rows of operation, first constant, count, selector.
     constants: ``(m,)`` float32.

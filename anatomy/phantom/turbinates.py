@@ -25,7 +25,7 @@ from anatomy.tissue import Side
 
 @dataclass(frozen=True, slots=True)
 class Turbinates:
-    """Hold the solids that stand in the cavity."""
+    """The solids that stand in the cavity."""
 
     inferior: Field
     middle: Field

@@ -21,7 +21,7 @@ _model = lru_cache(maxsize=4)(build_model)
 
 @dataclass(frozen=True, slots=True)
 class PlateSample:
-    """Hold which plate of bone walls are at points, in the points' leading shape.
+    """Which plate of bone walls are at points, in the points' leading shape.
 
     name: such as ``"lateral lamella"``, empty where none is. thickness_mm: the plate's
     own, whatever a voxel's edge; NaN where none is.

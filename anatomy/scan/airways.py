@@ -68,7 +68,7 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Airways:
-    """Hold what was found.
+    """What was found.
 
     field: float32 CT numbers above those of the surface, negative in air, without the
     specks of noise. outside_mm: float32,

@@ -44,7 +44,7 @@ nearer to the middle height: above lie frontal sinuses, below the mouth."""
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Hold one straight way in.
+    """One straight way in.
 
     pivot_mm: ``(3,)`` LPS point that holds the shaft. axis: ``(3,)`` unit vector
     inwards. free_mm: length from the pivot with air around it.

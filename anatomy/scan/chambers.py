@@ -65,7 +65,7 @@ class Chamber:
 
 @dataclass(frozen=True, slots=True)
 class AirSpaces:
-    """Hold the inner air in parts.
+    """The inner air in parts.
 
     labels: uint8; 0 is no inner air, 1 the passages, 2 and more the chambers in their
     order, largest first.

@@ -70,7 +70,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(slots=True)
 class DicomSeries:
-    """Hold the slices of one series that share one geometry.
+    """The slices of one series that share one geometry.
 
     axes: ``(6,)`` unit vectors along a row and along a column, LPS. spacing_mm: between
     rows, between columns. files, numbers: of each slice, its file and which of the
@@ -142,7 +142,7 @@ NO_SCANS = *SEGMENTATIONS, "1.2.840.10008.5.1.4.1.1.481.2"
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """Hold what a folder holds. left_out: how many files of each kind are no slices."""
+    """What a folder holds. left_out: how many files of each kind are no slices."""
 
     series: list[DicomSeries]
     left_out: Counter[str]

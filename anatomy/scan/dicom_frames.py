@@ -58,7 +58,7 @@ COPIED = (
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Hold one slice's header. image: pydicom's dataset of the whole file.
+    """One slice's header. image: pydicom's dataset of the whole file.
 
     number: of the frame in its file, from 0. groups: the functional groups that tell
     of it, its own first; none in a file of one slice.

@@ -44,7 +44,7 @@ MUCOSA, EDGE, BONE, IVORY = (
 
 @dataclass(frozen=True, slots=True)
 class Peaks:
-    """Hold the levels of a head, in CT numbers.
+    """The levels of a head, in CT numbers.
 
     air, soft: the peaks' places. flank: deviation of the soft tissues' upper flank.
     bone: the middle of what is higher; None where there is no bone to be seen.

@@ -69,7 +69,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class ImportedHead:
-    """Hold a scanned head; but for the face, volumes share one grid of cubic voxels.
+    """A scanned head; but for the face, volumes share one grid of cubic voxels.
 
     ct: int16 CT numbers. distance: float32 mm to the air surface, negative in air.
     blood, skin: uint8, as a phantom's; a scan does not show blood, so mucosa has the

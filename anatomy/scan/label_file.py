@@ -48,7 +48,7 @@ _XML_LABEL = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class LabelMap:
-    """Hold a label map: whole numbers in LPS, and the names of the values.
+    """A label map: whole numbers in LPS, and the names of the values.
 
     names: of the segments that a value stands for; several where segments overlap.
     unread: names of masks that were not read, for no hazard is called so.

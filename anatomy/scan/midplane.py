@@ -28,7 +28,7 @@ SURE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Midplane:
-    """Hold the plane: ``normal @ point == offset_mm``, the normal to the left, LPS.
+    """The plane: ``normal @ point == offset_mm``, the normal to the left, LPS.
 
     agreement: correlation of the two halves, 1 for a head that is its mirror image.
     """

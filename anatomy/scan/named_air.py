@@ -77,7 +77,7 @@ class Sinus:
 
 @dataclass(frozen=True, slots=True)
 class NamedAir:
-    """Hold a head's inner air under the phantom's label numbers.
+    """A head's inner air under the phantom's label numbers.
 
     labels: uint8 `Label`. sides: uint8 `Side` of the sinuses that have a name: a septum
     between two may stand far beside the midplane. sinuses: those with a name, right

@@ -50,7 +50,7 @@ BORDER_MM = 3.0
 
 @dataclass(frozen=True, slots=True)
 class NoseFrame:
-    """Hold a nose's axes: left, back and up, and its origin on the floor at the choana.
+    """A nose's axes: left, back and up, and its origin on the floor at the choana.
 
     axes: ``(3, 3)``, one unit vector a row, LPS. origin_mm: ``(3,)`` LPS.
     """

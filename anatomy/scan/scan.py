@@ -67,7 +67,7 @@ class Modality(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Levels:
-    """Hold the two levels of a head's histogram, in its own units."""
+    """The two levels of a head's histogram, in its own units."""
 
     air: float
     tissue: float
@@ -108,7 +108,7 @@ class Levels:
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """Hold a patient's scan.
+    """A patient's scan.
 
     volume: int16 CT numbers, or MR brought onto their scale, in LPS. notes: one
     sentence for each thing that was done to the data. step_mm: between the slices as

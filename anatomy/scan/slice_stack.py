@@ -21,7 +21,7 @@ slice, that count as rounding in a header."""
 
 @dataclass(frozen=True, slots=True)
 class SliceStack:
-    """Hold parallel slices of one size, in any order.
+    """Parallel slices of one size, in any order.
 
     pixels: ``(n, rows, columns)``. positions_mm: ``(n, 3)`` LPS centre of each slice's
     first pixel. row_direction, column_direction: ``(3,)`` unit vectors along a row
@@ -89,7 +89,7 @@ class SliceStack:
 
 @dataclass(frozen=True, slots=True)
 class StackLayout:
-    """Say how an ordered stack lies: its steps and its shear.
+    """How an ordered stack lies: its steps and its shear.
 
     steps_mm: ``(n - 1,)``. shear_mm: largest sideways shift beyond that of a straight
     stack. tilt_deg: angle between the way of the table and the slices' normal.
@@ -217,7 +217,7 @@ MOST_BETWEEN = 3
 
 @dataclass(slots=True)
 class _Section:
-    """Hold neighbouring steps that are whole multiples of one."""
+    """Neighbouring steps that are whole multiples of one."""
 
     first: int
     steps: list[float] = field(default_factory=list)

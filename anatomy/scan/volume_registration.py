@@ -53,7 +53,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class VolumeRegistration:
-    """Say where the second scan lies in the first one's world, and how sure that is.
+    """Where the second scan lies in the first one's world, and how sure that is.
 
     first_from_second: 4x4 LPS mm. return_mm: largest distance, 60 mm around the
     middle, between where it came to rest from different starts. shared: mutual

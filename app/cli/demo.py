@@ -113,7 +113,7 @@ class _Watch:
 
 @dataclass(frozen=True, slots=True)
 class _Flown:
-    """Hold what one flight of the demonstration left."""
+    """What one flight of the demonstration left."""
 
     scenario: "Scenario"
     flight: "FinishedFlight"

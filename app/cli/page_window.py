@@ -21,7 +21,7 @@ EDGE_SAMPLES = 8
 
 
 class OpenedWindow:
-    """Hold the window of a command, and what goes wrong while it is open.
+    """The window of a command, and what goes wrong while it is open.
 
     edge_samples: samples a pixel for smooth edges.
     """

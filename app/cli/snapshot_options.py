@@ -40,7 +40,7 @@ def within(low: float, high: float) -> Parameter:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SnapshotOptions:
-    """Hold what the command line asked for."""
+    """What the command line asked for."""
 
     session: Annotated[Path | None, Parameter(parse=False)] = None
     case: Annotated[Path | None, WHAT] = None

@@ -21,7 +21,7 @@ MostSize = Annotated[
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DeviceOptions:
-    """Say how devices are placed, and what moves the tool."""
+    """How devices are placed, and what moves the tool."""
 
     registration: Path | None = None
     """File of `paravol register`, made since the arm was switched on, or of a

@@ -32,7 +32,7 @@ AROUND_MM = 45.0
 
 @dataclass(frozen=True, slots=True)
 class HeadModel:
-    """Hold the head as triangles; may be built in any thread.
+    """The head as triangles; may be built in any thread.
 
     mesh: point array ``rgba`` is the tint of mucosa or face.
     targets: positions ``(3,)`` by name.

@@ -71,7 +71,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class NavigatorOrder:
-    """Say how one trains at this window.
+    """How one trains at this window.
 
     trainee: made-up name; None for the one of the last time. has_store: sessions enter
     the progress store. store: its file, None for the user's. choices: the file of what
@@ -92,7 +92,7 @@ class NavigatorOrder:
 
 @dataclass(slots=True)
 class Flown:
-    """Hold one flight of this window, for what is told when it closes.
+    """One flight of this window, for what is told when it closes.
 
     trainee: who flew. end: how it ended, None where nothing was flown. last_lines: of
     the input. is_kept: it is in the progress store. thread: None once it was left.
@@ -114,7 +114,7 @@ class Flown:
 
 @dataclass(slots=True)
 class _Known:
-    """Hold what was read for the home page."""
+    """What was read for the home page."""
 
     record: "TraineeRecord | None" = None
     cases: list[KnownCase] = field(default_factory=list)

@@ -28,7 +28,7 @@ from scenarios import FrameState, InstrumentState, Scenario
 
 
 class SessionSide(QWidget):
-    """Hold what stands beside the picture of a flight, and of a replay."""
+    """What stands beside the picture of a flight, and of a replay."""
 
     def __init__(self, scenario: Scenario, edge_samples: int) -> None:
         """Make the parts; edge_samples: samples a pixel for the overview's edges."""

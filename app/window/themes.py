@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """Hold a theme's colours, ``#rrggbb``.
+    """A theme's colours, ``#rrggbb``.
 
     background, panel: grounds. edge: lines, and the ground of bars. ink, quiet: text.
     ready: done, or going on. caution, warning, alarm: ever more urgent.

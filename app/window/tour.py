@@ -25,7 +25,7 @@ _GAP = 14.0
 
 @dataclass(frozen=True, slots=True)
 class TourStop:
-    """Hold one card: the part of the page that it is about, None for all of it."""
+    """One card: the part of the page that it is about, None for all of it."""
 
     part: QWidget | None
     title: str

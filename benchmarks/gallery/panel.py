@@ -14,7 +14,7 @@ Picture = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """Hold a picture with its figures.
+    """A picture with its figures.
 
     who: its column. pixels: ``(h, w, 3)`` sRGB. cpu_s: CPU seconds of one picture;
     None where the picture is not right, so that its time does not count. error: in
@@ -32,7 +32,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Absent:
-    """Say why a column has no picture of a view."""
+    """Why a column has no picture of a view."""
 
     who: str
     why: str
@@ -40,7 +40,7 @@ class Absent:
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Say what a sheet shows.
+    """What a sheet shows.
 
     name: of its file. columns: who draws, the reference last. reference: what errors
     are against. unit: of the errors, in words. told: what a reader must know.

@@ -31,7 +31,7 @@ OPENGL_HINT = (
 
 
 class Answer(msgspec.Struct, kw_only=True):
-    """Hold a peer's answer: times of one frame, and the file its picture lies in.
+    """A peer's answer: times of one frame, and the file its picture lies in.
 
     error: one sentence, when it could not.
     """

@@ -19,7 +19,7 @@ vtk_arrays: Any = numpy_support
 
 
 class PeerWindow:
-    """Hold an off-screen window with one renderer on black."""
+    """An off-screen window with one renderer on black."""
 
     def __init__(self) -> None:
         self.renderer = vtkRenderer()

@@ -50,7 +50,7 @@ class RankJob(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
-    """Say what a frame cost one rank. digest: of the picture, rank 0 only."""
+    """What a frame cost one rank. digest: of the picture, rank 0 only."""
 
     wall_s: float
     tally: dict[str, int]
@@ -59,7 +59,7 @@ class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RankReport(msgspec.Struct, frozen=True, kw_only=True):
-    """Say what one rank did. rounds: frames by round.
+    """What one rank did. rounds: frames by round.
 
     made_s: time of the first preparation. peak_bytes: most memory resident,
     mapped files included. own_bytes: most that is this process's alone, looked at after

@@ -12,7 +12,7 @@ from benchmarks.schema import Row
 
 @dataclass(slots=True)
 class Comparison:
-    """Hold rows of one picture: the same view, size, lens, reference.
+    """Rows of one picture: the same view, size, lens, reference.
 
     series: coarse steps first. own_reference: names of those series that are compared
     with their own finest picture.

@@ -27,7 +27,7 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Hold rows that differ in one amount, the smallest first."""
+    """Rows that differ in one amount, the smallest first."""
 
     case: str
     series: str

@@ -19,7 +19,7 @@ DASHES = "-", "--", ":", "-."
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Hold a series of points. is_line: they are joined."""
+    """A series of points. is_line: they are joined."""
 
     name: str
     points: Sequence[tuple[float, float]]

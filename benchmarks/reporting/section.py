@@ -8,7 +8,7 @@ Cells = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Hold a table of words. texts: the columns that are no figures, by number.
+    """A table of words. texts: the columns that are no figures, by number.
 
     bad: the numbers of rows that tell of something wrong.
     """
@@ -22,7 +22,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Hold a picture in a page. title: what stands below it. address: ``data:``."""
+    """A picture in a page. title: what stands below it. address: ``data:``."""
 
     title: str
     address: str
@@ -30,7 +30,7 @@ class Chart:
 
 @dataclass(slots=True)
 class Section:
-    """Hold a part under a heading. is_long: shown only when it is asked for."""
+    """A part under a heading. is_long: shown only when it is asked for."""
 
     anchor: str
     title: str

@@ -88,7 +88,7 @@ ray; the rest are assumptions for a processor of 150 MHz."""
 
 @dataclass(slots=True)
 class Ledger:
-    """Say where a rank's time went, seconds; the parts sum to the whole."""
+    """Where a rank's time went, seconds; the parts sum to the whole."""
 
     render: float = 0.0
     lru: float = 0.0

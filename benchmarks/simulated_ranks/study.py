@@ -55,7 +55,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Say what a simulated run found.
+    """What a simulated run found.
 
     seconds: of the whole; frame_s: by frame, from the last rank's end to the last
     rank's end. cells_fetched: by all ranks. slots: a rank's.

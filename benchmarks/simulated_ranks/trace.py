@@ -123,7 +123,7 @@ class Orbit:
 
 
 class FrameTrace:
-    """Hold the visits of a frame: for each packet its cells, front to back.
+    """The visits of a frame: for each packet its cells, front to back.
 
     samples: by visit. crossings: visits of cells by single rays.
     """

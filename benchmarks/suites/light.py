@@ -23,7 +23,7 @@ QUICK = "virtual lights"
 
 @dataclass(frozen=True, slots=True)
 class Lit:
-    """Hold a view's geometry and the light its walls send one another."""
+    """A view's geometry and the light its walls send one another."""
 
     view: NasalView
     surface: AirSurface

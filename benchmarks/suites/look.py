@@ -40,7 +40,7 @@ NAMES = {
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Hold one view's geometry, and the tool in it."""
+    """One view's geometry, and the tool in it."""
 
     view: NasalView
     gbuffer: GBuffer

@@ -32,7 +32,7 @@ TOLERANCES = (2.0, 1.0, 0.5)
 
 
 class _Case:
-    """Hold one view as the service draws it."""
+    """One view as the service draws it."""
 
     def __init__(self, client: SnapshotClient, request: SnapshotRequest) -> None:
         self.request = msgspec.structs.replace(request, tolerance=0.0)

@@ -120,7 +120,7 @@ class Fulcrum:
 
 @dataclass(slots=True, eq=False)
 class _Lay:
-    """Hold where a shaft is to lie: see `FulcrumControl.lay`; is_turned: it does."""
+    """Where a shaft is to lie: see `FulcrumControl.lay`; is_turned: it does."""
 
     entry_mm: NDArray[np.float64]
     depth_mm: float

@@ -38,7 +38,7 @@ FASTEST_MM_S = 4000.0
 
 @dataclass(frozen=True, slots=True)
 class ForceLimits:
-    """Say what a device bears.
+    """What a device bears.
 
     force_n: the largest force. stiffness_n_m: of the stiffest wall that it holds
     without buzzing, at 1 kHz. damping_ns_m: its own; 0 where nobody knows.

@@ -35,7 +35,7 @@ FAULT_FORMS = "NAME[@SECONDS[+DURATION]] with " + ", ".join(HEAD_FAULTS[1:])
 
 @dataclass(frozen=True, slots=True)
 class HeadFault:
-    """Say what a head suffers from, since when and how long, seconds."""
+    """What a head suffers from, since when and how long, seconds."""
 
     name: str = HEAD_FAULTS[0]
     start_s: float = 0.0

@@ -30,7 +30,7 @@ from system.plain_text import plain
 
 @dataclass(frozen=True, slots=True)
 class ImportedCase:
-    """Hold what was imported. quality: of the second scan's registration, if any."""
+    """What was imported. quality: of the second scan's registration, if any."""
 
     head: ImportedHead
     record: CaseRecord

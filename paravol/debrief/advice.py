@@ -54,7 +54,7 @@ _WORDS = (
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """Hold one thing to practise: what, why, how; anchor of the event for it."""
+    """One thing to practise: what, why, how; anchor of the event for it."""
 
     title: str
     why: str

@@ -42,7 +42,7 @@ URGENCY = tuple(Kind)
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Hold one thing that happened.
+    """One thing that happened.
 
     begin_s, end_s: of the session. shown_s: the moment to look at. title, detail: in
     words. gravity: larger is graver, among its kind. is_told: it has an entry of its

@@ -70,7 +70,7 @@ class Followed:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Hold what a session is compared with.
+    """What a session is compared with.
 
     title: what it is. track: of its scope. rows: the own metric and the other one.
     """
@@ -82,7 +82,7 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """Hold what a session showed; `compared`: None with a reason in `why_alone`.
+    """What a session showed; `compared`: None with a reason in `why_alone`.
 
     timeline: of the session, stepped to its end: any moment is a short way back.
     """

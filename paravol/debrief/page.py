@@ -36,7 +36,7 @@ LEAST_MM3 = 0.05
 
 @dataclass(frozen=True, slots=True)
 class PageContext:
-    """Hold what the page is made of.
+    """What the page is made of.
 
     head: the opened head with the way, "" without. assessment: by a rubric. seen: the
     mucosa, coloured by for how long it was in sight; None without a picture.

@@ -28,7 +28,7 @@ STAGE = "Drawing the pictures"
 
 
 class Quality(StrEnum):
-    """Say what draws: the live renderer, or the ray tracer."""
+    """What draws: the live renderer, or the ray tracer."""
 
     FAST = "fast"
     FINE = "fine"
@@ -40,7 +40,7 @@ PICTURE_SIZE = 320
 
 @dataclass(frozen=True, slots=True)
 class DebriefOrder:
-    """Say what is wanted.
+    """What is wanted.
 
     folder: the session. out: the HTML file. compare: another session of the same head;
     None for the scenario's own path. quality: who draws; None draws nothing. pictures,
@@ -62,7 +62,7 @@ class DebriefOrder:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Hold a picture as the page has it; url: ``data:`` with the whole JPEG."""
+    """A picture as the page has it; url: ``data:`` with the whole JPEG."""
 
     url: str
     width: int
@@ -82,7 +82,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Wounds:
-    """Hold one view without tools, before anybody operated and at the end.
+    """One view without tools, before anybody operated and at the end.
 
     shown_s: the moment whose view it is.
     """
@@ -94,7 +94,7 @@ class Wounds:
 
 @dataclass(frozen=True, slots=True)
 class Pictures:
-    """Hold the pictures of events by their numbers; wounds: None where none was cut."""
+    """The pictures of events by their numbers; wounds: None where none was cut."""
 
     of_events: dict[int, Picture]
     wounds: Wounds | None

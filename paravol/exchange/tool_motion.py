@@ -39,7 +39,7 @@ RIGID = 1e-3
 
 @dataclass(frozen=True)
 class ToolMotion:
-    """Hold the poses of one tool.
+    """The poses of one tool.
 
     name: of the transform, without "Transform" at its end. time_s: ``(n,)``, as they
     came. world_from_tool: ``(n, 4, 4)`` patient LPS, mm. valid: ``(n,)``; where not,
@@ -69,7 +69,7 @@ class ToolMotion:
 
 @dataclass(frozen=True)
 class Message:
-    """Say what happened when."""
+    """What happened when."""
 
     time_s: float
     text: str
@@ -77,7 +77,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Motions:
-    """Hold the tools of a recording, and what happened meanwhile."""
+    """The tools of a recording, and what happened meanwhile."""
 
     tools: tuple[ToolMotion, ...]
     messages: tuple[Message, ...] = ()

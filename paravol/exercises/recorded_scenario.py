@@ -28,7 +28,7 @@ _CHECK_PX = (64, 64)
 
 @dataclass(frozen=True, slots=True)
 class AuthoredScenario:
-    """Say what was written: the files, and how many hoops and stops there are."""
+    """What was written: the files, and how many hoops and stops there are."""
 
     file: Path
     path_file: Path

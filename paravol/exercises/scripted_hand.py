@@ -392,7 +392,11 @@ class ScriptedHand:
 
     def _close(self, bite: "_Bite") -> bool:
         """Make a bite; take it back where it does harm. Return whether it was made."""
-        time_s, count, before = self.time_s, len(self.samples), self.session.freeze()
+        time_s, count, before = (
+            self.time_s,
+            len(self.samples),
+            self.session.checkpoint(),
+        )
         is_powered = instrument_named(bite.name).needs_suction
         for jaw in (bite.jaw, bite.jaw, 0.6, 1.0):
             is_down = jaw > bite.jaw
@@ -501,7 +505,7 @@ class ScriptedHand:
 
 @dataclass(frozen=True)
 class _Bite:
-    """Hold a bite: tool, pose, and how wide its jaws are."""
+    """A bite: tool, pose, and how wide its jaws are."""
 
     name: str
     frame: Doubles

@@ -24,7 +24,7 @@ from system import UserError
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DeviceSetup:
-    """Say what moves the scope and the tool, and what pushes back.
+    """What moves the scope and the tool, and what pushes back.
 
     scope: words of `--input`, None for the arm at the port, or the mouse without one.
     port: of a MicroScribe. registration: where the arm or tracker stands. roll: what
@@ -90,7 +90,7 @@ class DeviceSetup:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TrainingSetup:
-    """Hold what all flights of a training have in common.
+    """What all flights of a training have in common.
 
     size: largest edge of the square picture, pixels; it follows the window. record:
     folder of the recording; None keeps the newest in `sessions`. stream_igtl: the words

@@ -17,7 +17,7 @@ BESIDE_MM = 0.5
 
 @dataclass(frozen=True, slots=True)
 class HazardPointer:
-    """Hold a line over the picture: from a tool's tip to the nearest hazard.
+    """A line over the picture: from a tool's tip to the nearest hazard.
 
     begin, end: shares of the picture's width and height, (0, 0) in its upper left
     corner. begin is None where no tool's tip is in view.

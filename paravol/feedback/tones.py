@@ -59,7 +59,7 @@ TICK_DECAYS = 8.0
 
 
 class Cues(NamedTuple):
-    """Say what is to be heard.
+    """What is to be heard.
 
     hazard_mm: distance of the nearest hazard, infinite for none. share: of the break
     force, 0 to 1. volume: 0 to 1.

@@ -37,7 +37,7 @@ class Strain(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TouchSigns:
-    """Hold what can be told of a touch at one moment.
+    """What can be told of a touch at one moment.
 
     force_n: how hard the tool presses, N; None where nobody computes it. wall: what it
     presses on, "" for nothing. limit_n: the force at which that breaks, None where it

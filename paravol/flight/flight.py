@@ -111,7 +111,7 @@ class FlightOrder:
 
 @dataclass(frozen=True, slots=True)
 class FinishedFlight:
-    """Hold what a flight leaves: its parts, for reports and snapshots."""
+    """What a flight leaves: its parts, for reports and snapshots."""
 
     patient: PatientScene
     view: EndoscopeView

@@ -20,7 +20,7 @@ from scenarios.tasks import TaskEvent
 
 @dataclass(frozen=True, slots=True)
 class FlightEnd:
-    """Hold a flight's result.
+    """A flight's result.
 
     title: how it ended. record: folder of its recording, None where there is none.
     problem: why, or why a part of the flight is not there. automatic: nobody named a

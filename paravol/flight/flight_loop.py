@@ -45,7 +45,7 @@ that wait are left out; and poses that were measured."""
 
 @dataclass(frozen=True, slots=True)
 class FrameEvent:
-    """Hold a finished frame and what it shows.
+    """A finished frame and what it shows.
 
     number: counts frames from 0. pose_age_ms: from the newest pose's measurement to
     now, when the picture is there. tissue: as the frame shows it, where that was asked
@@ -118,7 +118,7 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class FramePacing:
-    """Say what is given up where frames would be late.
+    """What is given up where frames would be late.
 
     may_skip: nothing was measured that would be lost by leaving poses out. On a machine
     that cannot work on all of them in time some are left out of any, before anything is
@@ -135,7 +135,7 @@ NO_SKIPPING = FramePacing()
 
 @dataclass(frozen=True, slots=True)
 class Listeners:
-    """Hold who hears of a flight, before the frame that shows it.
+    """Who hears of a flight, before the frame that shows it.
 
     on_injury: of each injury, told in words; on_task: of what happens to each task;
     on_changes: of what was cut; on_left_out: how many measured poses nobody had the
@@ -296,7 +296,7 @@ TRIED_EVERY_S = 0.15
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """Hold what a frame that is begun shows; see `FrameEvent`."""
+    """What a frame that is begun shows; see `FrameEvent`."""
 
     view: FrameState
     tissue: OperatedHead | None = None

@@ -53,7 +53,7 @@ LOOKED_AT = 80
 
 
 class BitePlace(NamedTuple):
-    """Hold where to bite, ``(3,)`` LPS mm.
+    """Where to bite, ``(3,)`` LPS mm.
 
     is_seen: the eye sees it. worth: what the tool in hand is worth there, see
     `ToolPlan.worth`; infinite where nobody knows.

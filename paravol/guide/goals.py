@@ -48,7 +48,7 @@ LOOKED_AT = 60
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Hold the place of a task: what it is called, and where, ``(3,)`` LPS mm.
+    """The place of a task: what it is called, and where, ``(3,)`` LPS mm.
 
     worth: what the tool in hand is worth there, see `ToolPlan.worth`; infinite where
     nobody knows.
@@ -66,7 +66,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class GuidedHead:
-    """Hold what of a head tells where goals are.
+    """What of a head tells where goals are.
 
     distance: signed air distance as the head is cut, mm, negative in air. landmarks:
     ``(3,)`` LPS mm by name. structures: None where nothing is named. coverage: what was
@@ -92,7 +92,7 @@ class GuidedHead:
 
 @dataclass(frozen=True, slots=True)
 class _Seeker:
-    """Hold who goes to a place: see `goal_of`."""
+    """Who goes to a place: see `goal_of`."""
 
     head: GuidedHead
     tip_mm: _Doubles

@@ -60,7 +60,7 @@ RETRIED_MM = 6.0
 
 @dataclass(frozen=True, slots=True)
 class GuideMark:
-    """Hold where to go, as it lies over the picture.
+    """Where to go, as it lies over the picture.
 
     what: the place's name. place_mm: ``(3,)`` of it, LPS. way_mm: how far it is, along
     the way. x, y: shares of the picture, (0, 0) in its upper left corner, of the goal
@@ -97,7 +97,7 @@ class GuideMark:
 
 @dataclass(frozen=True, slots=True)
 class _Ask:
-    """Hold what somebody who finds a goal must know; key: of the same goal."""
+    """What somebody who finds a goal must know; key: of the same goal."""
 
     key: tuple[object, ...]
     task: Task
@@ -110,7 +110,7 @@ class _Ask:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """Hold what was found for an `_Ask`; way: None while there is none.
+    """What was found for an `_Ask`; way: None while there is none.
 
     is_ahead: it is for where the scope is going.
     """
@@ -125,7 +125,7 @@ class _Found:
 
 @dataclass(frozen=True, slots=True)
 class _Next:
-    """Hold where to go next, for `NEXT_S`: see `GuideMark`."""
+    """Where to go next, for `NEXT_S`: see `GuideMark`."""
 
     at_s: float
     found: _Found

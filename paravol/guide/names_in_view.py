@@ -19,7 +19,7 @@ _STEP_MM = 0.25
 
 @dataclass(frozen=True, slots=True)
 class NameMark:
-    """Hold a name and where it belongs: shares of the picture's width and height."""
+    """A name and where it belongs: shares of the picture's width and height."""
 
     name: str
     x: float

@@ -76,7 +76,7 @@ PLACES, SKIN_MM = 50, 1.2
 
 
 class ScopePose(NamedTuple):
-    """Hold how a scope lies: its tip's frame, 4x4, its y axis at the light post.
+    """How a scope lies: its tip's frame, 4x4, its y axis at the light post.
 
     entry_mm: ``(3,)`` where it passes the nostril. roll_deg: of the light post. seen,
     goal: the view from there, and where the tool in hand works best in it.

@@ -32,7 +32,7 @@ REALTIME_PRIORITY = 1
 
 @dataclass(frozen=True, slots=True)
 class DeviceState:
-    """Say where the device is and what it was told, in the newest tick.
+    """Where the device is and what it was told, in the newest tick.
 
     device_from_tip: 4x4 mm. count: of its measurements. force_n: ``(3,)``, device
     frame. fault: of `devices.haptics.force_records`.
@@ -114,7 +114,7 @@ def scope_balls(radius_mm: float) -> Doubles:
 
 
 class LoopArguments(NamedTuple):
-    """Hold what `paravol.haptics.kernels.run_loop` takes, in its order."""
+    """What `paravol.haptics.kernels.run_loop` takes, in its order."""
 
     read: CFunction
     command: CFunction

@@ -42,7 +42,7 @@ def spared_by(every: Sequence[Task]) -> tuple[str, ...]:
 
 
 class AskedTissue:
-    """Hold a head's labels, in which what the task asks for is marked.
+    """A head's labels, in which what the task asks for is marked.
 
     labels: of the head, with `ASKED` for what the open task asks, `LATER` for what
     others do, and `SPARED`.

@@ -25,7 +25,7 @@ POST_IS_Y_DEG = -90.0
 
 
 class FlightInput(ABC):
-    """Say what an input needs and gives, before it is opened.
+    """What an input needs and gives, before it is opened.
 
     name: for the window. keys: its own buttons, to be shown; those of the keyboard are
     the window's. completer: makes samples of its poses. until_s: when the flight is

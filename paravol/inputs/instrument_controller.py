@@ -45,7 +45,7 @@ FIRST_AT = 0.0, -0.3
 
 @dataclass(frozen=True, slots=True)
 class _PendingRequest:
-    """Hold what was last asked for."""
+    """What was last asked for."""
 
     tool: str | None = None
     is_working: bool = False

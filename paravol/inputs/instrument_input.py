@@ -40,7 +40,7 @@ WORK_BUTTON, SUCTION_BUTTON = 1, 2
 
 
 class InstrumentInput(ABC):
-    """Say what a second device is, before it is opened.
+    """What a second device is, before it is opened.
 
     name: for messages. keys: its own buttons, to be shown. controls: takes keys
     and mouse, where those steer. hold: walls that hold the tool, once it is open; None

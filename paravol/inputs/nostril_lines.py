@@ -45,7 +45,7 @@ AGAIN_MM = 0.5
 
 
 class NostrilLines:
-    """Hold the places of a nostril where shafts may pass.
+    """The places of a nostril where shafts may pass.
 
     places_mm: ``(n, 3)`` the middle, then rings about it. off: ``(n, 3)`` off it.
     """

@@ -106,7 +106,7 @@ HELD_MM = 8.0
 
 @dataclass(frozen=True, slots=True)
 class _Told:
-    """Hold a bite, when it was worked out, for which place, and the tool's frame."""
+    """A bite, when it was worked out, for which place, and the tool's frame."""
 
     bite: tuple[Doubles, float]
     time_s: float

@@ -64,7 +64,7 @@ looks for itself."""
 
 
 class SecondDevice:
-    """Say where the tool is at each of the scope's poses.
+    """Where the tool is at each of the scope's poses.
 
     on_loss: called once with a sentence when the device is lost, on_return: with one
     when it is back. A flight goes on without it. reach: of the head that its poses are

@@ -63,7 +63,7 @@ SPARES_MM = 0.4
 
 
 class ToolHold:
-    """Hold the tool in hand in front of walls.
+    """The tool in hand in front of walls.
 
     state: what the hand holds and does; none holds nothing back. pushed_mm: so deep it
     is pushed into tissue, beyond a touch. The same poses, states and tissue give the

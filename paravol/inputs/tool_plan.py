@@ -161,7 +161,7 @@ class Pose(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """Hold what a pose is looked for with; see `ToolPlan.choose`.
+    """What a pose is looked for with; see `ToolPlan.choose`.
 
     wanted: the label of what is bitten, None for nothing. stride: of the places between
     jaws one of so many is looked at. stays: what any other way loses than the present.
@@ -180,7 +180,7 @@ class _Look(NamedTuple):
 
 
 class _Bites(NamedTuple):
-    """Hold bites that jaws opened by so many steps may take, ``(n,)`` each.
+    """Bites that jaws opened by so many steps may take, ``(n,)`` each.
 
     of: numbers of the lines. waits_mm, at_mm: how far before the lines' ends jaws wait,
     and bite. held, total: what they hold, less what they should not, and all in all.

@@ -16,7 +16,7 @@ GROWING = (
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """Hold how a trainee stands in an exercise.
+    """How a trainee stands in an exercise.
 
     attempts: sessions. judged: those of which somebody says whether they were passed.
     passes: of them. best, middle: of the figure, None where no session has it.

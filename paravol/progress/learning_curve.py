@@ -47,7 +47,7 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearningCurve:
-    """Hold a fitted curve.
+    """A fitted curve.
 
     attempts: ``(m,)`` numbers from 1 to one after the last. middle, low, high: ``(m,)``
     the curve and its band, in the figure's unit. plateau: where it goes. gain: what
@@ -68,7 +68,7 @@ class LearningCurve:
 
 @dataclass(frozen=True, slots=True)
 class PassRate:
-    """Hold the share of passed attempts up to one of them, with a 90 % interval."""
+    """The share of passed attempts up to one of them, with a 90 % interval."""
 
     attempt: int
     share: float

@@ -30,7 +30,7 @@ PERCENT = "percent"
 
 
 class Value(msgspec.Struct, frozen=True):
-    """Hold one figure of a session; None where there is none.
+    """One figure of a session; None where there is none.
 
     role, name, unit: as in `scenarios.metrics.Metric`. sigma: 1 sigma of the device's
     noise, None where it is unknown. is_noise: a tool held still would have given it.
@@ -45,7 +45,7 @@ class Value(msgspec.Struct, frozen=True):
 
 
 class PartPoints(msgspec.Struct, frozen=True):
-    """Hold the points of one item of a rubric; standing: how it came to them."""
+    """The points of one item of a rubric; standing: how it came to them."""
 
     name: str
     title: str
@@ -55,7 +55,7 @@ class PartPoints(msgspec.Struct, frozen=True):
 
 
 class Scored(msgspec.Struct, frozen=True):
-    """Hold a session's assessment in short.
+    """A session's assessment in short.
 
     percent: None where too little could be scored. sha256: of the rubric.
     """
@@ -71,7 +71,7 @@ class Scored(msgspec.Struct, frozen=True):
 
 
 class SessionEntry(msgspec.Struct, frozen=True):
-    """Hold what a store keeps of one session.
+    """What a store keeps of one session.
 
     trainee: a name that they made up, `NOBODY` for none. sha256: of the bundle. bundle:
     name of its folder, without the way there. exercise, title: name and title of the
@@ -105,7 +105,7 @@ class SessionEntry(msgspec.Struct, frozen=True):
 
 
 class _Result(msgspec.Struct):
-    """Hold what result.json says; one that was written by hand may lack anything."""
+    """What result.json says; one that was written by hand may lack anything."""
 
     score: Score
 

@@ -45,7 +45,7 @@ ALIKE_MM = 3.0
 
 @dataclass(frozen=True, slots=True)
 class RegistrationOrder:
-    """Say what is to be registered.
+    """What is to be registered.
 
     port: of the arm; None for the emulated one, which goes through it by itself. pivot:
     the tip is calibrated first. trace: a patch of skin is drawn over at the end.
@@ -63,7 +63,7 @@ class RegistrationOrder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RegistrationPlan:
-    """Say what is to be touched, and where the answer matters; ``(3,)`` LPS mm."""
+    """What is to be touched, and where the answer matters; ``(3,)`` LPS mm."""
 
     head: str
     landmarks: dict[str, NDArray[np.float64]]
@@ -73,7 +73,7 @@ class RegistrationPlan:
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """Hold what came of it. true_mm: real errors at the targets of an emulated arm."""
+    """What came of it. true_mm: real errors at the targets of an emulated arm."""
 
     record: RegistrationRecord
     true_mm: dict[str, float] | None

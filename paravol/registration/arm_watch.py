@@ -21,7 +21,7 @@ FEWEST = 5
 
 @dataclass(frozen=True, slots=True)
 class ArmReading:
-    """Hold what an arm says now.
+    """What an arm says now.
 
     counts: of its encoders. tip_mm: ``(3,)`` in its own frame. pedals: names of those
     that are down. rate_hz: poses a second, None before there are enough. noise_mm: rms

@@ -79,7 +79,7 @@ _MOST_POSES = 40
 
 @dataclass(frozen=True, slots=True)
 class SessionMetrics:
-    """Hold a session's metrics and what they were computed with.
+    """A session's metrics and what they were computed with.
 
     is_complete: False where the recording ends in the middle. noise: of the poses.
     settings: thresholds and filters. measured: what they were computed from. span:
@@ -261,7 +261,7 @@ def _measured(
 
 
 class _Flown(NamedTuple):
-    """Hold a recording and the head it was flown through.
+    """A recording and the head it was flown through.
 
     chosen: the metrics that are wanted. exact, watch, timeline: see `session_metrics`.
     """

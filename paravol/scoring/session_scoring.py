@@ -45,7 +45,7 @@ _PARTS = "session.json", "stream.mcap", "result.json"
 
 
 class Scored(msgspec.Struct, frozen=True):
-    """Hold one session's line: its assessment, or why there is none.
+    """One session's line: its assessment, or why there is none.
 
     session: its place below the folder. key: of the bundle, the rubric and the program;
     the same key needs no scoring again. source: see `SessionMetrics`. exercise,
@@ -71,7 +71,7 @@ class Scored(msgspec.Struct, frozen=True):
 
 
 class BatchOrder(msgspec.Struct, frozen=True):
-    """Say how sessions are scored. Travels to other processes.
+    """How sessions are scored. Travels to other processes.
 
     rubric: None takes for each session the bundled one for what was done in it. case:
     where the case that was flown through lies now, "" as recorded. exact: step every

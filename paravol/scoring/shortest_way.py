@@ -48,7 +48,7 @@ def shortest_way_mm(
 
 
 class _Air(NamedTuple):
-    """Hold the free voxels' places ``(n, 3)``, world mm, and the ways between them."""
+    """The free voxels' places ``(n, 3)``, world mm, and the ways between them."""
 
     points: NDArray[np.float64]
     graph: coo_array

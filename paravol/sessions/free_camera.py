@@ -49,7 +49,7 @@ class CameraMove(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class FreeCamera:
-    """Hold where somebody looks from.
+    """Where somebody looks from.
 
     frame: ``(4, 3)`` rows eye (mm), right, up, forward (unit), LPS.
     """

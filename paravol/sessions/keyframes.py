@@ -46,7 +46,7 @@ NOT_KEPT = OSError, TypeError, ValueError, OverflowError, RecursionError, Memory
 
 @dataclass(frozen=True, slots=True)
 class Keyframe:
-    """Hold the session after a sample; place: of that sample, -1 before the first."""
+    """The session after a sample; place: of that sample, -1 before the first."""
 
     place: int
     time_s: float
@@ -95,7 +95,7 @@ class Keyframes:
         last = self.before(place)
         if last is not None and time_s < last.time_s + self._thinned * APART_S:
             return
-        keyframe = Keyframe(place, time_s, sample, session.freeze())
+        keyframe = Keyframe(place, time_s, sample, session.checkpoint())
         with self._lock:
             insort(self._kept, keyframe, key=_place)
             self._bytes += _bytes_of(keyframe, self._seen)

@@ -20,7 +20,7 @@ _SAME_FRAME = 1e-6
 
 
 class Player:
-    """Say which moment of a session is to be shown now.
+    """Which moment of a session is to be shown now.
 
     A new one stands at the first sample. times_s: of the samples in order; where a
     clock ran backwards it stands until it has caught up. loop_s: from and to where the

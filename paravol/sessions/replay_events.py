@@ -23,7 +23,7 @@ Row = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class ReplayOrder:
-    """Say what is to be replayed.
+    """What is to be replayed.
 
     beside: another session, shown at the moment that belongs to the first one's. case:
     where the case that was flown through lies now. patient: the head, where it is
@@ -41,7 +41,7 @@ class ReplayOrder:
 
 @dataclass(frozen=True, slots=True)
 class OpenedReplay:
-    """Hold what is known of a session before anything of it is shown.
+    """What is known of a session before anything of it is shown.
 
     frame_times_s: of the recorded frames, or of the samples where there is none.
     aligned_by: landmarks and tasks that both sessions reached. is_complete: False where
@@ -62,7 +62,7 @@ class OpenedReplay:
 
 @dataclass(frozen=True, slots=True)
 class ShownReplay:
-    """Hold what is shown: the moment, and that of the session beside it.
+    """What is shown: the moment, and that of the session beside it.
 
     jump: number of the last jump that is done. is_free: whether another camera than the
     scope's looks on. tissue_changed: since anything was shown before. pointer: where

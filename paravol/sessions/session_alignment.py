@@ -21,7 +21,7 @@ DEPARTED_MM = 1.0
 
 
 class Mark(NamedTuple):
-    """Say when something was reached, and how near it, mm; 0 for an event."""
+    """When something was reached, and how near it, mm; 0 for an event."""
 
     time_s: float
     distance_mm: float

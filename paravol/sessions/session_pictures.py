@@ -58,7 +58,7 @@ class Pictures(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ShownMoment:
-    """Hold a recorded session's moment, drawn.
+    """A recorded session's moment, drawn.
 
     sample: the newest of then. view: what it meant in the patient, with the camera that
     looked on. recorded: the frame whose gain it has, None where none was recorded.

@@ -41,7 +41,7 @@ VIDEO_FPS = 30.0
 
 @dataclass(frozen=True, slots=True)
 class ReplayReport:
-    """Say what a replay found.
+    """What a replay found.
 
     complete: the recording was closed properly.
     differing_frames, differing_clearances: numbers of the frames whose picture or
@@ -91,7 +91,7 @@ class ReplayReport:
 
 @dataclass(frozen=True, slots=True)
 class ReplayedFrame:
-    """Hold a recorded frame, drawn again.
+    """A recorded frame, drawn again.
 
     time_s: of the session. rgb: ``(h, w, 3)`` uint8 sRGB. depth_mm: ``(h, w)`` float32
     along each pixel's ray, +inf where nothing is met. is_same: whether the picture is
@@ -315,7 +315,7 @@ def replay_session(
 
 @dataclass(frozen=True, slots=True)
 class RecordedSession:
-    """Hold what a session's folder says, without drawing anything.
+    """What a session's folder says, without drawing anything.
 
     info: what was flown, how registered, with which versions. samples: what was
     measured, in order. is_complete: False where the recording ends in the middle.

@@ -220,7 +220,7 @@ def coverage_watch(
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Hold a head's surface and names, told apart by their hashes."""
+    """A head's surface and names, told apart by their hashes."""
 
     known: tuple[str, str]
     distance: Volume = field(compare=False)

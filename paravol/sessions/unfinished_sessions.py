@@ -26,7 +26,7 @@ RESULT = "result.json"
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedSession:
-    """Say what was flown, and until when it was recorded.
+    """What was flown, and until when it was recorded.
 
     folder: of its recording. title: of its exercise. created: when it began, ISO 8601.
     length_s: seconds of flight that are there.

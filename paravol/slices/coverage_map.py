@@ -50,7 +50,7 @@ SLICES = ("middle turbinate head", "ethmoid bulla", "choana")
 
 @dataclass(frozen=True, slots=True)
 class SessionCoverage:
-    """Hold what a recorded session saw of a head.
+    """What a recorded session saw of a head.
 
     watch: as at its end. distance: of the head before any cut. landmarks: by name.
     """

@@ -22,7 +22,7 @@ TOGETHER_DEG = 30.0
 
 @dataclass(frozen=True, slots=True)
 class SideLetter:
-    """Hold what lies towards a rim of a picture.
+    """What lies towards a rim of a picture.
 
     letters: one side, or two or three, the one most in the picture first. x, y: where,
     a unit vector from the picture's middle, x to the right and y down.

@@ -29,7 +29,7 @@ SECOND = ("mr", "t1", "t2")
 
 @dataclass(frozen=True, slots=True)
 class GrayWindow:
-    """Say which CT numbers are black and white, HU: width and middle of the range."""
+    """Which CT numbers are black and white, HU: width and middle of the range."""
 
     name: str
     width: float
@@ -82,7 +82,7 @@ _LETTERS = {
 
 
 class Show(Enum):
-    """Say which scan a slice shows."""
+    """Which scan a slice shows."""
 
     CT = "ct"
     MR = "mr"

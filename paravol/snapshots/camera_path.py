@@ -32,7 +32,7 @@ class PathKey(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CameraPath(Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold a camera's keys, in the order of their times."""
+    """A camera's keys, in the order of their times."""
 
     schema: Literal["paravol.camera-path/1"]
     keys: Annotated[tuple[PathKey, ...], Meta(min_length=2, max_length=10_000)]

@@ -56,7 +56,7 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class HeadScene:
-    """Hold one head's scene.
+    """One head's scene.
 
     scene, surface_sha256: of the head before any operation; the hash is "" where it has
     no surface. operated: as it was at moments of an operation, by their digests.

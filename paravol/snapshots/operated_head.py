@@ -13,7 +13,7 @@ from surgery.pushing import Pushing
 
 @dataclass(frozen=True, slots=True)
 class OperatedHead:
-    """Hold what differs from the head before: a few kB a cut.
+    """What differs from the head before: a few kB a cut.
 
     surface: what the endoscope sees. ct: bricks of the CT. digest: 32 hexadecimal
     digits of all that differs; "" where nothing was cut and nothing bleeds.

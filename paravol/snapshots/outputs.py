@@ -21,7 +21,7 @@ FILM = ".mp4"
 
 @dataclass(frozen=True, slots=True)
 class RenderedPicture:
-    """Hold a picture taken from the ray tracer.
+    """A picture taken from the ray tracer.
 
     pixels: ``(h, w, 3)`` uint8 sRGB. rgba: ``(h, w, 4)`` float32 linear, premultiplied,
     in mode scope before the camera. depth_mm, samples: as

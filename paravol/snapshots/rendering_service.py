@@ -61,7 +61,7 @@ def _found_launcher() -> Launcher | None:
 
 
 class Worker:
-    """Hold a running worker."""
+    """A running worker."""
 
     def __init__(self, child: "subprocess.Popen[bytes]", log: Path) -> None:
         self._child = child

@@ -164,7 +164,7 @@ class PlacedInstrument(_Strict, frozen=True):
 
 
 class OperatedMark(_Strict, frozen=True):
-    """Say that the head was operated on; the cuts themselves are in the recording.
+    """That the head was operated on; the cuts themselves are in the recording.
 
     digest: see `OperatedHead`. recording: folder where the flight was recorded, ""
     where that is not known. time_s: of the flight.

@@ -22,7 +22,7 @@ MOST = 12
 
 @dataclass(frozen=True, slots=True)
 class KnownCase:
-    """Hold a case: its folder, a title, and what it was made of."""
+    """A case: its folder, a title, and what it was made of."""
 
     folder: Path
     title: str

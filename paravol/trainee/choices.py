@@ -13,7 +13,7 @@ NAME = "trainee.json"
 
 
 class Choices(msgspec.Struct, frozen=True):
-    """Hold what was chosen the last time; what another version kept is left out.
+    """What was chosen the last time; what another version kept is left out.
 
     trainee: made-up name, "" for none. device: words of a `FoundDevice`. exercise: name
     of what was flown last. cases: folders, the newest first. tours: names of the tours

@@ -41,7 +41,7 @@ _LEARNT: tuple[tuple[type[Task], str], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Exercise:
-    """Hold an exercise and how a trainee stands in it.
+    """An exercise and how a trainee stands in it.
 
     rung: None for what belongs to no ladder, which is always open. waits: titles of
     exercises to be passed before. attempts: in order of time.
@@ -86,7 +86,7 @@ class Exercise:
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """Hold the curriculum's exercises in their order, and those outside it."""
+    """The curriculum's exercises in their order, and those outside it."""
 
     exercises: tuple[Exercise, ...]
     others: tuple[Exercise, ...]

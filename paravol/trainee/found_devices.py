@@ -19,7 +19,7 @@ FORCE = "force-dimension"
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """Hold a way to move the scope.
+    """A way to move the scope.
 
     words: how it is chosen, as for `--input`; "arm:PORT" for a MicroScribe at a port,
     "force-dimension" for a force device. title: for people. problem: why it cannot be

@@ -11,7 +11,7 @@ from system import UserError
 
 @dataclass(frozen=True, slots=True)
 class TraineeRecord:
-    """Hold a trainee's ladder.
+    """A trainee's ladder.
 
     trainee: made-up name, "" for none. trainees: all names in the store. told: what the
     user must know of the store, "" for nothing.

@@ -33,7 +33,7 @@ KEPT = "Kept in your progress."
 
 @dataclass(frozen=True, slots=True)
 class ResultOrder:
-    """Say which session's result is wanted.
+    """Which session's result is wanted.
 
     record: its folder. trainee: made-up name of who flew. has_store: it goes into the
     progress store. store: its file, None for the user's. patient: that was flown
@@ -49,7 +49,7 @@ class ResultOrder:
 
 @dataclass(frozen=True, slots=True)
 class SessionResult:
-    """Hold what a session was worth.
+    """What a session was worth.
 
     has_passed: None where nothing says. marks: what was asked, one by one.
     assessment: every point with its reason. advice: what to practise, the most urgent

@@ -16,7 +16,7 @@ SPEEDS = (0.25, 4.0)
 
 
 class WindowPreferences(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Hold the choices; what another version wrote beside them is left out.
+    """The choices; what another version wrote beside them is left out.
 
     theme: a name of `app.window.themes`; one that is not there is as good as the first.
     font_scale: factor on every text, within `FONT_SCALES`. mouse_speed, wheel_speed,

@@ -32,7 +32,7 @@ class LookPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class VolumeLook(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Say how a volume is shown; a JSON file holds one.
+    """How a volume is shown; a JSON file holds one.
 
     points: by increasing density; straight lines lie between them, and the last colours
     hold beyond. threshold: opacity of a voxel's boundary from which on it is splatted.

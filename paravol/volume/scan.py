@@ -22,7 +22,7 @@ TITLES = {"ct": "CT", "mr": "MR", "t1": "MR, T1", "t2": "MR, T2"}
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """Hold a scan. name: ct, mr, t1 or t2. low, high: of the densities that are shown.
+    """A scan. name: ct, mr, t1 or t2. low, high: of the densities that are shown.
 
     counts: ``(BINS,)`` voxels of the sample between low and high, in order.
     """

@@ -44,7 +44,7 @@ _QUALITY = {Method.RAYS: "preview", Method.FINE_RAYS: "final"}
 
 @dataclass(frozen=True, slots=True)
 class PendingRequest:
-    """Say which picture is wanted; size: ``(width, height)`` pixels."""
+    """Which picture is wanted; size: ``(width, height)`` pixels."""
 
     scan: str
     look: VolumeLook
@@ -55,7 +55,7 @@ class PendingRequest:
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """Hold a picture ``(h, w, 3)`` uint8 sRGB, and what it took.
+    """A picture ``(h, w, 3)`` uint8 sRGB, and what it took.
 
     splats: in the set; None for rays.
     """

@@ -89,7 +89,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """Hold what one thread left of the blocks that it took.
+    """What one thread left of the blocks that it took.
 
     packets: the rays of blocks that wait for cells. counters: of the kernels. fresh:
     pixels that are done now and were not before. early: rays in the picture now that

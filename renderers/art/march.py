@@ -93,7 +93,7 @@ class March(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class FrameRays:
-    """Hold a camera's rays: `Camera.lens_table` and `Camera.frame`.
+    """A camera's rays: `Camera.lens_table` and `Camera.frame`.
 
     limit: float32 ``(h, w)`` mm along a ray to its end; +inf where nothing stops it,
     and, unless `is_limited`, everywhere.

@@ -62,7 +62,7 @@ _DRAWS = 8
 
 @dataclass(frozen=True, slots=True)
 class StepErrors:
-    """Hold what steps of a voxel and of half a voxel leave out.
+    """What steps of a voxel and of half a voxel leave out.
 
     Each an error: root mean square over lines that show something, of premultiplied
     linear colour and opacity. Half of the lines cross the whole scene, half begin in

@@ -73,7 +73,7 @@ class RenderStoppedError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class RenderReport:
-    """Say what a picture cost.
+    """What a picture cost.
 
     counters: samples, contributing, skipped, ended_early (rays of which no light was
     left, or that met the surface sought), cells_fetched, cells_evicted, cells_occupied,

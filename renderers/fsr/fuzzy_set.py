@@ -31,7 +31,7 @@ mm. A tissue-air edge spreads its 1000 HU over about one millimetre."""
 
 @dataclass(frozen=True, slots=True)
 class Inclusion:
-    """Hold F as a table, bilinear between its nodes; end values hold beyond.
+    """F as a table, bilinear between its nodes; end values hold beyond.
 
     table: ``(g, d)`` float32, rows over gradient magnitudes 0..`gradient_top` (per
         mm), columns over densities `density_low`..`density_high`.
@@ -128,7 +128,7 @@ class Inclusion:
 
 @dataclass(frozen=True, slots=True)
 class FuzzySet:
-    """Hold the splats of a volume in slices of sparse rows.
+    """The splats of a volume in slices of sparse rows.
 
     octahedral: ``(n, 2)`` int16 normals (to lower density); undefined where the
         gradient vanishes. value: ``(n,)`` float32 densities. inclusion: ``(n,)``

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class SparseRows:
-    """Say where the elements of a set are on their grid.
+    """Where the elements of a set are on their grid.
 
     shape: grid size ``(nz, ny, nx)``. world_from_voxel: 4x4, (i, j, k) to mm.
     offsets: ``(nz * ny + 1,)`` int64; row ``(k, j)`` holds the elements

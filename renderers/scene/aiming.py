@@ -13,7 +13,7 @@ is good to far less."""
 
 
 class UpWarning(UserWarning):
-    """Say that the direction given for up told nothing, and which was taken."""
+    """That the direction given for up told nothing, and which was taken."""
 
 
 def aimed(

@@ -21,7 +21,7 @@ ROUNDS = 60
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
-    """Hold the coefficients; both 0 for a lens without distortion."""
+    """The coefficients; both 0 for a lens without distortion."""
 
     k1: float = 0.0
     k2: float = 0.0

@@ -22,7 +22,7 @@ _CREASE_COSINE = 0.7
 
 @dataclass(frozen=True, slots=True)
 class Facets:
-    """Hold a mesh's triangles as the kernels want them.
+    """A mesh's triangles as the kernels want them.
 
     corners, normals: ``(n, 9)`` float32, triangles and their corners' normals.
     pieces, parent: ``(m, 9)`` float32 and ``(m,)`` int32; where triangles are looked

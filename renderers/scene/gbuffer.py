@@ -54,7 +54,7 @@ def read_only(array: NDArray[Kind]) -> NDArray[Kind]:
 
 @dataclass(frozen=True, slots=True)
 class GBuffer:
-    """Hold one picture's geometry; row 0 at the top.
+    """One picture's geometry; row 0 at the top.
 
     depth_mm: ``(h, w)`` float32, distance along the pixel's unit ray; +inf where
         nothing was met.

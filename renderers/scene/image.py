@@ -19,7 +19,7 @@ def srgb_from_linear(linear: NDArray[np.floating]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """Hold premultiplied linear RGBA, ``(h, w, 4)`` float32, row 0 at the top.
+    """Premultiplied linear RGBA, ``(h, w, 4)`` float32, row 0 at the top.
 
     depth_mm: optional ``(h, w)`` float32 along the rays, +inf where nothing is.
     """

@@ -22,7 +22,7 @@ NONE = all_over(0.0)
 
 @dataclass(frozen=True, slots=True)
 class LensState:
-    """Say what lies on the front lens; a clean one changes no bit of a picture.
+    """What lies on the front lens; a clean one changes no bit of a picture.
 
     blood, mucus: share of each sector that they cover, 0 to 1, from the rim inwards.
     fog: how dense the condensed water is, 0 to 1. drops: of water, 1 for as many as

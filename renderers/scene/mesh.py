@@ -28,7 +28,7 @@ def run_at_once(rows: int, kernel: Callable[[int, int], None]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Hold triangles of one material.
+    """Triangles of one material.
 
     vertices: ``(n, 3)`` float64, mm, in the mesh's own frame.
     faces: ``(m, 3)`` int32 vertex indices, counter-clockwise seen from outside.

@@ -31,7 +31,7 @@ PLACE, BOX = 20, 5
 
 @dataclass(frozen=True, slots=True)
 class ListedFacets:
-    """Hold what of a mesh a view may show.
+    """What of a mesh a view may show.
 
     turn, shift: camera from mesh. rows: of the picture, first and past the last. lists:
     places and boxes of triangles, and how many, as `list_facets` gives them; none

@@ -23,7 +23,7 @@ FILM_UNIT_MM = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Wounds:
-    """Hold what tells a cut surface from a healthy one; all on the distance's grid.
+    """What tells a cut surface from a healthy one; all on the distance's grid.
 
     The surface is a cut where the pristine distance at it is above about 0.1 mm: so
     deep it lies below the mucosa that was. That depth picks the layer laid open.
@@ -48,7 +48,7 @@ class Wounds:
 
 @dataclass(frozen=True, slots=True)
 class RestOffsets:
-    """Hold where tissue lies at rest that is shown elsewhere, since it was pushed.
+    """Where tissue lies at rest that is shown elsewhere, since it was pushed.
 
     What is shown at a place p lies at ``p + (x, y, z)`` at rest, and has the look that
     it has there.

@@ -24,7 +24,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Spine:
-    """Hold capsules.
+    """Capsules.
 
     start_mm, end_mm: ``(n, 3)`` float64. radius_mm: ``(n,)``.
     is_free: ``(n, 2)``; whether the start and the end are ends of the tool, cut off

@@ -31,7 +31,7 @@ NAP_S = 1.0
 
 
 class Future(Generic[Result]):
-    """Hold one piece of work that is done beside the rest; ask for its result once."""
+    """One piece of work that is done beside the rest; ask for its result once."""
 
     def __init__(self, work: Callable[[], Result], board: "_Board") -> None:
         self._board = board
@@ -176,7 +176,7 @@ class ThreadPool:
 
 
 class _Board:
-    """Hold what the threads of a pool tell each other.
+    """What the threads of a pool tell each other.
 
     calls: how often something was put up. busy: helpers that have begun and not ended.
     """

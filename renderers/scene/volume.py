@@ -31,7 +31,7 @@ carry six decimals, so 1e-6 is what a correct file can be off by."""
 
 @dataclass(frozen=True, slots=True)
 class Volume:
-    """Hold scalars on a grid, their spacing, origin and direction.
+    """Scalars on a grid, their spacing, origin and direction.
 
     values: ``(nz, ny, nx)`` any real dtype, made C-contiguous and read-only. The array
         given stays its owner's; whoever edits it later edits this volume.

@@ -37,7 +37,7 @@ _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 @dataclass(frozen=True, slots=True)
 class VirtualLights:
-    """Hold points on the lit walls.
+    """Points on the lit walls.
 
     table: ``(8, n)`` float32 columns of position (mm from the eye, world axes),
     normal towards air, flux per unit source intensity before any albedo, and the

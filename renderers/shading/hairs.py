@@ -36,7 +36,7 @@ FIXED_POINT_STEPS = 24
 
 @dataclass(frozen=True, slots=True)
 class PlacedStrands:
-    """Hold the strands of a view, lit.
+    """The strands of a view, lit.
 
     placed: ``(n, p, 4)``, see `project_strands`. colour: ``(n, p, 3)`` radiance. order:
     ``(n,)``, the farthest first.

@@ -92,7 +92,7 @@ def _crescents(count: int) -> _Crescents:
 
 
 class Detail(Enum):
-    """Say how fine surface detail is made."""
+    """How fine surface detail is made."""
 
     LEAN = 1
     """Two octaves of mottle and ripples; large vessels."""

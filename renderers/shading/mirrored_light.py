@@ -32,7 +32,7 @@ BLUR_SHARE = 32
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """Hold what was found at lattice points so far.
+    """What was found at lattice points so far.
 
     found, blurred: float32 ``(gh, gw, FOUND)``, before and after metal is blurred.
     known: bool ``(gh, gw)``, the points that `found` has.

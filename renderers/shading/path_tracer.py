@@ -30,7 +30,7 @@ LONGEST_MM = 120.0
 
 @dataclass(frozen=True, slots=True)
 class PathLight:
-    """Hold an estimate of the light that arrives by way of other walls.
+    """An estimate of the light that arrives by way of other walls.
 
     irradiance: ``(h, w, 3)`` float32 red, green, blue, in the units of
         `ScopeLight.power` per mm^2; 0 where nothing is seen.
@@ -70,7 +70,7 @@ class PathLight:
 
 @dataclass(frozen=True, slots=True)
 class SeenWalls:
-    """Hold the places of one view that light is followed from.
+    """The places of one view that light is followed from.
 
     points: ``(h, w, 3)`` float32 mm from the eye, world axes. normals: of the G-buffer.
     shown: ``(h, w)`` where there is a wall. weight: ``(h, w, 3)`` what a unit of

@@ -39,7 +39,7 @@ lights stand for the first bounce only."""
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """Hold the light found so far on a coarse lattice of a view's pixels.
+    """The light found so far on a coarse lattice of a view's pixels.
 
     And what of a view's light asks for no G-buffer. lights: that bounce stands for.
     walls: lit by them and by the scope. shadows: of the tools in the light. hairs:

@@ -38,7 +38,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Strands:
-    """Hold hairs as lines.
+    """Hairs as lines.
 
     points_mm: ``(n, POINTS, 3)`` world, root first. radius_mm: ``(n, POINTS)``.
     """

@@ -126,7 +126,7 @@ def blood_codes(
 
 
 class WallBlood:
-    """Hold the blood of walls as cuts, blood on them and injections change it.
+    """The blood of walls as cuts, blood on them and injections change it.
 
     codes: ``(nz, ny, nx)`` uint8, read-only; the surface's own where nobody operates.
     """

@@ -105,7 +105,7 @@ class Snapshot:
 
 
 class RequestOptions(TypedDict, total=False):
-    """Hold what may be said of any request; see `SnapshotRequest`."""
+    """What may be said of any request; see `SnapshotRequest`."""
 
     quality: QualityName
     classification: ClassificationName

@@ -52,7 +52,7 @@ LOOK_EVERY = 8
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """Hold what is asked, and kept, while a picture is drawn.
+    """What is asked, and kept, while a picture is drawn.
 
     go_on: told the share done; answers whether to go on. enough: whether the best
     picture so far will do. saved: what is kept for whoever takes the job over, and was
@@ -66,7 +66,7 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Hold a finished picture.
+    """A finished picture.
 
     pixels: ``(h, w, 3)`` uint8 sRGB. radiance: float32 linear, ``(h, w, 3)`` before
     the camera in mode scope, premultiplied ``(h, w, 4)`` in mode classic. depth_mm:
@@ -90,7 +90,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class ScopeView:
-    """Hold what lights a view: the camera of its rays, the light, tools in it."""
+    """What lights a view: the camera of its rays, the light, tools in it."""
 
     camera: Camera
     light: ScopeLight
@@ -126,7 +126,7 @@ class ScopeView:
 
 
 class _Paths(NamedTuple):
-    """Hold what paths found; see `SnapshotResult` for complete and noise."""
+    """What paths found; see `SnapshotResult` for complete and noise."""
 
     light: PathLight
     complete: bool

@@ -32,7 +32,7 @@ _WAIT_S = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Launcher:
-    """Hold the launcher's path, and whose it is."""
+    """The launcher's path, and whose it is."""
 
     path: str
     is_open_mpi: bool

@@ -150,7 +150,7 @@ ShareOfSector = tuple[Share, Share, Share, Share, Share, Share, Share, Share]
 
 
 class OnLens(_Strict, frozen=True, kw_only=True):
-    """Say what lies on the front lens, see `renderers.scene.lens_state`.
+    """What lies on the front lens, see `renderers.scene.lens_state`.
 
     soil: blood all over it, as in files from before it lay in sectors.
     """

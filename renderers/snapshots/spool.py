@@ -72,7 +72,7 @@ class JobState(Enum):
 
 
 class JobStatus(Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold the state of a job. done: share of the picture. message: why it ended."""
+    """The state of a job. done: share of the picture. message: why it ended."""
 
     state: JobState
     attempt: int = 0
@@ -82,7 +82,7 @@ class JobStatus(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Claim(NamedTuple):
-    """Hold a job that is ours to do: its request's bytes, and which attempt this is."""
+    """A job that is ours to do: its request's bytes, and which attempt this is."""
 
     job_id: str
     record: bytes

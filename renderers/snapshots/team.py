@@ -54,7 +54,7 @@ Tools = Sequence[PlacedMesh]
 
 @dataclass(frozen=True, slots=True)
 class Traced:
-    """Hold what tracing found: a G-buffer in mode scope, an image in mode classic.
+    """What tracing found: a G-buffer in mode scope, an image in mode classic.
 
     The image has the request's instruments in it; they join the G-buffer later.
     drawn: ``(h, w)``, the rays that were traced; None for all. The others show what a
@@ -256,7 +256,7 @@ class _Prepared:
 
 
 class _Order(msgspec.Struct):
-    """Hold what the other ranks shall draw. finished: bits of `finished_squares`."""
+    """What the other ranks shall draw. finished: bits of `finished_squares`."""
 
     request: msgspec.Raw
     finished: bytes

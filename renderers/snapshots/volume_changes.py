@@ -23,7 +23,7 @@ Box = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 @dataclass(frozen=True, slots=True)
 class VolumeChanges:
-    """Hold the bricks in which one volume differs from another.
+    """The bricks in which one volume differs from another.
 
     numbers: ``(n,)`` int32, ascending; bricks are counted with x fastest. values:
     ``(n, 8, 8, 8)`` of the volumes' type, 0 beyond the volume's faces.
@@ -165,7 +165,7 @@ def rest_offsets(offsets: Offsets | None, pristine: Volume) -> RestOffsets | Non
 
 @dataclass(frozen=True, slots=True)
 class FrozenSurface:
-    """Hold an air surface as it was at one moment, whatever is cut out of it later.
+    """An air surface as it was at one moment, whatever is cut out of it later.
 
     surface: the living one, of which only what never changes is read. distance: what
     was cut by then; None where nobody operates. film: what had bled. pale: what was

@@ -18,7 +18,7 @@ LONGEST_NOTE = 2000
 
 
 class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Say something about a moment of a session; at_s: second of the recording."""
+    """Something about a moment of a session; at_s: second of the recording."""
 
     at_s: Annotated[float, msgspec.Meta(ge=0)]
     text: Annotated[str, msgspec.Meta(min_length=1, max_length=LONGEST_NOTE)]

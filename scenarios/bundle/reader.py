@@ -50,7 +50,7 @@ _DECODERS = {topic: msgspec.json.Decoder(kind) for topic, kind in TOPICS.items()
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """Say which part of a stream cannot be read.
+    """Which part of a stream cannot be read.
 
     first_byte, end_byte: in the file, the latter excluded. from_s, to_s: seconds of
     flight that are lost, between the samples before and after; nothing is lost where
@@ -66,7 +66,7 @@ class Damage:
 
 @dataclass(slots=True)
 class Stream:
-    """Hold what a stream gave; see `Recording`."""
+    """What a stream gave; see `Recording`."""
 
     records: list[Record] = field(default_factory=list)
     complete: bool = False
@@ -94,7 +94,7 @@ class _Gap(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """Hold what a bundle holds.
+    """What a bundle holds.
 
     records: in order. complete: the stream was closed properly. damages: parts of the
     stream that cannot be read. places: where samples are among those in `records`, by

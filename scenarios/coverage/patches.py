@@ -28,7 +28,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Mucosa:
-    """Hold the patches of a head that can be seen in principle.
+    """The patches of a head that can be seen in principle.
 
     A patch is what the surface has in a block of the grid, and faces one way along an
     axis of it: so the two sides of a thin wall are two patches. Of closed cells nothing

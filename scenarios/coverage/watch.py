@@ -90,7 +90,7 @@ class CoverageFigures:
 
 @dataclass(frozen=True, slots=True)
 class CoverageState:
-    """Hold a watch between two samples; see `CoverageWatch.freeze`."""
+    """A watch between two samples; see `CoverageWatch.checkpoint`."""
 
     looks: NDArray[np.int32]
     checks: NDArray[np.int32]
@@ -276,7 +276,7 @@ class CoverageWatch:
         }
         return CoverageFigures(sites, dict(self._landmarks_s))
 
-    def freeze(self) -> CoverageState:
+    def checkpoint(self) -> CoverageState:
         """Return all that later samples may change."""
         return CoverageState(
             self.looks.copy(),

@@ -49,7 +49,7 @@ from system import UserError
 
 
 class Action(Enum):
-    """Say when a tool takes tissue."""
+    """When a tool takes tissue."""
 
     BITE = "bite"
     """When its jaws close."""

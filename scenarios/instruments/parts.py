@@ -19,7 +19,7 @@ MARGIN_MM = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Capsules:
-    """Hold balls swept along segments: what a tool is to contact and clearance.
+    """Balls swept along segments: what a tool is to contact and clearance.
 
     start_mm, end_mm: ``(n, 3)``. radius_mm: ``(n,)``.
     """
@@ -71,7 +71,7 @@ def shaded(mesh: Mesh, capsules: Capsules) -> Mesh:
 
 @dataclass(frozen=True, slots=True)
 class InstrumentPart:
-    """Hold a rigid part in the tool's frame, as it lies when the jaws are closed.
+    """A rigid part in the tool's frame, as it lies when the jaws are closed.
 
     hinge_mm: ``(y, z)`` of the axis along x that it turns about. open_deg: its turn
     when the jaws are open, right-handed about +x; 0 for what does not move.

@@ -21,7 +21,7 @@ NO_EXPERT = "there is no expert's operation to compare with"
 
 @dataclass(frozen=True)
 class Cavity:
-    """Hold the tissue that was taken, in voxels of the head's grid.
+    """The tissue that was taken, in voxels of the head's grid.
 
     voxels: ``(n,)`` their flat numbers, ascending. rim_mm: ``(m, 3)`` LPS middles of
     those that have a neighbour which was not taken. spacing_mm: of the grid.

@@ -17,7 +17,7 @@ _WINDOWS = 4
 
 
 class Pivot(NamedTuple):
-    """Hold the point nearest to all axes.
+    """The point nearest to all axes.
 
     at_mm: ``(3,)``; residual_mm: rms distance of the axes from it; condition: of the
     equations. The residual cannot tell that a pivot is weak, the condition does.

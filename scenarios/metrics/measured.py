@@ -24,7 +24,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Hold the scope's gap to tissue, mm, ``(n,)``, negative in it, and what is there.
+    """The scope's gap to tissue, mm, ``(n,)``, negative in it, and what is there.
 
     touched: ``(n,)`` places in names, -1 without contact. names: of structures.
     """
@@ -37,7 +37,7 @@ class Contacts:
 
 @dataclass(frozen=True, slots=True)
 class HazardGaps:
-    """Hold the gaps of a tool to each hazard, mm, ``(n,)``, negative inside.
+    """The gaps of a tool to each hazard, mm, ``(n,)``, negative inside.
 
     time_s: ``(n,)``. gap_mm: by hazard; NaN where the tool was not there. farthest_mm:
     larger gaps are not known.
@@ -50,7 +50,7 @@ class HazardGaps:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """Hold what one cut took; see `surgery.edit.Edit`."""
+    """What one cut took; see `surgery.edit.Edit`."""
 
     time_s: float
     tool: str
@@ -59,7 +59,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class ToolUse:
-    """Hold when tools worked or sucked: ``(n,)`` by name, at times ``(n,)`` s."""
+    """When tools worked or sucked: ``(n,)`` by name, at times ``(n,)`` s."""
 
     time_s: Doubles
     is_used: Mapping[str, NDArray[np.bool_]]
@@ -67,7 +67,7 @@ class ToolUse:
 
 @dataclass(frozen=True, slots=True)
 class Breach:
-    """Hold an injury: a tool that entered a hazard, found on its swept way."""
+    """An injury: a tool that entered a hazard, found on its swept way."""
 
     time_s: float
     structure: str
@@ -77,7 +77,7 @@ class Breach:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Hold the shortest way that the scope could have gone between two moments."""
+    """The shortest way that the scope could have gone between two moments."""
 
     length_mm: float
     begin_s: float
@@ -86,7 +86,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Measured:
-    """Hold all that metrics of a session are computed from; patient LPS, mm, s.
+    """All that metrics of a session are computed from; patient LPS, mm, s.
 
     scope, tool: tracks of the scope and of what the second hand holds; a scope's y axis
     is its light post. endoscope: its angle and field. contacts, hazards, tool_hazards:

@@ -15,7 +15,7 @@ Interval = tuple[float, float]
 
 
 class Found(NamedTuple):
-    """Hold a value, or why there is none, and the moments that it came from.
+    """A value, or why there is none, and the moments that it came from.
 
     sigma: what the metric itself may err by; None for nothing but the device's noise.
     """
@@ -69,7 +69,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """Hold one result.
+    """One result.
 
     value: None where there is none; reason says why. sigma: 1 sigma of the device's
     noise, or of the metric itself where it tells that, in the same unit; None where it

@@ -28,7 +28,7 @@ NEVER = "the target was never looked at"
 
 
 class Views(NamedTuple):
-    """Hold the picture's unit axes over a piece, ``(n, 3)`` each."""
+    """The picture's unit axes over a piece, ``(n, 3)`` each."""
 
     forward: Doubles
     right: Doubles
@@ -76,7 +76,7 @@ def horizon(measured: Measured) -> Found:
 
 
 class _Held(NamedTuple):
-    """Hold a target seen over a piece: angle to the axis, distance, when attended."""
+    """A target seen over a piece: angle to the axis, distance, when attended."""
 
     piece: Piece
     views: Views

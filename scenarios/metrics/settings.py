@@ -15,7 +15,7 @@ _ABOVE_ZERO = (
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold what the metrics take as given; the figures' sources are in docs/metrics.md.
+    """What the metrics take as given; the figures' sources are in docs/metrics.md.
 
     gap_s: longer than this between two samples, the tool was away. rate_hz, cutoff_hz,
     filter_order: tracks are resampled to this rate and low-passed by a Butterworth

@@ -24,7 +24,7 @@ _FINER = 20
 
 @dataclass(frozen=True)
 class Track:
-    """Hold the recorded poses of one tool, in the patient's frame, LPS mm.
+    """The recorded poses of one tool, in the patient's frame, LPS mm.
 
     time_s: ``(n,)``. tip_mm: ``(n, 3)``. quaternion: ``(n, 4)`` x y z w of
     world_from_tool, whose +z runs back up the shaft. part: ``(n,)`` int; a new number
@@ -125,7 +125,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Piece:
-    """Hold a stretch of a track without gaps, sampled evenly and low-passed.
+    """A stretch of a track without gaps, sampled evenly and low-passed.
 
     begin_s: time of the first sample; rate_hz. tip_mm: ``(n, 3)``; quaternion:
     ``(n, 4)`` unit, without sign changes. camera_turn_deg: ``(n,)`` of the camera head,

@@ -32,7 +32,7 @@ _MEDIAN = 0.6744897501960817
 
 @dataclass(frozen=True, slots=True)
 class PoseNoise:
-    """Say how far recorded poses are wrong, 1 sigma.
+    """How far recorded poses are wrong, 1 sigma.
 
     tip_mm: ``(3, 3)`` covariance of the tip in the patient's frame, mm^2, anew in each
     sample. turn_rad: of the orientation about each axis. offset_mm: of the whole
@@ -75,7 +75,7 @@ class PoseNoise:
 
 @dataclass(frozen=True, slots=True)
 class SessionNoise:
-    """Hold the noise of both hands, which different devices measure."""
+    """The noise of both hands, which different devices measure."""
 
     scope: PoseNoise
     tool: PoseNoise

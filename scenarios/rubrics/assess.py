@@ -46,7 +46,7 @@ _WHOLE = {"breaches": "any", "tissue removed": "in all"}
 
 
 class Evidence(NamedTuple):
-    """Hold what a session gives a rubric to read.
+    """What a session gives a rubric to read.
 
     session: name of the bundle. scenario: that was flown. span: seconds of the first
     and the last sample. tasks: their states, with times of the session, and

@@ -12,7 +12,7 @@ Knots = tuple[tuple[float, float], ...]
 
 
 class Standing(StrEnum):
-    """Say how a part came to its points."""
+    """How a part came to its points."""
 
     SCORED = "scored"
     NO_DATA = "not enough data"
@@ -20,7 +20,7 @@ class Standing(StrEnum):
 
 
 class Band(msgspec.Struct, frozen=True):
-    """Hold where a group of the reference population lies: quantiles of a value.
+    """Where a group of the reference population lies: quantiles of a value.
 
     group: such as "expert". low, middle, high: 10, 50 and 90 %. count: runs with a
     value. source: who these are; generated runs say so.
@@ -35,7 +35,7 @@ class Band(msgspec.Struct, frozen=True):
 
 
 class RubricPart(msgspec.Struct, frozen=True):
-    """Hold one item of a rubric, scored.
+    """One item of a rubric, scored.
 
     name, title: the item's. source: the metric, task or figure it reads, by its full
     name. role, unit: of the value. points: got, of most_points; 0 where it does not
@@ -79,7 +79,7 @@ class RubricPart(msgspec.Struct, frozen=True):
 
 
 class HardFail(msgspec.Struct, frozen=True):
-    """Hold a rule that was broken, and what it left of the total.
+    """A rule that was broken, and what it left of the total.
 
     why: in words. most_percent: the total is at most this. intervals: when.
     """
@@ -91,7 +91,7 @@ class HardFail(msgspec.Struct, frozen=True):
 
 
 class Verdict(StrEnum):
-    """Say whether the pass mark was reached, as far as noise lets tell."""
+    """Whether the pass mark was reached, as far as noise lets tell."""
 
     PASSED = "passed"
     NOT_PASSED = "not passed"
@@ -100,7 +100,7 @@ class Verdict(StrEnum):
 
 
 class ExerciseMark(msgspec.Struct, frozen=True):
-    """Hold whether a session passed its exercise, by the exercise's own pass mark.
+    """Whether a session passed its exercise, by the exercise's own pass mark.
 
     missed: what was not met, or is not known, in words. kept: what was met.
     """
@@ -111,7 +111,7 @@ class ExerciseMark(msgspec.Struct, frozen=True):
 
 
 class Assessment(msgspec.Struct, frozen=True):
-    """Hold a session scored by one version of a rubric.
+    """A session scored by one version of a rubric.
 
     session: name of the bundle's folder. rubric, rubric_version, rubric_sha256: which
     rubric. points: of all parts that count, of counted_points; most_points: of the

@@ -26,7 +26,7 @@ _SEED = 19820101
 
 
 class GroupFit(msgspec.Struct, frozen=True):
-    """Hold a group's number of values, mean and standard deviation."""
+    """A group's number of values, mean and standard deviation."""
 
     count: int
     mean: float
@@ -34,7 +34,7 @@ class GroupFit(msgspec.Struct, frozen=True):
 
 
 class PassMark(msgspec.Struct, frozen=True):
-    """Hold a pass mark.
+    """A pass mark.
 
     mark: the value; low, high: 95 % of the bootstrap's marks lie between. draws: of the
     bootstrap that gave a mark, of all. passes_above: experts have larger values.

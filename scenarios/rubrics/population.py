@@ -19,7 +19,7 @@ BUNDLED = Path(__file__).with_name("populations")
 
 
 class Quantiles(msgspec.Struct, frozen=True, array_like=True):
-    """Hold the 10, 50 and 90 % quantiles of one value over the runs that have one.
+    """The 10, 50 and 90 % quantiles of one value over the runs that have one.
 
     In a file these are the four numbers, in this order.
     """
@@ -31,7 +31,7 @@ class Quantiles(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Group(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold runs of one stated skill.
+    """Runs of one stated skill.
 
     values: by ``role/name`` of a metric; for metrics with a value for each hazard or
     target also ``role/name (sum)``, ``(largest)`` and ``(smallest)`` over them.
@@ -43,7 +43,7 @@ class Group(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Population(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold a reference population.
+    """A reference population.
 
     source: who these are, in words; generated runs say so. is_generated: nobody flew.
     scenario: that they flew. seed: of the generator. settings: of their metrics.

@@ -48,7 +48,7 @@ _VOLUME = "tissue removed"
 
 
 class Combine(StrEnum):
-    """Say how the values of a metric that has one for each hazard become one."""
+    """How the values of a metric that has one for each hazard become one."""
 
     SUM = "sum"
     LARGEST = "largest"
@@ -111,7 +111,7 @@ class FailRule(Source, frozen=True):
 
 
 class Rubric(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Hold one version of a rubric.
+    """One version of a rubric.
 
     version: grows with every change of items or settings. total_points: must be the sum
     of the items' points. pass_percent: from so much on a session is passed.

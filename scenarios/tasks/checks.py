@@ -12,7 +12,7 @@ from scenarios.tasks.task import Follow, Open, Place, Task
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Say what is wrong; at: keys and indices of where it stands in the file."""
+    """What is wrong; at: keys and indices of where it stands in the file."""
 
     at: tuple[str | int, ...]
     text: str

@@ -21,7 +21,7 @@ from system import UserError
 
 
 class Status(StrEnum):
-    """Say how a task stands."""
+    """How a task stands."""
 
     WAITING = "waiting"
     OPEN = "open"
@@ -31,7 +31,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TaskState:
-    """Say how one task stands.
+    """How one task stands.
 
     progress: 0 to 1. opened_s, ended_s: of the score's clock, None before. why: it
     failed, or what is left to do, in words.
@@ -57,7 +57,7 @@ class TaskEvent:
 
 @dataclass(frozen=True, slots=True)
 class EngineState:
-    """Hold an engine between two samples; see `TaskEngine.freeze`."""
+    """An engine between two samples; see `TaskEngine.checkpoint`."""
 
     rules: tuple[Rule, ...]
     states: tuple[TaskState, ...]
@@ -130,7 +130,7 @@ class TaskEngine:
             for s, rule in zip(self.states, self._rules, strict=True)
         )
 
-    def freeze(self) -> EngineState:
+    def checkpoint(self) -> EngineState:
         """Return all that later samples may change."""
         rules = tuple(copy.copy(rule) for rule in self._rules)
         return EngineState(rules, self.states, self._last_s)

@@ -51,7 +51,7 @@ Voxels = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class HeadPart:
-    """Hold a part's voxels, flat, and how much of them was tissue at first."""
+    """A part's voxels, flat, and how much of them was tissue at first."""
 
     voxels: Voxels
     was: float
@@ -64,7 +64,7 @@ class HeadPart:
 
 @dataclass(frozen=True)
 class Head:
-    """Hold a head before anybody operated.
+    """A head before anybody operated.
 
     distance: signed air distance, mm, negative in air. structures: what names places;
     None where nobody knows.

@@ -38,7 +38,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Neck:
-    """Hold the plane of a neck.
+    """The plane of a neck.
 
     middle: ``(3,)`` LPS mm, on the way. normal: unit, along it. points: ``(m, m, 3)``
     LPS mm. was_neck: ``(m, m)``, the air of the neck as it was. was_air: likewise, of

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """Hold what tasks look at, at one moment of the score's clock.
+    """What tasks look at, at one moment of the score's clock.
 
     tip_mm: ``(3,)`` of the scope. camera: what it sees. distance: signed air distance
     of the head as it is cut, mm, negative in air. tool, tool_tip_mm, is_working: what

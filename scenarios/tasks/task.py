@@ -27,7 +27,7 @@ class TaskBase(
     kw_only=True,
     tag_field="kind",
 ):
-    """Hold what every kind of task has.
+    """What every kind of task has.
 
     name: of the task, for `after`, events and rubrics; once in a scenario. title: what
     the trainee reads. hint: shown when it is asked for. after: names of tasks that must

@@ -38,7 +38,7 @@ _PROBES = 10
 
 
 class Grid(NamedTuple):
-    """Say where a field lies.
+    """Where a field lies.
 
     world, voxel: ``(3, 4)`` float64, world from voxel and back, (i, j, k) and mm.
     """

@@ -25,7 +25,7 @@ HOLE = 8
 
 
 class DistanceField(NamedTuple):
-    """Hold the tissue that a tool meets.
+    """The tissue that a tool meets.
 
     distance: float32, mm, negative in air. voxel: ``(3, 4)`` voxels from patient mm.
     h: its spacing, mm. holes: ``(n, HOLE)``, round ones in walls that the tool broke.

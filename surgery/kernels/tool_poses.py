@@ -73,7 +73,7 @@ def is_in_middle(distance: Floats, voxel: Doubles, place: Doubles) -> bool:
 
 
 class Around(NamedTuple):
-    """Hold what is around a tool.
+    """What is around a tool.
 
     distance: signed, mm, negative in air; voxel: ``(3, 4)`` of it. walls, grounds: rows
     of the same voxels, and dents: how deep each lets a tool in, mm, by wall and ground.
@@ -171,7 +171,7 @@ def depths(
 
 
 class Head(NamedTuple):
-    """Hold what jaws may hold.
+    """What jaws may hold.
 
     distance: signed, mm, negative in air. labels: what is where. hazards: the distance
     to the nearest, in steps of unit_mm. Each with its voxels from patient mm,
@@ -188,7 +188,7 @@ class Head(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """Say what jaws are to hold, a label, and what the rest costs.
+    """What jaws are to hold, a label, and what the rest costs.
 
     costs: ``(256,)`` of a place of other tissue, by its label, from rim_mm before its
     surface on. hurts: of what is nearer to a hazard than spares_mm.

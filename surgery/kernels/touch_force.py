@@ -38,7 +38,7 @@ Doubles = NDArray[np.float64]
 
 
 class Patch(NamedTuple):
-    """Hold what a tick reads of a patient, all on one grid and contiguous.
+    """What a tick reads of a patient, all on one grid and contiguous.
 
     distance: float32, the carved air distance, mm, negative in air; a loop beside who
     edits reads a copy. voxel: ``(3, 4)`` voxels from patient mm. pristine, wall,

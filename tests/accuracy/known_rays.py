@@ -13,7 +13,7 @@ Along = Callable[[F64], F64]
 
 @dataclass(frozen=True)
 class Ray:
-    """Hold what lies along a ray, and the light and transmittance it ends with."""
+    """What lies along a ray, and the light and transmittance it ends with."""
 
     kappa: Along
     color: Along

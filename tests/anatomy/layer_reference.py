@@ -26,7 +26,7 @@ MARGIN_MM = 2.5
 
 @dataclass(frozen=True, slots=True)
 class LayerVolumes:
-    """Hold cubic millimetres inside a solid: by layer, and of bone by wall."""
+    """Cubic millimetres inside a solid: by layer, and of bone by wall."""
 
     tissue_mm3: float
     mucosa_mm3: float

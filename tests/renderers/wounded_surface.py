@@ -11,7 +11,7 @@ FLESH_MM, BONE_MM = 0.8, 0.4
 
 
 class WoundedSurface:
-    """Hold a surface whose distance, blood and film are edited in place.
+    """A surface whose distance, blood and film are edited in place.
 
     flesh, bone: codes of the plate that lies behind it everywhere. deep: of what lies
     beyond.

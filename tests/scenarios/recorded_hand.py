@@ -39,7 +39,7 @@ def operation_on(
 
 @dataclass
 class Hand:
-    """Hold a tool at a place; every call to `step` is a sample of it.
+    """A tool at a place; every call to `step` is a sample of it.
 
     All samples are kept, so that they can be stepped again.
     """

@@ -82,7 +82,7 @@ def test_an_operation_put_back_goes_on_to_the_bit(at: int) -> None:
     hand = Hand()
     for sample in samples[:at]:
         hand.operation.step(sample, ABOVE, Endoscope())
-    state = hand.operation.freeze()
+    state = hand.operation.checkpoint()
     ends = []
     for _ in range(2):
         for sample in samples[at:]:

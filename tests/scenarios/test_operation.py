@@ -285,7 +285,7 @@ def test_a_frozen_trainer_injects_nothing_and_an_injection_comes_back() -> None:
     for _ in range(6):
         hand.step(0.1, name="injection needle", is_working=True)
     operation = hand.operation
-    state, then = operation.freeze(), operation.patient.wounds_pale.copy()
+    state, then = operation.checkpoint(), operation.patient.wounds_pale.copy()
     operation.pause(hand.time_s + 5.0)
     hand.time_s += 5.0
     hand.step(0.1, is_working=True)

@@ -29,7 +29,7 @@ from renderers.snapshots.worker import run_worker
 
 
 class Order(Struct):
-    """Say what a child does, and the step at whose nth time it gets a signal.
+    """What a child does, and the step at whose nth time it gets a signal.
 
     role: client (stores the array, publishes), canceller, worker or pruner; rehearsal
     is a client and a worker in this process itself, so that children find kernels
@@ -47,7 +47,7 @@ class Order(Struct):
 
 
 class Outcome(Struct):
-    """Say how a child ended: by which signal, or None; and the steps it took."""
+    """How a child ended: by which signal, or None; and the steps it took."""
 
     pid: int
     signal: int | None

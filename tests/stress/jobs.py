@@ -36,7 +36,7 @@ def small_scene() -> Scene:
 
 
 class Job:
-    """Hold a request, and what its picture's radiance must be, by hash."""
+    """A request, and what its picture's radiance must be, by hash."""
 
     def __init__(self, folder: Path, size: tuple[int, int] = SIZE) -> None:
         """Ask in a spool of its own, so that no other holds the array."""

@@ -122,7 +122,7 @@ def test_frozen_and_restored_it_goes_on_to_the_bit() -> None:
 
     for n in range(100):
         force.step(n / 60, pose(ways[n], 0.01 * n))
-    state = force.freeze()
+    state = force.checkpoint()
     first = go(force, 100)
     force.restore(state)
     assert np.array_equal(first, go(force, 100))

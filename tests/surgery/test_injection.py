@@ -104,10 +104,10 @@ def test_a_frozen_injection_comes_back_to_the_bit(
     steps: list[tuple[int, float]],
 ) -> None:
     injection, pale = begun(slabs())
-    states = [(injection.freeze(), pale.copy())]
+    states = [(injection.checkpoint(), pale.copy())]
     for place, seconds in steps:
         injection.inject(MIDDLE + np.array([float(place), 0.0, 0.0]), seconds)
-        states.append((injection.freeze(), pale.copy()))
+        states.append((injection.checkpoint(), pale.copy()))
     for state, then in (*reversed(states), *states):
         now = pale.copy()
         box = injection.restore(state)

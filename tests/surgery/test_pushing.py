@@ -326,7 +326,7 @@ def test_shading_is_told_where_tissue_lies_at_rest() -> None:
     moved = places[found.any(axis=1)]
     assert np.all((moved > rest.box[:3]) & (moved < rest.box[3:]))
     assert len(moved) > 1000
-    frozen, before = pushing.freeze(), offsets(pushing)
+    frozen, before = pushing.checkpoint(), offsets(pushing)
     pushing.push(1.0, 40, None)
     pushing.push(9.0, 41, None)
     assert not np.array_equal(offsets(pushing), before)
@@ -415,7 +415,7 @@ def test_no_wall_is_pierced_by_a_bent_tool(seed: int) -> None:
 def test_a_bent_tool_springs_back_whole_and_is_shown_again() -> None:
     patient, pushing = soft()
     pushing.push(0.0, 1, bent_rod(0.8, 45.0))
-    frozen, before = pushing.freeze(), shown(pushing).copy()
+    frozen, before = pushing.checkpoint(), shown(pushing).copy()
     pushing.push(0.1, 2, None)
     assert not np.array_equal(shown(pushing), patient.surface.distance.values)
     pushing.push(5.0, 3, None)

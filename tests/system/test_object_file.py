@@ -32,7 +32,7 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """Hold anything."""
+    """Anything."""
 
     value: Any
     colour: Colour = Colour.RED
@@ -40,7 +40,7 @@ class Held:
 
 @dataclass
 class Open:
-    """Hold numbers."""
+    """Numbers."""
 
     numbers: list[float] = field(default_factory=list)
 

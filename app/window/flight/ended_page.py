@@ -12,7 +12,7 @@ from app.window.texts import tr
 
 
 class EndedPage(TextPage):
-    """Say what ended a flight of which there is no result."""
+    """What ended a flight of which there is no result."""
 
     again_wanted = Signal()
     home_wanted = Signal()

@@ -56,7 +56,7 @@ RATE_OVER_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class DisplayedFrame:
-    """Hold what the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
+    """What the window shows of one frame; pixels ``(h, w, 3)`` uint8 sRGB.
 
     cuts, signs, tasks: see `FrameEvent`. tool: what the second hand does. pointer:
     where the nearest hazard lies. is_frozen: the trainer was. stood_s: so long the

@@ -33,7 +33,7 @@ _PLACE = Qt.ItemDataRole.UserRole
 
 @dataclass(frozen=True, slots=True)
 class ListEntry:
-    """Hold what a line is about: an exercise, a case, or neither, to open a case."""
+    """What a line is about: an exercise, a case, or neither, to open a case."""
 
     exercise: Exercise | None = None
     case: KnownCase | None = None

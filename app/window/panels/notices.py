@@ -12,7 +12,7 @@ LONG_S = 2.0
 
 
 class Notices:
-    """Say one thing at a time.
+    """What the page says, one thing at a time.
 
     A question stays until it is answered, a stage until the next is said; notices wait
     meanwhile.

@@ -61,7 +61,7 @@ _NOTCH = 120.0
 
 @dataclass(frozen=True, slots=True)
 class _Picture:
-    """Hold a drawn picture, its letters, and how long the drawing took."""
+    """A drawn picture, its letters, and how long the drawing took."""
 
     image: QImage
     letters: tuple[SideLetter, ...]

@@ -36,7 +36,7 @@ from scenarios.tasks import Status
 
 @dataclass(frozen=True, slots=True)
 class WhatNext:
-    """Say what follows: the same exercise as it stands now, the next one, None."""
+    """What follows: the same exercise as it stands now, the next one, None."""
 
     same: Exercise | None = None
     following: Exercise | None = None

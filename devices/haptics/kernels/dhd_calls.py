@@ -27,7 +27,7 @@ MM_PER_M = 1e3
 
 
 class Linked(NamedTuple):
-    """Hold the two functions of a force device, kept alive, and their addresses."""
+    """The two functions of a force device, kept alive, and their addresses."""
 
     read: Any
     command: Any

@@ -33,7 +33,7 @@ CPU_EVERY = 64
 
 
 class Feeling(NamedTuple):
-    """Hold what a tick works with: see `surgery.kernels.touch_force.touch_tick`."""
+    """What a tick works with: see `surgery.kernels.touch_force.touch_tick`."""
 
     walls: Doubles
     grounds: Doubles
@@ -46,7 +46,7 @@ class Feeling(NamedTuple):
 
 
 class Tissue(NamedTuple):
-    """Hold two copies of the tissue.
+    """Two copies of the tissue.
 
     begun, published: ``(1,)`` int64, how often one was brought up to date, counted by
     `paravol.haptics.kernels.publishing`; after n times `even` or `odd` is the newest.

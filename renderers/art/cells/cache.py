@@ -29,7 +29,7 @@ class CellState(IntEnum):
 
 @dataclass(slots=True)
 class _Copy:
-    """Hold one cell's place and flags.
+    """One cell's place and flags.
 
     kept: its home said KEEP, and it has not been served since. deferred: ranks to send
     it to when it comes. version: the generation that changed it last.

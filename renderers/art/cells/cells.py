@@ -27,7 +27,7 @@ _LAYERS = 32
 
 @dataclass(frozen=True, slots=True)
 class CellGrid:
-    """Say which voxels belong to which cell.
+    """Which voxels belong to which cell.
 
     shape: voxels ``(nz, ny, nx)``. side: cubes along a cell's edge.
     Cells are numbered with x fastest, then y, then z.

@@ -21,7 +21,7 @@ WIDTH = 16
 
 
 class LineArrays(NamedTuple):
-    """Hold lines.
+    """Lines.
 
     start: (n, 3) voxels x y z. way: (n, 3) voxels per mm. length_mm: (n,).
     """

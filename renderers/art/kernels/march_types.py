@@ -34,7 +34,7 @@ BLOCK_COLUMNS = 256
 
 
 class RayArrays(NamedTuple):
-    """Hold rays, one row per ray; state and `front` end with a spare row.
+    """Rays, one row per ray; state and `front` end with a spare row.
 
     order: int32, rays to march, neighbours after each other. geometry: float32 (n,
     8) origin x y z, step x y z in voxels, step in mm, distance of sample 0 in mm.
@@ -87,7 +87,7 @@ class CellView(NamedTuple):
 
 
 class Classification(NamedTuple):
-    """Hold a transfer function as bins, each a straight line between its ends.
+    """A transfer function as bins, each a straight line between its ends.
 
     A density v falls into bin ``(v - low) * scale + 1``; bin 0 is all below, bin `last`
     all above. lines: float32 (bins, 8): extinction per mm, its rise, red, its rise,
@@ -110,7 +110,7 @@ class Classification(NamedTuple):
 
 
 class ShadeSettings(NamedTuple):
-    """Hold what samples of mode `classic` are classified, lit and composited by.
+    """What samples of mode `classic` are classified, lit and composited by.
 
     sums: float32 (pieces, 8), of `sums_at_nodes`; without rows where segments are not
     integrated. lights: float32 (m, 10) vector in mm along the array's axes, diffuse and
@@ -131,7 +131,7 @@ class ShadeSettings(NamedTuple):
 
 
 class Deflectors(NamedTuple):
-    """Hold what bends rays.
+    """What bends rays.
 
     maps: float64 (n, 9), of `renderers.scene.deflection.maps`. stretch: mm that what is
     seen moves at most for a mm of the ray.
@@ -143,7 +143,7 @@ class Deflectors(NamedTuple):
 
 
 class DeflectedSamples(NamedTuple):
-    """Hold where the samples of a packet of deflected rays are seen, lane by lane.
+    """Where the samples of a packet of deflected rays are seen, lane by lane.
 
     kind: what samples are taken for. geometry: of `RayArrays`. spacing: of
     `ShadeSettings`. top, leap: of `CellView`. Read: ray int32 and at float32, the
@@ -178,7 +178,7 @@ class DeflectedSamples(NamedTuple):
 
 
 class LensRays(NamedTuple):
-    """Hold a camera's rays: `Camera.lens_table`, mm to their ends, `Camera.frame`."""
+    """A camera's rays: `Camera.lens_table`, mm to their ends, `Camera.frame`."""
 
     table: F32
     limit: F32
@@ -187,7 +187,7 @@ class LensRays(NamedTuple):
 
 
 class RaySetUp(NamedTuple):
-    """Say how rays are cut into steps.
+    """How rays are cut into steps.
 
     last: largest voxel index along x, y, z. at_ends: whether samples lie at the ends of
     steps. least_left: of a ray that did not end early.
@@ -201,14 +201,14 @@ class RaySetUp(NamedTuple):
 
 
 class BlockMemory(NamedTuple):
-    """Hold the blocks that a thread keeps, int32, and room for the rays of so many."""
+    """The blocks that a thread keeps, int32, and room for the rays of so many."""
 
     waiting: I32
     rays: RayArrays
 
 
 class PictureArrays(NamedTuple):
-    """Hold what a `Gather` has."""
+    """What a `Gather` has."""
 
     value: F32
     depth: F32

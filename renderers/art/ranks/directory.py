@@ -66,7 +66,7 @@ def ring_distances(ranks: int) -> Distances:
 
 @dataclass(slots=True)
 class Entry:
-    """Hold what a home knows of a cell.
+    """What a home knows of a cell.
 
     asked: the replicas asked to adopt it since the owner wished to drop it; the last is
     about to answer. Empty when no such wish is open.

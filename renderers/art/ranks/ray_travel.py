@@ -30,7 +30,7 @@ HEADER_BYTES = _HEADER.itemsize
 
 @dataclass(slots=True, eq=False)
 class Trip:
-    """Hold rays of one region together: all of them at home, or some as guests.
+    """Rays of one region together: all of them at home, or some as guests.
 
     origin: the rank whose they are. number: of the region there. rays: their places in
     it. away: of a packet at home, how many are elsewhere.

@@ -32,7 +32,7 @@ def _no_rays() -> NDArray[np.int32]:
 
 @dataclass(slots=True, eq=False)
 class RayPacket:
-    """Hold the rays of one region, row by row, and how far each has come.
+    """The rays of one region, row by row, and how far each has come.
 
     The arrays are those of `RayArrays`. What has been composited is exact and
     resumable, so the picture does not depend on when cells arrive. deflected: int32,

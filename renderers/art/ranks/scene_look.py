@@ -28,7 +28,7 @@ Beyond it rays step through empty cells, all of which are the same brick."""
 
 @dataclass(frozen=True, slots=True)
 class LookSettings:
-    """Hold what a look is taken with; see `renderers.art.ranks.prepare.make_node`."""
+    """What a look is taken with; see `renderers.art.ranks.prepare.make_node`."""
 
     mode: str
     quality: Quality
@@ -56,7 +56,7 @@ class LookSettings:
 
 @dataclass(slots=True)
 class SceneLook:
-    """Hold the march of a scene and which cells it meets.
+    """The march of a scene and which cells it meets.
 
     ranges: float32 ``(cells, 2)``, each cell's smallest and largest value. clear:
     intervals of values that cannot be seen, as cells go by them, and leaps where

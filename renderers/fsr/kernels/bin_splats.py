@@ -61,7 +61,7 @@ _WIDE = 12
 
 
 class Bins(NamedTuple):
-    """Hold a batch of splats binned into the squares of a tile.
+    """A batch of splats binned into the squares of a tile.
 
     words: ``(BATCH,)``, per square which of 64 splats it got, as bits; then again for
     the next 64. offsets: where each splat's record begins. shares: its fragments per

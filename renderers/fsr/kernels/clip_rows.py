@@ -54,7 +54,7 @@ _ZERO = np.float32(0)
 
 
 class Rows(NamedTuple):
-    """Hold the rows of a set that hold any element, and the elements' columns.
+    """The rows of a set that hold any element, and the elements' columns.
 
     numbers: ``(n,)`` rows ``k * per_slice + j``. starts: ``(n + 1,)`` the first element
     of each, and one more than there are. places: ``(4, n)`` their j, k, first and last

@@ -72,7 +72,7 @@ _ZERO = f32(0)
 
 
 class Eye(NamedTuple):
-    """Say how a picture's pixels look at a field.
+    """How a picture's pixels look at a field.
 
     field: the distance as the eye sees it. axes: rows right, up and forward, in the
     world. lens: ``(h, w, 3)``.

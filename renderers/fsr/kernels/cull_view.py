@@ -36,7 +36,7 @@ SPARE = 16
 
 
 class Culling(NamedTuple):
-    """Say how a view is culled.
+    """How a view is culled.
 
     subdivide_mm, last_size: see `subdivide`. shares: of the elements, after which a
     depth slab ends; more_shares: where it pays to look twice as often; many: elements
@@ -52,7 +52,7 @@ class Culling(NamedTuple):
 
 
 class CulledSplats(NamedTuple):
-    """Hold what a band of a view leaves of a set.
+    """What a band of a view leaves of a set.
 
     spans: ``(k, 3)`` row, first and last + 1 element. lowest, highest: ``(k,)`` the
     keys that bound each. listed: elements in the spans. near, near_keys: parts of the

@@ -33,7 +33,7 @@ HALVINGS = 8
 
 
 class DeflectedField(NamedTuple):
-    """Hold a distance field and its deflection.
+    """A distance field and its deflection.
 
     distance: of the undeformed surface (mm), negative in air. per_mm: voxels. maps: of
     the deflectors. stretch: the most that lengths grow by.

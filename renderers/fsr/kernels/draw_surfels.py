@@ -50,7 +50,7 @@ _ZERO = np.float32(0)
 
 
 class Discs(NamedTuple):
-    """Hold projected surfels and what makes discs of them.
+    """Projected surfels and what makes discs of them.
 
     records, boxes: see `SurfelBuffers`; records flat. inverses: one over the squared
     radius, of the surfels before `split` and of the others. core: squared share of the
@@ -68,7 +68,7 @@ class Discs(NamedTuple):
 
 
 class SurfelScratch(NamedTuple):
-    """Hold a tile's surfels, nearest cores and sums.
+    """A tile's surfels, nearest cores and sums.
 
     items: ``(n,)`` which surfels. until: where the squares of each end in `squares`,
     which holds more than `SPARE_SQUARES`. nearest: a value a pixel. sums: five a pixel.
@@ -86,7 +86,7 @@ class SurfelScratch(NamedTuple):
 
 
 class GeometryPlanes(NamedTuple):
-    """Hold the geometry of a G-buffer."""
+    """The geometry of a G-buffer."""
 
     depth: F32
     normal: F32

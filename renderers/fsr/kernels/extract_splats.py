@@ -18,7 +18,7 @@ UNDEFINED = -32768
 
 
 class InclusionTable(NamedTuple):
-    """Hold F and its threshold.
+    """F and its threshold.
 
     entries: ``(gradients, densities)``, bilinear, end values held. column_top: per
     density the maximum over gradients, so that most voxels are turned down before any
@@ -34,7 +34,7 @@ class InclusionTable(NamedTuple):
 
 
 class Elements(NamedTuple):
-    """Hold columns, normals, densities and shares of some rows of a set."""
+    """Columns, normals, densities and shares of some rows of a set."""
 
     x: U16
     octahedral: I16

@@ -31,7 +31,7 @@ neighbours are two voxels from an element on a voxel, and 2.5 from one between t
 
 
 class GradientCache(NamedTuple):
-    """Hold Sobel sums of part of a volume, each found when it is first asked for.
+    """Sobel sums of part of a volume, each found when it is first asked for.
 
     Plane k of the volume is kept in plane ``k % planes``, of which there are a power of
     two. sums: ``(planes, rows, columns, 3)``. tags: ``(planes, rows, columns)``, whose
@@ -274,7 +274,7 @@ def _put(
 
 
 class SurfelQuery(NamedTuple):
-    """Say where surfels are looked for.
+    """Where surfels are looked for.
 
     spacing: mm along x, y and z. world_from_voxel: ``(4, 4)``. direction: ``(3, 3)``,
     the axes in columns. refine: elements per voxel and axis. cache: Sobel sums, which

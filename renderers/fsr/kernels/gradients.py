@@ -12,7 +12,7 @@ from renderers.fsr.kernels.array_types import F32, Lanes
 
 
 class FlatVolume(NamedTuple):
-    """Hold a volume as sweeps take it.
+    """A volume as sweeps take it.
 
     values: flat, x fastest; nx, ny, nz: voxels. half: 1 / (32 * spacing) in x, y, z
     order: a Sobel sum over nine differences of weight 1 2 1 x 1 2 1 spans 16 weights

@@ -11,7 +11,7 @@ from renderers.fsr.kernels.view_planes import EQUIDISTANT, Lens
 
 
 class BlockReach(NamedTuple):
-    """Say how far blocks reach, in mm.
+    """How far blocks reach, in mm.
 
     radius: of the ball around a block with its elements' discs. near: fine elements are
     wanted up to this distance; far: coarse ones from this.

@@ -73,7 +73,7 @@ _HALF = np.float32(0.5)
 
 
 class Splats(NamedTuple):
-    """Hold shaded splats.
+    """Shaded splats.
 
     places: ``(n, 4)`` grid place (i, j, k) and extinction times volume (mm^2). colors:
     ``(n, 4)`` linear RGB, lit, and the size in grid steps.
@@ -84,7 +84,7 @@ class Splats(NamedTuple):
 
 
 class Style(NamedTuple):
-    """Say how splats are drawn.
+    """How splats are drawn.
 
     sigma: of a footprint of size one, in grid steps. widest: squared angular sigma
     above which a splat is left out; orthographic ones never are. points: squares of
@@ -98,7 +98,7 @@ class Style(NamedTuple):
 
 
 class SplatBuffers(NamedTuple):
-    """Hold the splats of one depth slab while they are projected, sorted and drawn.
+    """The splats of one depth slab while they are projected, sorted and drawn.
 
     numbers: ``(n,)`` which splats; keys: of their depths. records: ``(n, RECORD)``.
     boxes: ``(n, 4)`` first and last column of a splat's pixels, sixteen bits each from

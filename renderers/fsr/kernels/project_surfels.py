@@ -58,7 +58,7 @@ _ATAN = (
 
 
 class DiscLimits(NamedTuple):
-    """Say which discs are projected.
+    """Which discs are projected.
 
     nearest, farthest: their distances (mm). radius: of a disc (mm). facing: least
     cosine to the eye.
@@ -71,7 +71,7 @@ class DiscLimits(NamedTuple):
 
 
 class SurfelBuffers(NamedTuple):
-    """Hold projected surfels.
+    """Projected surfels.
 
     records: ``(n + 1, RECORD)``. boxes: ``(n + 1, 4)`` first and last column and row of
     a disc's pixels. The last row of both takes what is not wanted. ranges: ``(n +

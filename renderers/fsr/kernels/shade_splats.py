@@ -14,7 +14,7 @@ from renderers.fsr.kernels.project_splats import Splats
 
 
 class ColorTable(NamedTuple):
-    """Hold colour and extinction ``(m, 4)`` over densities from `low` on."""
+    """Colour and extinction ``(m, 4)`` over densities from `low` on."""
 
     entries: F32
     low: float

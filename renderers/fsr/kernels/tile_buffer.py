@@ -39,7 +39,7 @@ _ZERO = np.float32(0)
 
 
 class TileBuffer(NamedTuple):
-    """Hold the tiles of a picture between one depth slab and the next.
+    """The tiles of a picture between one depth slab and the next.
 
     states: ``(tiles, SQUARES * STATE)``. depths: ``(tiles, SQUARES * SQUARE)``, where
     half of the light is gone, or no columns. alive: ``(tiles,)`` the squares that take
@@ -59,7 +59,7 @@ class TileBuffer(NamedTuple):
 
 
 class Canvas(NamedTuple):
-    """Hold a picture being drawn.
+    """A picture being drawn.
 
     depth: per pixel where the light first falls to one half; no elements where it is
     not wanted. limit_mm: per pixel the depth from which nothing is seen; no elements

@@ -39,7 +39,7 @@ ROUNDED_MM = 1e-3
 
 
 class Lens(NamedTuple):
-    """Hold the lens of a camera; see `Camera`."""
+    """The lens of a camera; see `Camera`."""
 
     projection: int
     extent: float
@@ -48,7 +48,7 @@ class Lens(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Hold what all views of a set share.
+    """What all views of a set share.
 
     axes_mm: ``(3, 3)`` steps of i, j, k in columns. voxel_from_world: ``(3, 4)``. top:
     the last grid point. corners_mm: ``(3, 8)`` of the outermost voxels; middle_mm,
@@ -64,7 +64,7 @@ class Grid(NamedTuple):
 
 
 class GridView(NamedTuple):
-    """Hold a camera in terms of a grid.
+    """A camera in terms of a grid.
 
     base: the grid point next to the eye; places are counted from it, so that near
     splats keep their digits. matrix: ``(3, 4)``, camera frame from grid steps away from

@@ -20,7 +20,7 @@ from renderers.fsr.splats.splat_list import SplatList, culling_of, list_splats
 
 
 class BandCost(NamedTuple):
-    """Say what a band of a picture took.
+    """What a band of a picture took.
 
     listed, spans: elements that culling left, and rows that hold any. subdivided:
     splats too near. visible: splats that showed. fragments: in parts of 2 **

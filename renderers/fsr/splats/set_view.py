@@ -62,7 +62,7 @@ class Traversal(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SetView:
-    """Hold a camera and what it means for a set.
+    """A camera and what it means for a set.
 
     tiles: down and across the picture. view, style: as kernels take them. planes:
     ``(p, 4)`` around the view, see `lens_planes`, in grid places counted from the

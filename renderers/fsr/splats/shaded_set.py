@@ -27,7 +27,7 @@ def splat_peaks(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class ShadedSet:
-    """Hold what a projection needs of every splat.
+    """What a projection needs of every splat.
 
     Ambient and diffuse light only: like the 1995 renderer, it varies no highlights
     from splat to splat. Neither depends on the eye.

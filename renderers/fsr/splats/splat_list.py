@@ -32,7 +32,7 @@ LEAST_SLAB = 1 << 13
 
 @dataclass(frozen=True, slots=True)
 class SplatList:
-    """Hold what a band of a view leaves of a set.
+    """What a band of a view leaves of a set.
 
     band: the tiles that this is for. order: ``(n,)`` int32, far elements in the order
     to draw them in, where that is the grid's; else none.

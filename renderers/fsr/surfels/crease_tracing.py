@@ -30,7 +30,7 @@ SPARE = 16
 
 
 class Scratch(NamedTuple):
-    """Hold the memory of a list of rays; see `trace_creases`."""
+    """The memory of a list of rays; see `trace_creases`."""
 
     queue: NDArray[np.int32]
     starts: NDArray[np.float32]

@@ -46,7 +46,7 @@ NEAR, FAR = 2, 1
 
 @dataclass(frozen=True, slots=True)
 class Visible:
-    """Say which blocks may show; it holds until the next look.
+    """Which blocks may show; it holds until the next look.
 
     shown: per occupied block 0 or the marks `NEAR` and `FAR`. distances: of their
     middles from the eye (mm).
@@ -60,7 +60,7 @@ class Visible:
 
 @dataclass(frozen=True, slots=True)
 class BlockOrder:
-    """Say how a set's elements are sorted by blocks.
+    """How a set's elements are sorted by blocks.
 
     index: ``(n,)`` int64, the elements in the new order. spans: where each block's
     elements are in it.
@@ -88,7 +88,7 @@ class Runs:
 
 
 class Blocks:
-    """Hold the blocks with surfels of one distance field."""
+    """The blocks with surfels of one distance field."""
 
     def __init__(
         self,

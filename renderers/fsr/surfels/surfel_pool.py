@@ -19,7 +19,7 @@ LEAST_SPARE = 4096
 
 
 class BlockSpans(NamedTuple):
-    """Say where each block's elements are.
+    """Where each block's elements are.
 
     begins, ends: ``(blocks,)`` int64. rows: ``(blocks,)`` int64, how many rows of the
     grid they are in.
@@ -36,7 +36,7 @@ class BlockSpans(NamedTuple):
 
 
 class SurfelPool:
-    """Hold surfels block by block, in grid order within a block.
+    """Surfels block by block, in grid order within a block.
 
     A block has a slot anywhere in the pool. One that outgrows it moves to another, and
     what it leaves is taken by blocks that fit. A pool without room is written anew,

@@ -32,7 +32,7 @@ def _none_far() -> NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class Surfels:
-    """Hold points of the air surface in grid order.
+    """Points of the air surface in grid order.
 
     rows: where the elements sit on their (refined) grid.
     position: ``(n, 3)`` float32 mm, on the zero surface, along world axes from the

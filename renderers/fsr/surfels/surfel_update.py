@@ -31,7 +31,7 @@ _FIRST_ROOM = 8192
 
 
 class BlockSurfels(NamedTuple):
-    """Hold surfels of some blocks, block by block.
+    """Surfels of some blocks, block by block.
 
     counts, rows: ``(b,)`` int64 of each block, see `BlockSpans`. position, normal: at
     least as many rows as there are surfels; they hold until blocks are looked at again.

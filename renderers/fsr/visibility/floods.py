@@ -23,7 +23,7 @@ _LAYOUTS = ((0, 1, 2), (1, 0, 2), (2, 0, 1))
 
 @dataclass(frozen=True, slots=True)
 class AirCells:
-    """Hold a bit for every cell of a grid that may hold air, in three layouts.
+    """A bit for every cell of a grid that may hold air, in three layouts.
 
     shape: number of cells ``(nz, ny, nx)``. rows: words of bits, the last axis of each
     layout along the word.

@@ -33,7 +33,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True)
 class BlockBounds:
-    """Say where the discs of every block of surfels may be.
+    """Where the discs of every block of surfels may be.
 
     numbers: ``(b,)`` int32, the blocks' places on their grid, increasing. places:
     ``(b, 3)`` int64, the same as coordinates. cells: ``(b, 6)`` int64, first and last

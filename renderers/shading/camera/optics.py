@@ -47,7 +47,7 @@ def lateral_colour(width: int, height: int, scale: float) -> Lateral:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
-    """Hold the tables of one camera and picture size.
+    """The tables of one camera and picture size.
 
     red, blue: lateral colour. soft_taps: the centre and
     one side of the first Gaussian of defocus; rest_taps: of what the second adds to

@@ -17,7 +17,7 @@ from renderers.simd.arrays import Floats, f32
 
 
 class PushedField(NamedTuple):
-    """Hold where shown tissue lies at rest; empty where nobody pushes.
+    """Where shown tissue lies at rest; empty where nobody pushes.
 
     x, y, z: ``(nz, ny, nx)`` mm from where it is shown, along the world's axes. box:
     ``(6,)`` low and high voxel coordinates beyond which they are 0.

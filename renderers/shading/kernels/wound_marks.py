@@ -96,7 +96,7 @@ SURE_MM = f32(RIM_MM + sum(TORN_MM) * MOST_SD)
 
 
 class WoundRows(NamedTuple):
-    """Hold the rows of the material table that cuts and blood have."""
+    """The rows of the material table that cuts and blood have."""
 
     flesh: int
     edge: int
@@ -106,7 +106,7 @@ class WoundRows(NamedTuple):
 
 
 class WoundField(NamedTuple):
-    """Hold what tells a block of pixels about cuts; all empty where nobody operates.
+    """What tells a block of pixels about cuts; all empty where nobody operates.
 
     pristine: ``(nz, ny, nx)`` mm. layers: flat, steps of depth of the bone + 256 *
     those of its thickness, 255 where it has no end. film: ``(nz, ny, nx)``. cubes: see

@@ -28,7 +28,7 @@ MOST_STEPS = 400
 
 
 class Air(NamedTuple):
-    """Hold the head as it is cut: signed distance, mm, negative in air, and its grid.
+    """The head as it is cut: signed distance, mm, negative in air, and its grid.
 
     voxel: ``(3, 4)`` voxels from patient mm. slope_mm: half the way over which a
     normal is measured.
@@ -40,7 +40,7 @@ class Air(NamedTuple):
 
 
 class Seeing(NamedTuple):
-    """Hold what counts as seen: mm, cosines, and radians per second of the picture.
+    """What counts as seen: mm, cosines, and radians per second of the picture.
 
     frame: ``(4, 3)`` eye, right, up, forward. before: the same so long ago as
     elapsed_s, 0 for unknown.

@@ -25,7 +25,7 @@ LOOKED_MS = 25
 
 @dataclass(frozen=True)
 class Mark:
-    """Hold the guide's mark: its words, its distance, its place over the picture.
+    """The guide's mark: its words, its distance, its place over the picture.
 
     Out of the round picture there is only an arrow: its place is at the rim. back_mm:
     it says that one must draw back so far first. has_no_way: that the tool in hand does
@@ -44,7 +44,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Sight:
-    """Hold what was seen at one moment.
+    """What was seen at one moment.
 
     pictures: so many the scope's picture has had. task: the words of the task to be
     done now; done: what stands above it. bar: its progress, 0 to 1. heading: where the

@@ -48,7 +48,7 @@ TRAINEE = "Robin"
 
 @dataclass
 class Verdict:
-    """Say how an exercise went.
+    """How an exercise went.
 
     began: its first picture was seen. why: it ended before it was done; "" otherwise.
     seconds: of the exercise's own clock. read: the words of the result page. placings:

@@ -29,7 +29,7 @@ DEEPER_S = 0.8
 
 @dataclass(frozen=True)
 class Placing:
-    """Say how long a tool took to touch a place; seconds: None where it did not."""
+    """How long a tool took to touch a place; seconds: None where it did not."""
 
     tool: str
     place: str

@@ -151,7 +151,7 @@ def test_frozen_and_restored_it_goes_on_to_the_bit() -> None:
 
     run(whole, 0, 30)
     run(halved, 0, 15)
-    state = halved.freeze()
+    state = halved.checkpoint()
     run(halved, 15, 22)
     halved.restore(state)
     run(halved, 15, 30)
@@ -175,7 +175,7 @@ def test_a_survey_is_done_when_enough_was_seen_and_the_score_says_how_much() -> 
     )
     nothing = np.full(3, np.nan)
     pose = tip_frame(np.zeros(3), FRONT)
-    before = session.freeze()
+    before = session.checkpoint()
     for n in range(8):
         sample = Sample(0.1 * n, pose, 0.0, nothing, FRONT, 0)
         session.step(sample)

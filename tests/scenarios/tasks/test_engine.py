@@ -58,7 +58,7 @@ def test_going_back_to_a_state_changes_nothing(
     events: list[TaskEvent] = []
     time_s = 0.0
     for x, after_s in moves:
-        states.append((engine.freeze(), len(events)))
+        states.append((engine.checkpoint(), len(events)))
         time_s += after_s
         now = replace(at((x, 0, 0), time_s), hazards_mm={"orbit": abs(x - 4)})
         events += engine.step(now)

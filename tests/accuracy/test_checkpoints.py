@@ -81,13 +81,13 @@ def test_going_back_is_never_having_gone(
         straight.step(action)
         head.step(action)
     patient, film, lens = head.patient, head.film, head.lens
-    state = patient.freeze(), film.freeze(), lens.freeze(), head.time_s
+    state = patient.checkpoint(), film.checkpoint(), lens.checkpoint(), head.time_s
     known = head.seen()
     assert known == straight.seen()
     for action in between:
         head.step(action)
     generation, other = patient.generation, head.seen()
-    onward = patient.freeze(), film.freeze(), lens.freeze(), head.time_s
+    onward = patient.checkpoint(), film.checkpoint(), lens.checkpoint(), head.time_s
     was = patient.surface.distance.values.copy()
     change = patient.restore(state[0])
     film.restore(state[1])
@@ -116,7 +116,7 @@ def test_going_back_is_never_having_gone(
 
 def test_the_film_tells_where_going_back_shows() -> None:
     head = Head()
-    dry = head.film.freeze()
+    dry = head.film.checkpoint()
     for action in (0, 1, 2):
         head.step(action)
     head.film.drawn_box()
@@ -134,7 +134,7 @@ def test_a_state_is_no_part_of_the_patient() -> None:
     """Later edits leave it as it is."""
     head = Head()
     head.step(0)
-    states = head.patient.freeze(), head.film.freeze()
+    states = head.patient.checkpoint(), head.film.checkpoint()
     kept = states[0].distance.copy(), states[1].cells[1].copy()
     counts = states[0].books.counts
     for action in (1, 4, 2, 3):
