@@ -1,7 +1,7 @@
 """What each ingredient of the look costs, and what a picture lacks without it."""
 
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from renderers.shading import (
     ScopeShader,
     Tier,
 )
+from renderers.shading.half_light import HALF_FROM_PX
 from scenarios import tip_frame
 
 EVERYTHING = "everything"
@@ -45,6 +46,30 @@ class Shown:
     view: NasalView
     gbuffer: GBuffer
     casters: tuple[Caster, ...]
+
+
+@cache
+def shown_views(size: int) -> list[Shown]:
+    """Return the views, with a tool in one of them."""
+    # Imported here: building meshes loads a large library.
+    from scenarios.instruments import suction_tube
+
+    tracer = ActiveRayTracer(nasal_scene("default"))
+    tube = suction_tube()
+    found = []
+    for view in acceptance_views(size):
+        if view.name not in SHOWN:
+            continue
+        buffer = tracer.gbuffer(view.camera)
+        casters: tuple[Caster, ...] = ()
+        if view.name == "choana":
+            eye, *axes = view.camera.frame
+            tip = eye + np.array(TOOL_AT_MM) @ np.array(axes)
+            pose = tip_frame(tip, np.array(TOOL_ALONG) @ np.array(axes))
+            tube.draw(buffer, view.camera, pose)
+            casters = (Caster.of(tube, pose),)
+        found.append(Shown(view, buffer, casters))
+    return found
 
 
 class LookPlan(Plan, suite="look"):
@@ -78,40 +103,33 @@ class LookPlan(Plan, suite="look"):
                 cost_s=30.0,
                 series=True,
             )
+        both = {
+            tier.name: partial(self._shaded, tier, tier.effects, HALF_FROM_PX)
+            for tier in (Tier.LIVE, Tier.FLIGHT)
+        }
+        found += self.compared(
+            "nose/views/half light",
+            both,
+            {"size": HALF_FROM_PX, "threads": 1, "reference": Tier.LIVE.name},
+            cost_s=30.0,
+            series=True,
+        )
         return found
 
-    @cached_property
-    def _shown(self) -> list[Shown]:
-        # Imported here: building meshes loads a large library.
-        from scenarios.instruments import suction_tube
-
-        tracer = ActiveRayTracer(nasal_scene("default"))
-        tube = suction_tube()
-        found = []
-        for view in acceptance_views(self._size):
-            if view.name not in SHOWN:
-                continue
-            buffer = tracer.gbuffer(view.camera)
-            casters: tuple[Caster, ...] = ()
-            if view.name == "choana":
-                eye, *axes = view.camera.frame
-                tip = eye + np.array(TOOL_AT_MM) @ np.array(axes)
-                pose = tip_frame(tip, np.array(TOOL_ALONG) @ np.array(axes))
-                tube.draw(buffer, view.camera, pose)
-                casters = (Caster.of(tube, pose),)
-            found.append(Shown(view, buffer, casters))
-        return found
-
-    def _shaded(self, tier: Tier, effects: Effects) -> Measured:
+    def _shaded(
+        self, tier: Tier, effects: Effects, size: int | None = None
+    ) -> Measured:
         """Shade all views; say how the pictures differ from those of everything."""
         surface = nasal_scene("default").surface
         assert surface is not None
         shader = ScopeShader(surface, tier, threads=1, effects=effects)
-        whole = ScopeShader(surface, tier, threads=1)
+        right_tier = Tier.LIVE if tier is Tier.FLIGHT else tier
+        whole = ScopeShader(surface, right_tier, threads=1)
         finish = CameraPass(CameraSettings(noise=0), threads=1)
         timings, found, wanted = [], [], []
         counters: dict[str, float] = {}
-        for shown in self._shown:
+        views = shown_views(size or self._size)
+        for shown in views:
             camera, light = shown.view.camera, shown.view.light
             shade = partial(
                 shader.shade, shown.gbuffer, camera, light, casters=shown.casters
@@ -127,7 +145,7 @@ class LookPlan(Plan, suite="look"):
             counters[f"codes, {shown.view.name}"] = off
             counters[f"ms, {shown.view.name}"] = 1e3 * timing.min_s
         counters["metal pixels"] = float(
-            sum((s.gbuffer.material == Material.METAL).sum() for s in self._shown)
+            sum((s.gbuffer.material == Material.METAL).sum() for s in views)
         )
         for made in (shader, whole, finish):
             made.close()

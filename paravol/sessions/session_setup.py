@@ -42,7 +42,7 @@ OnePatient = TypeVar("OnePatient", bound=PatientScene)
 SEED = 1
 """Of the tissue's fine detail: the same patient looks the same in every session."""
 
-LIVE_TIER = "LIVE"
+LIVE_TIER = "FLIGHT"
 
 TOOL_AHEAD_MM, TOOL_ASIDE_MM = 12.0, 3.0
 """Where a tool is well in view."""

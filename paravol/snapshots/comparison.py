@@ -163,7 +163,7 @@ def splatted(
     seen = deflected_surface(surface, deflection)
     with (
         closing(
-            ScopeShader(seen, Tier.LIVE, look.seed, look.blood_bias, threads)
+            ScopeShader(seen, Tier.FLIGHT, look.seed, look.blood_bias, threads)
         ) as shader,
         closing(CameraPass(threads=threads)) as camera_pass,
     ):

@@ -128,6 +128,7 @@ class Tier(Enum):
     """Choose quality against time."""
 
     LIVE = (2, 256, Detail.LEAN, 1, Effects(), 8)
+    FLIGHT = (2, 256, Detail.LEAN, 1, Effects(), 8, True)
     FULL = (6, 512, Detail.FULL, 1, Effects(film_mirror=True, thin_walls=True), 4)
     SNAPSHOT = (6, 1024, Detail.FULL, 2, Effects(film_mirror=True, thin_walls=True), 4)
 
@@ -139,6 +140,7 @@ class Tier(Enum):
         supersampling: int,
         effects: Effects,
         mirror_stride: int,
+        half_light: bool = False,
     ) -> None:
         self.sources = sources
         self.virtual_lights = virtual_lights
@@ -150,3 +152,5 @@ class Tier(Enum):
         self.effects = effects
         self.mirror_stride = mirror_stride
         """G-buffer pixels between points from which mirrored light is followed."""
+        self.half_light = half_light
+        """Large pictures are lit at half their size; see `half_light`."""

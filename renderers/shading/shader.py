@@ -21,6 +21,7 @@ from renderers.shading.bands import RowBands
 from renderers.shading.bounce_light import STRIDE, VirtualLights
 from renderers.shading.capsules import Caster, capsule_table
 from renderers.shading.hairs import HairLayer, PlacedStrands, draw_hairs
+from renderers.shading.half_light import half_lit, may_be_halved
 from renderers.shading.illumination import Detail, Effects, ScopeLight, Tier
 from renderers.shading.kernels.follow_rays import LitWalls
 from renderers.shading.kernels.shade_rows import Bounced, Shadows, shade_rows
@@ -137,10 +138,10 @@ class ScopeShader:
         (see `PathTracer`). casters: tools that stand in the light; none beside a
         lattice, which has its own. only: ``(h, w)`` pixels that are wanted, the others
         get anything. These get the bits that they have in the whole picture if the
-        G-buffer has what `lattice_pixels` says, whatever it holds elsewhere. lattice:
-        of the same view; what it lacks is found and added to it. The camera must have
-        the G-buffer's size. The G-buffer is only read: surface detail never moves
-        depth.
+        G-buffer has what `lattice_pixels` says, whatever it holds elsewhere; but for
+        tiers of half light, which then light in full. lattice: of the same view; what
+        it lacks is found and added to it. The camera must have the G-buffer's size.
+        The G-buffer is only read: surface detail never moves depth.
         """
         require_size(gbuffer, camera)
         if camera.projection is Projection.ORTHOGRAPHIC:
@@ -158,9 +159,12 @@ class ScopeShader:
                 f"{len(casters)} tools beside a lattice, which has its own; give them "
                 "to `lattice`"
             )
-        self._extend(lattice, gbuffer, camera, only)
         shadows = lattice.shadows
-        if bounce is None:
+        self._follow(lattice, gbuffer, camera, only)
+        if bounce is None and only is None and self._halves(gbuffer.size):
+            radiance = self._half_lit(gbuffer, camera, light, lattice)
+        elif bounce is None:
+            self._gather(lattice, gbuffer, camera, only)
             radiance = self._paint(seen, camera, light, shadows, lattice.grid)
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer.size)
@@ -247,7 +251,7 @@ class ScopeShader:
         capsules = capsule_table(casters if self.effects.tool_shadow else (), camera)
         return Shadows(light.arcs(camera, self.tier.sources), capsules)
 
-    def _extend(
+    def _gather(
         self,
         lattice: Lattice,
         gbuffer: GBuffer,
@@ -259,6 +263,15 @@ class ScopeShader:
         if fresh.any():
             lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
             lattice.gathered[fresh] = True
+
+    def _follow(
+        self,
+        lattice: Lattice,
+        gbuffer: GBuffer,
+        camera: Camera,
+        only: NDArray[np.bool_] | None,
+    ) -> None:
+        """Follow what the pixels of `only`, or all, mirror."""
         self._mirrored.follow(
             gbuffer,
             camera,
@@ -267,6 +280,18 @@ class ScopeShader:
             lattice.followed,
             asked_points(only, gbuffer.size, self.tier.mirror_stride),
         )
+
+    def _halves(self, size: tuple[int, int]) -> bool:
+        return self.tier.half_light and may_be_halved(size)
+
+    def _half_lit(
+        self, gbuffer: GBuffer, camera: Camera, light: ScopeLight, lattice: Lattice
+    ) -> NDArray[np.float32]:
+        def paint(half: GBuffer, camera: Camera) -> NDArray[np.float32]:
+            grid = lattice.lights.gather(half, camera, self._bands)
+            return self._paint(half, camera, light, lattice.shadows, grid)
+
+        return half_lit(gbuffer, camera, paint, self._bands)
 
     def _paint(
         self,

@@ -13,10 +13,13 @@ from benchmarks.nasal_views import (
     NasalView,
     ViewAgreement,
     acceptance_views,
+    nasal_scene,
     path_views,
 )
-from renderers.scene import Camera
-from renderers.shading import Tier
+from renderers.fsr import FuzzySetRenderer
+from renderers.scene import Camera, ssim
+from renderers.shading import CameraPass, CameraSettings, ScopeLight, ScopeShader, Tier
+from tests.accuracy.wounded_views import VIEWS, scene_of, wounded
 
 SIZE = 512
 LEAST_SSIM, LEAST_MEAN_SSIM = 0.975, 0.985
@@ -118,3 +121,26 @@ def test_mucosa_has_its_hue_and_glints_and_is_neither_burnt_nor_black(
         assert abs(tenth - DARKEST_TENTH[view.name]) <= 15, view.name
     for judge in judges.values():
         judge.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [640, 1024])
+def test_light_at_half_the_size_looks_as_in_full(size: int) -> None:
+    """In six named views and eight of wounds, before the camera's noise."""
+    finish = CameraPass(CameraSettings(noise=0))
+    cases = [(nasal_scene(v.head), v.camera, v.light) for v in acceptance_views(size)]
+    for wound in VIEWS:
+        scene = scene_of(wounded(wound))
+        cases.append((scene, wound.camera(size), ScopeLight(0.95)))
+    found = []
+    for scene, camera, light in cases:
+        assert scene.surface is not None
+        buffer = FuzzySetRenderer(scene).gbuffer(camera)
+        full, half = (
+            ScopeShader(scene.surface, tier).shade(buffer, camera, light)
+            for tier in (Tier.LIVE, Tier.FLIGHT)
+        )
+        wanted, gain = finish.finish(full, buffer, camera)
+        found.append(ssim(finish.finish(half, buffer, camera, gain=gain)[0], wanted))
+    assert len(found) == 14
+    assert min(found) >= 0.98, found
