@@ -266,15 +266,15 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 15733,
     "app": 18974,
-    "benchmarks": 10860,
+    "benchmarks": 10878,
     "devices": 13292,
     "examples": 1794,
     "paravol": 27642,
-    "renderers": 37181,
+    "renderers": 37455,
     "scenarios": 12392,
     "surgery": 7235,
     "system": 1123,
-    "tests": 94148,
+    "tests": 94322,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
