@@ -42,6 +42,10 @@ STEPPING_S, BEHIND_S = 0.05, 0.5
 """How long poses of a steered scope are worked on for a frame, before some of those
 that wait are left out; and poses that were measured."""
 
+STEPPING_SHARE = 1 / 3
+"""Of the time, for poses of a steered scope: the rest is for what they change, and for
+the picture by which it is steered."""
+
 
 @dataclass(frozen=True, slots=True)
 class FrameEvent:
@@ -180,7 +184,9 @@ def fly(
     operated = _Operated(
         view, recorder, listeners.on_injury, listeners.on_changes, at_bite
     )
-    arrived = DeadlineBatch(STEPPING_S if pace.may_skip else BEHIND_S)
+    arrived = DeadlineBatch(BEHIND_S)
+    if pace.may_skip:
+        arrived = DeadlineBatch(STEPPING_S, STEPPING_SHARE)
     left_out = 0
     with (
         _frozen_garbage(),
@@ -485,9 +491,10 @@ class DeadlineBatch:
     left_out: how many were, so far.
     """
 
-    def __init__(self, allowed_s: float = STEPPING_S) -> None:
-        """Begin; allowed_s: for all that are given at once."""
-        self._allowed_s = allowed_s
+    def __init__(self, allowed_s: float = STEPPING_S, share: float = 1.0) -> None:
+        """Begin; allowed_s: for all that are given at once. share: of all time."""
+        self._allowed_s, self._share = allowed_s, share
+        self._looked_s = -math.inf
         # until that is known; what waits before the first picture is of no use
         self._each_s = STEPPING_S / 5
         self._buttons = 0
@@ -505,9 +512,11 @@ class DeadlineBatch:
         except (EndedError, EOFError, DeviceError) as error:
             # what came before the end is still shown
             ended = error
+        since_s, self._looked_s = begun_s - self._looked_s, begun_s
+        allowed_s = min(self._allowed_s, self._share * since_s)
         most = len(waiting)
-        if self._each_s * most > self._allowed_s:
-            most = max(int(self._allowed_s / self._each_s), 1)
+        if self._each_s * most > allowed_s:
+            most = max(int(allowed_s / self._each_s), 1)
         kept = thinned(waiting, most, self._buttons)
         self.left_out += len(waiting) - len(kept)
         self._buttons = waiting[-1].buttons

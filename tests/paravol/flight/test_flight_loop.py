@@ -18,6 +18,7 @@ from devices import Pose
 from paravol.flight import flight_loop
 from paravol.flight.flight_loop import (
     BEHIND_S,
+    STEPPING_SHARE,
     DeadlineBatch,
     FrameEvent,
     FramePacing,
@@ -462,6 +463,18 @@ def test_a_quick_machine_leaves_nothing_out(monkeypatch: pytest.MonkeyPatch) -> 
         np.testing.assert_allclose(stepped, np.arange(1, len(stepped) + 1) / 100)
         assert len(stepped) >= 985
         assert len(clicks) == 10
+
+
+def test_samples_of_a_steered_scope_leave_time_for_pictures(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where all would take half of it; of an arm they are all taken."""
+    _, kept, stepped, _ = steered(monkeypatch, 0.005, 0.015, True)
+    frames = sum(isinstance(r, FrameRecord) for r in kept.records)
+    assert 0.005 * len(stepped) < (STEPPING_SHARE + 0.05) * 10.0
+    assert frames > 0.95 * (1 - STEPPING_SHARE) * 10.0 / 0.015
+    _, _, stepped, _ = steered(monkeypatch, 0.005, 0.015, False)
+    assert len(stepped) >= 985
 
 
 def test_after_a_standstill_a_steered_scope_is_where_the_hand_is(
