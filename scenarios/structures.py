@@ -42,8 +42,7 @@ NEAR_MM = 12.0
 """A landmark farther away than this does not name a place."""
 
 _STEP_MM = 0.25
-_DEPTHS_MM = np.arange(_STEP_MM, THROUGH_MM + _STEP_MM, 2 * _STEP_MM)
-_AROUND_MM = _STEP_MM * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+_DEPTHS_MM = np.arange(_STEP_MM, THROUGH_MM + _STEP_MM, 2 * _STEP_MM).tolist()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +84,16 @@ class Structures:
 
     def touched(self, clearance: Clearance) -> str:
         """Name the structure at a tool's smallest gap, where that is a contact."""
-        air_mm, inward = self._wall(clearance.at_mm)
-        places = clearance.at_mm + (air_mm + _DEPTHS_MM)[:, None] * inward
-        distances = self.distance.nearest(places, -1)
-        for value, distance in zip(
-            self.labels.nearest(places, 0), distances, strict=True
-        ):
-            name = self.names.get(int(value))
-            if name is not None and distance > 0.0:
+        air_mm, (u, v, w) = self._wall(clearance.at_mm)
+        x, y, z = clearance.at_mm.tolist()
+        for depth_mm in _DEPTHS_MM:
+            far = air_mm + depth_mm
+            place = x + far * u, y + far * v, z + far * w
+            name = self.names.get(int(self.labels.at_nearest(place, 0)))
+            if name is not None and self.distance.at_nearest(place, -1) > 0.0:
                 return name
-        return self._near(places[0])
+        far = air_mm + _DEPTHS_MM[0]
+        return self._near(np.array([x + far * u, y + far * v, z + far * w]))
 
     def sha256(self) -> str:
         """Hash all that a name depends on, the air distance aside."""
@@ -105,12 +104,14 @@ class Structures:
         digest.update(self.labels.values.tobytes())
         return digest.hexdigest()
 
-    def _wall(self, at_mm: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        """Return the wall's distance and unit direction ``(3,)``, zero for none."""
-        values = self.distance.sample(at_mm + _AROUND_MM)
-        slope: NDArray[np.float64] = values[1:4] - values[4:]
-        length = math.sqrt(slope.dot(slope))
-        return -float(values[0]), slope / length if length > 0.0 else slope
+    def _wall(self, at_mm: NDArray[np.float64]) -> tuple[float, list[float]]:
+        """Return the wall's distance and unit direction, zeros for none."""
+        at, turn = self.distance.at_voxel, self.distance.voxel_from_world[:3]
+        middle = turn[:, :3] @ at_mm + turn[:, 3]
+        steps = _STEP_MM * turn[:, :3].T
+        slope = [at(middle + step) - at(middle - step) for step in steps]
+        length = math.hypot(*slope) or 1.0
+        return -at(middle), [part / length for part in slope]
 
     def _near(self, place_mm: NDArray[np.float64]) -> str:
         if not self._keys:

@@ -9,6 +9,7 @@ integer coordinates are voxel centres, and the interpolable box reaches from the
 first centre to the last.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -190,6 +191,18 @@ class Volume:
         )
         front, back = a + fy * (b - a), c + fy * (d - c)
         return float(front + fz * (back - front))
+
+    def at_nearest(self, place_mm: Sequence[float], outside: float) -> Any:
+        """Return what `nearest` does at one place, in plain numbers."""
+        x, y, z = place_mm
+        index = []
+        rows = self.voxel_from_world[:3].tolist()
+        for (a, b, c, d), size in zip(rows, self.shape[::-1], strict=True):
+            at = round(a * x + b * y + c * z + d)
+            if not 0 <= at < size:
+                return outside
+            index.append(at)
+        return self.values[tuple(index[::-1])]
 
     def with_values(self, values: NDArray[Any], background: float) -> "Volume":
         """Return the same grid holding other values of the same shape."""
