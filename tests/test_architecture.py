@@ -269,12 +269,12 @@ BUDGET = {
     "benchmarks": 10878,
     "devices": 13292,
     "examples": 1794,
-    "paravol": 27642,
-    "renderers": 37455,
-    "scenarios": 12392,
+    "paravol": 27651,
+    "renderers": 37468,
+    "scenarios": 12393,
     "surgery": 7235,
     "system": 1123,
-    "tests": 94322,
+    "tests": 94335,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
