@@ -303,11 +303,13 @@ def _paint_alarm(painter: QPainter, square: QRectF, scale: float) -> None:
 def _paint_corner(
     painter: QPainter, room: QRect, scale: float, colour: QColor, words: str
 ) -> None:
+    """Write into the upper right corner, beside the letter that stands in the middle."""
     painter.setFont(font_of(16, scale, bold=True))
     painter.setPen(colour)
     corner = room.adjusted(0, round(18 * scale), round(-24 * scale), 0)
+    corner.setLeft(room.center().x() + round(24 * scale))
     top_right = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight
-    painter.drawText(corner, int(top_right), words)
+    painter.drawText(corner, int(top_right) | int(Qt.TextFlag.TextWordWrap), words)
 
 
 def _paint_towards(painter: QPainter, room: QRect, scale: float, words: str) -> None:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from app.window.panels.result_card import panel_colour
@@ -164,10 +164,15 @@ def _box(
     scale: float,
     off: float,
 ) -> QRectF:
-    """Return where words stand beside a place, within the picture's square."""
+    """Return where words stand beside a place, within the picture's square.
+
+    In several rows where they are longer than half of it.
+    """
     painter.setFont(font_of(10, scale, bold=True))
-    width = painter.fontMetrics().horizontalAdvance(words) + 14.0 * scale
-    height = 20.0 * scale
+    most = QRect(0, 0, round(square.width() / 2), round(square.height()))
+    flags = int(Qt.TextFlag.TextWordWrap)
+    needed = painter.fontMetrics().boundingRect(most, flags, words)
+    width, height = needed.width() + 14.0 * scale, needed.height() + 5.0 * scale
     left, middle = place.x() + off * scale, place.y()
     if left + width > square.right():
         left = place.x() - off * scale - width
@@ -187,4 +192,5 @@ def _write(painter: QPainter, box: QRectF, words: str, scale: float) -> None:
     painter.drawRoundedRect(box, 4.0 * scale, 4.0 * scale)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QColor(OVER.ink))
-    painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), words)
+    flags = int(Qt.AlignmentFlag.AlignCenter) | int(Qt.TextFlag.TextWordWrap)
+    painter.drawText(box, flags, words)

@@ -9,7 +9,12 @@ from app.window.panels.guide_marks import say_beside
 EDGE, LOW, SIDE = 600, 150, 300
 
 
-@pytest.mark.parametrize("words", ["polyp, right", "no way there: move the scope"])
+BITE = "mucosa 12, uncinate 9, turbinate bone 4, polyp 3, middle turbinate 2 mm3"
+
+
+@pytest.mark.parametrize(
+    "words", ["polyp, right", "no way there: move the scope", BITE]
+)
 @pytest.mark.parametrize("x", [0.0, 0.4, 0.5, 0.6, 1.0])
 @pytest.mark.parametrize("y", [0.0, 0.5, 1.0])
 def test_words_stand_in_the_picture_and_not_on_their_place(
