@@ -140,11 +140,12 @@ def to_and_fro(path: ProbePath, duration_s: float) -> ProbePath:
 
 
 def fly_window(
-    scenario: str, path: ProbePath, screen: tuple[int, int], size: int
+    scenario: str, path: ProbePath | float, screen: tuple[int, int], size: int
 ) -> WindowFlight:
     """Fly a path in the window to its end, all panels on; size: largest picture.
 
-    scenario: its name or file. screen: width and height of the virtual one, pixels.
+    scenario: its name or file. path: or seconds, to be operated by the mouse for (see
+    `benchmarks.steered_window`). screen: width and height of the virtual one, pixels.
     Raises UnavailableError where there is no Xvfb, or the program fails.
     """
     if not Path("/proc/self/task").exists():
@@ -152,11 +153,16 @@ def fly_window(
     with tempfile.TemporaryDirectory() as place, _virtual_screen(screen) as display:
         folder = Path(place)
         file, record = folder / "flown.path.json", folder / "flown.paravol"
-        save_probe_path(path, file)
-        words = ["train", "--scenario", scenario, "--input", f"recording:{file}"]
-        words += ["--record", str(record), "--size", str(size)]
-        words += ["--sound", "off", "--no-store"]
-        words += ["--seconds", str(float(path.t_s[-1]) + 1.0)]
+        if isinstance(path, float):
+            words = ["benchmarks.steered_window", "--input", "mouse"]
+            flown_s = path
+        else:
+            save_probe_path(path, file)
+            words = ["app", "train", "--input", f"recording:{file}"]
+            flown_s = float(path.t_s[-1]) + 1.0
+        words += ["--scenario", scenario, "--record", str(record)]
+        words += ["--size", str(size), "--sound", "off", "--no-store"]
+        words += ["--seconds", str(flown_s)]
         environment = os.environ | {"DISPLAY": display}
         for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
             environment.pop(name, None)
@@ -164,7 +170,7 @@ def fly_window(
         with (
             tempfile.TemporaryFile() as said,
             subprocess.Popen(
-                [sys.executable, "-m", "app", *words],
+                [sys.executable, "-m", *words],
                 cwd=ROOT,
                 env=environment,
                 stdin=subprocess.DEVNULL,

@@ -20,6 +20,10 @@ from system import UserError
 
 SCENARIO, OPERATION = "first_flight", "first_operation"
 
+STEERED, STEERED_S = "uncinectomy", 40.0
+"""What is operated by the mouse, and for how long: a third of it passes before the tool
+works."""
+
 SCREENS = {512: (1600, 900), 1024: (2560, 1440)}
 """For each largest picture a screen on which its place is at least as large."""
 
@@ -48,6 +52,16 @@ class WindowPlan(Plan, suite="window"):
             )
             for scenario, path in self._paths.items()
             for size in self._sizes
+        ] + [
+            self.task(
+                f"{STEERED}/mouse",
+                f"{size} px",
+                partial(self._flown, STEERED, STEERED_S, size),
+                {"most": size, "flown_s": STEERED_S},
+                clock="wall",
+                cost_s=STEERED_S + 20.0,
+            )
+            for size in self._sizes
         ]
 
     @cached_property
@@ -60,8 +74,8 @@ class WindowPlan(Plan, suite="window"):
         }
 
     @staticmethod
-    def _flown(scenario: str, path: ProbePath, size: int) -> Measured:
-        """Fly along a path in the window, all panels on."""
+    def _flown(scenario: str, path: ProbePath | float, size: int) -> Measured:
+        """Fly along a path in the window, or by mouse so long; all panels on."""
         flown = fly_window(scenario, path, SCREENS[size], size)
         counters = flown.counters()
         middle = counters["frame_ms_p50"] / 1e3

@@ -10,6 +10,7 @@ import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -253,6 +254,9 @@ class Flight:
         rehearsed.wait(lambda: self._progress(*rehearsal.staged))
         self._progress("Opening the input", 0.0)
         with ExitStack() as stack:
+            if self.hand.pointed is not None:
+                planner = stack.enter_context(ThreadPoolExecutor(1, "pointing"))
+                self.hand.pointed.beside = planner
             streamer = stack.enter_context(streaming(order.stream))
             poses = stack.enter_context(order.input.open(patient))
             if order.instrument is None:

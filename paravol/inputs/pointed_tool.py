@@ -9,8 +9,9 @@ Walls hold it all the while, and it slides along them.
 
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,10 @@ SHUT = SHUT_STEPS / JAW_STEPS
 
 PLANNED_S, ANEW_MM = 0.1, 0.3
 """How often poses are compared, and how far place or scope have moved then."""
+
+MOVING_S = 0.3
+"""The same while somebody goes on pointing elsewhere, where that takes time of others:
+who comes to rest is answered at once."""
 
 MOST_N = 4.0
 """Against more no hand moves on: a scope is pressed with 2.2 N on average (Eur Arch
@@ -151,6 +156,8 @@ class PointedTool:
         self.ask: Callable[[str | None], None] = lambda _: None
         """Is told the open task by its name: bites mean what it asks for."""
         self.withdraws = False
+        self.beside: Executor | None = None
+        """Compares poses meanwhile; None to wait for that."""
         self.put_in()
 
     def put_in(self) -> None:
@@ -161,6 +168,9 @@ class PointedTool:
         end = self._pivot + self._axis
         self._pose = Pose(self._pivot, end, 0.0, math.inf)
         self._planned_s, self._planned_for = -math.inf, np.full(7, np.inf)
+        self._asked: tuple[Future[Pose], Doubles] | None = None
+        self._looked_s, self._looked_for = -math.inf, self._planned_for
+        self._moves = False
         self._drawn_mm = -math.inf
         self._vain: list[Pose] = []
         self._vain_at = self._pivot
@@ -349,34 +359,63 @@ class PointedTool:
         is_at_tissue: bool,
     ) -> None:
         """Choose how it is to lie, and how far it is drawn back for that."""
+        is_held = state.is_working and bool(np.isfinite(self._planned_for).all())
+        if self._asked is not None and self._asked[0].done():
+            (asked, seen), self._asked = self._asked, None
+            pose = asked.result()
+            if not is_held:
+                self._take(pose, seen, state, scope, radius_mm)
         if self._planned_s <= time_s < self._planned_s + PLANNED_S:
             return
-        self._planned_s = time_s
         lies = scope[:3, 3] + LEVER_MM * scope[:3, 2]
         seen = np.concatenate([place, lies, [state.roll_deg / SAME_DEG]])
         is_new = float(np.abs(seen - self._planned_for).max()) > ANEW_MM
-        if is_new and not (state.is_working and np.isfinite(self._planned_for).all()):
+        if is_new and not is_held:
+            if not self._looked_s <= time_s < self._looked_s + PLANNED_S:
+                moved = np.abs(seen - self._looked_for).max()
+                self._moves = bool(moved > ANEW_MM)
+                self._looked_s, self._looked_for = time_s, seen
+            waits = self._planned_s <= time_s < self._planned_s + MOVING_S
+            waits = waits and self._moves and self.beside is not None
+            if self._asked is not None or waits:
+                return
             if float(np.linalg.norm(place - self._vain_at)) > NEAR_MM:
                 self._vain, self._vain_at = [], place
-            self._planned_for = seen
-            self._pose = self.plan.choose(
-                state.name,
-                place,
-                scope,
-                radius_mm,
-                camera.frame[2],
-                (self._pose.entry_mm, self._pose.roll_deg),
-                self._vain,
+            choose = partial(
+                self.plan.choose,
+                name=state.name,
+                place=place,
+                scope=scope,
+                radius_mm=radius_mm,
+                up=camera.frame[2],
+                now=(self._pose.entry_mm, self._pose.roll_deg),
+                vain=tuple(self._vain),
                 is_at_tissue=is_at_tissue,
             )
-            self._least_mm, self._still_s = math.inf, 0.0
-            self._is_resting = self.is_stuck = False
-            self._drawn_mm = self._drawn(state, scope, radius_mm)
+            if self.beside is None:
+                self._take(choose(), seen, state, scope, radius_mm)
+            else:
+                self._asked = self.beside.submit(choose), seen
         elif is_new:
             # while it works it follows the place as it lies
             off = place - self._planned_for[:3]
             self._planned_for = seen
             self._pose = self._pose._replace(end_mm=self._pose.end_mm + off)
+        self._planned_s = time_s
+
+    def _take(
+        self,
+        pose: Pose,
+        seen: Doubles,
+        state: InstrumentState,
+        scope: Doubles,
+        radius_mm: float,
+    ) -> None:
+        """Have a pose that was chosen for what was `seen`."""
+        self._pose, self._planned_for = pose, seen
+        self._least_mm, self._still_s = math.inf, 0.0
+        self._is_resting = self.is_stuck = False
+        self._drawn_mm = self._drawn(state, scope, radius_mm)
 
     def _wanted(self, state: InstrumentState) -> tuple[Doubles, float, float]:
         """Return its line's direction, how deep on it it goes, and its turn."""

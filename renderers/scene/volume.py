@@ -16,11 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.scene.kernels.sample_volume import interpolate
 from renderers.scene.memory_limit import memory_limit
 from system import UserError
 
 AIR_HU = -1000.0
 """Value of everything outside a CT volume."""
+
+COMPILED = "bBhHiIlLqQfd"
+"""Types of numbers, by numpy's letters, that compiled code reads as they are."""
 
 WIDEST_RATIO = 1e4
 """Between the largest and the smallest spacing; beyond it a unit is wrong."""
@@ -135,27 +139,19 @@ class Volume:
     def sample(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Interpolate trilinearly at ``(..., 3)`` world points, in float64.
 
-        Outside the interpolable box the background is returned. For a few points and
-        for tests; kernels do their own interpolation.
+        Outside the interpolable box the background is returned. Kernels do their own
+        interpolation.
         """
         points = np.asarray(points_mm, dtype=np.float64)
         matrix = self.voxel_from_world
         voxel = points @ matrix[:3, :3].T + matrix[:3, 3]
-        top = np.array(self.shape[::-1]) - 1
-        inside = np.all((voxel >= 0) & (voxel <= top), axis=-1)
-        safe = np.where(inside[..., None], voxel, 0.0)
-        low = np.minimum(safe.astype(np.int64), top - 1)
-        f = safe - low
-        i, j, k = low[..., 0], low[..., 1], low[..., 2]
-        fx, fy, fz = f[..., 0], f[..., 1], f[..., 2]
-        result = np.zeros(points.shape[:-1])
-        for corner in range(8):
-            dx, dy, dz = corner & 1, corner >> 1 & 1, corner >> 2
-            weight = (
-                (fx if dx else 1 - fx) * (fy if dy else 1 - fy) * (fz if dz else 1 - fz)
-            )
-            result += weight * self.values[k + dz, j + dy, i + dx]
-        return np.where(inside, result, self.background)
+        found = np.empty(points.shape[:-1])
+        voxels = np.ascontiguousarray(voxel.reshape(-1, 3))
+        values = self.values
+        if not values.dtype.isnative or values.dtype.char not in COMPILED:
+            values = values.astype(np.float64)
+        interpolate(values, voxels, self.background, found.reshape(-1))
+        return found
 
     def nearest(
         self, points_mm: NDArray[np.float64], outside: float | None = None

@@ -303,7 +303,7 @@ def _paint_alarm(painter: QPainter, square: QRectF, scale: float) -> None:
 def _paint_corner(
     painter: QPainter, room: QRect, scale: float, colour: QColor, words: str
 ) -> None:
-    """Write into the upper right corner, beside the letter that stands in the middle."""
+    """Write into the upper right corner, beside the letter in the middle."""
     painter.setFont(font_of(16, scale, bold=True))
     painter.setPen(colour)
     corner = room.adjusted(0, round(18 * scale), round(-24 * scale), 0)

@@ -1,7 +1,11 @@
 """A tool goes where somebody points: from outside, beside the scope, into no tissue."""
 
 import math
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +18,7 @@ from devices.controls.fulcrum import Demand
 from paravol.feedback.shaft_heading import place_in_picture
 from paravol.inputs.hand import pointed_tool, scope_control
 from paravol.inputs.instrument_controller import FIRST_AHEAD_MM, InstrumentController
-from paravol.inputs.pointed_tool import NEAREST_MM
+from paravol.inputs.pointed_tool import MOVING_S, NEAREST_MM
 from paravol.inputs.tool_hold import (
     BESIDE_MM,
     BITES_MM,
@@ -334,3 +338,79 @@ def test_a_tool_that_is_held_all_along_does_not_tumble() -> None:
         if pointed.depth_mm < 0.0:
             break
     assert pointed.depth_mm < 0.0
+
+
+class Later(Executor):
+    """Does work when it is asked to."""
+
+    def __init__(self) -> None:
+        self.works: list[tuple[Future[Any], partial[Any]]] = []
+
+    def submit(
+        self, work: Callable[..., Any], /, *words: Any, **named: Any
+    ) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.works.append((future, partial(work, *words, **named)))
+        return future
+
+    def do(self) -> None:
+        while self.works:
+            future, work = self.works.pop()
+            future.set_result(work())
+
+    def tools(self) -> list[str]:
+        """Return which tools' poses are asked for."""
+        return [work.keywords["name"] for _, work in self.works]
+
+
+def test_poses_are_compared_beside_the_samples() -> None:
+    """The tool waits for that, and goes then to where it goes without."""
+    ends = []
+    for later in (None, Later()):
+        hand = hand_before(-14.0)
+        assert hand.pointed is not None
+        hand.pointed.beside = later
+        hand.point(0.0, -0.4)
+        hand.advance(20.0)
+        time_s = settled(hand, for_s=0.5)
+        if later is not None:
+            assert not hand.pointed.has_come
+            assert len(later.works) == 1
+            later.do()
+        settled(hand, time_s)
+        ends.append(hand.pointed.frame)
+        assert hand.pointed.has_come
+    np.testing.assert_allclose(ends[1], ends[0], atol=0.02)
+
+
+def test_a_pose_for_another_tool_is_not_taken() -> None:
+    later, hand = Later(), hand_before(-14.0)
+    assert hand.pointed is not None
+    hand.pointed.beside = later
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand, for_s=0.5)
+    hand.choose("microdebrider")
+    time_s = settled(hand, time_s, 0.2)
+    assert later.tools() == ["straight forceps", "microdebrider"]
+    future, work = later.works[0]
+    future.set_result(work())
+    settled(hand, time_s, 0.5)
+    assert not hand.pointed.has_come
+
+
+def test_who_points_on_is_answered_less_often_than_who_rests() -> None:
+    counts = []
+    for speed in (0.0, 0.3):
+        later, hand, asked = Later(), hand_before(-14.0), 0
+        assert hand.pointed is not None
+        hand.pointed.beside = later
+        hand.advance(20.0)
+        for n in range(200):
+            hand.point(0.4 * math.cos(speed * n / 10), 0.4 * math.sin(speed * n / 10))
+            tip(hand, n / 100)
+            asked += len(later.works)
+            later.do()
+        counts.append(asked)
+    assert counts[0] <= 2
+    assert 4 <= counts[1] <= 2.0 / MOVING_S + 2
