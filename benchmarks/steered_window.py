@@ -1,7 +1,7 @@
 """`paravol train`, operated by a hand at the mouse that needs no eyes.
 
-A tool is taken, an assistant lays the scope for it, and the tool is led in circles
-about the picture's middle and bites once a second. All of it goes to the window as
+A tool is taken, an assistant lays the scope for it, and the tool is led from place to
+place about the picture's middle, rests there and bites. All of it goes to the window as
 events of Qt, as a mouse's do.
 """
 
@@ -25,11 +25,11 @@ LOOKED_S, TAKEN_S, LAID_S = 1.0, 3.0, 12.0
 """From the first picture until a tool is taken, the assistant is asked, and until the
 tool works."""
 
-CIRCLE_S, RADIUS_SHARE = 4.0, 0.2
-"""How long the tool takes round, and how far off the middle, of the picture's width."""
+PLACES, RADIUS_SHARE = 7, 0.15
+"""How many there are, and how far off the middle, of the picture's width."""
 
-BITE_S = 0.3
-"""How long of each second the button is held."""
+PLACE_S, LED_S, BITTEN_S = 3.0, 1.0, 2.0
+"""How long it is at a place, is led there at first, and when the button goes down."""
 
 
 class Hand(QObject):
@@ -51,12 +51,14 @@ class Hand(QObject):
                 self._press(key)
         if at_s < LAID_S:
             return
-        turn = 2 * math.pi * at_s / CIRCLE_S
+        place_s = at_s % PLACE_S
+        led = at_s // PLACE_S + min(place_s / LED_S, 1.0)
+        turn = 2 * math.pi * led * 3 / PLACES
         reach = RADIUS_SHARE * min(self._view.width(), self._view.height())
         middle = QPointF(self._view.rect().center())
         place = middle + QPointF(reach * math.cos(turn), reach * math.sin(turn))
         self._send(QEvent.Type.MouseMove, place, Qt.MouseButton.NoButton)
-        is_held = at_s % 1.0 < BITE_S
+        is_held = place_s > BITTEN_S
         if is_held != self._is_held:
             self._is_held = is_held
             kinds = QEvent.Type.MouseButtonRelease, QEvent.Type.MouseButtonPress

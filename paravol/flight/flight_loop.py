@@ -284,8 +284,12 @@ class _Sized:
         A scope that rests costs nearly nothing, which tells nothing of its size.
         """
         now_s = time.perf_counter()
-        if self._sizes is not None and self._view.views_skipped == self._skipped:
+        if self._sizes is None:
+            return
+        if self._view.views_skipped == self._skipped:
             self._sizes.took((now_s - self._begun_s) * 1e3, now_s)
+        else:
+            self._sizes.rested()
 
     def _prepare(self, edge: int) -> None:
         """Make the tables of a size; called by a thread of its own."""

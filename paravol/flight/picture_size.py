@@ -47,6 +47,10 @@ learned may have been a moment's."""
 SETTLING = 3
 """Frames after a change that are not judged: memory of the new size is first used."""
 
+RESTS, SHARP_MS = 12, 100.0
+"""Frames after which a scope that rests is shown sharper, and what that may take: it
+costs one frame, and one when it goes on."""
+
 BEGINNING = 60
 """Frames at the beginning that are not judged, one to two seconds: the overview's head
 is made meanwhile. On two cores every flight was thought late by them."""
@@ -70,7 +74,7 @@ class PictureSize:
         """What the flight begins with."""
         self.prepare: Callable[[int], None] | None = None
         """Makes what a size needs before its first frame; called by another thread."""
-        self._size = self.first
+        self._size = self._moving = self.first
         self._wanted = self.first
         self._limit = self.first
         self._is_late = False
@@ -82,6 +86,9 @@ class PictureSize:
         self._fixed = float(FIXED_PX**2)
         self._before: tuple[int, float] | None = None
         self._tried_s = -math.inf
+        self._median_ms = math.inf
+        self._rests = 0
+        self._is_sharp = self._is_drawn = False
 
     @property
     def size(self) -> int:
@@ -112,6 +119,10 @@ class PictureSize:
 
     def took(self, frame_ms: float, now_s: float) -> None:
         """Hear how long the last frame took to draw, without waiting for its pose."""
+        if self._is_sharp and not self._is_drawn:
+            self._is_drawn = True
+            return
+        self._rests, self._is_sharp = 0, False
         if self._unjudged:
             self._unjudged -= 1
             return
@@ -124,6 +135,7 @@ class PictureSize:
         if len(taken) < LOOKED_AT or now_s < self._changed_s + LOOKED_S:
             return
         median_ms = sorted(each for _, each in taken)[len(taken) // 2]
+        self._median_ms = median_ms
         self._learn(median_ms, now_s)
         goal = self._largest(median_ms, now_s)
         if goal != self._size:
@@ -131,13 +143,23 @@ class PictureSize:
             self._limit, self._is_late = goal, goal < self._wanted
             self._look_anew()
 
+    def rested(self) -> None:
+        """Hear that the last frame showed what the one before it did, at no cost."""
+        self._rests += 1
+
     def next(self) -> int:
         """Return the edge of the picture to be drawn now."""
         goal = min(self._wanted, self._limit)
+        rests = self._rests >= RESTS and goal < self._wanted
+        if rests:
+            goal = self._sharp()
         if goal != self._size and self._has(goal):
             self._size = goal
             self._unjudged = SETTLING
-            self._look_anew()
+            self._is_sharp, self._is_drawn = rests and goal > self._moving, False
+            if not self._is_sharp and goal != self._moving:
+                self._moving = goal
+                self._look_anew()
         return self._size
 
     def _look_anew(self) -> None:
@@ -175,7 +197,13 @@ class PictureSize:
 
     def _would_take(self, step: int, median_ms: float) -> float:
         """Return what a frame of another size would take, ms."""
-        return median_ms * (step**2 + self._fixed) / (self._size**2 + self._fixed)
+        return median_ms * (step**2 + self._fixed) / (self._moving**2 + self._fixed)
+
+    def _sharp(self) -> int:
+        """Return the largest size that is wanted and can be drawn once."""
+        larger = [s for s in self._steps if self._moving < s <= self._wanted]
+        soon = [s for s in larger if self._would_take(s, self._median_ms) <= SHARP_MS]
+        return max(soon, default=self._moving)
 
     def _step_for(self, edge_px: int) -> int:
         """Return the smallest size that fills so many pixels, or the largest."""

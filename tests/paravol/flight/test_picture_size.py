@@ -12,6 +12,8 @@ from paravol.flight.picture_size import (
     FIRST_PX,
     LOOKED_AT,
     LOOKED_S,
+    RESTS,
+    SHARP_MS,
     STEPS,
     PictureSize,
     steps_up_to,
@@ -26,6 +28,23 @@ class Machine:
         self.ms_per_kilopixel = ms_per_kilopixel
         self.now_s = 0.0
         self.changes: list[tuple[float, int]] = []
+
+    def rest(self, frames: int) -> list[int]:
+        """Rest for so many frames; return their sizes. What is shown is kept."""
+        found, shown = [], self.changes[-1][1]
+        for _ in range(frames):
+            size = self.sizes.next()
+            found.append(size)
+            if size == shown:
+                self.now_s += 0.01
+                self.sizes.rested()
+                continue
+            shown = size
+            self.changes.append((self.now_s, size))
+            took_ms = 2.0 + self.ms_per_kilopixel * size * size / 1000.0
+            self.now_s += took_ms / 1000.0
+            self.sizes.took(took_ms, self.now_s)
+        return found
 
     def fly(self, seconds: float) -> int:
         until_s, size = self.now_s + seconds, 0
@@ -68,6 +87,29 @@ def test_a_slow_machine_settles_on_a_size_that_is_in_time(speed: float) -> None:
     assert len(late) < 12
     if settled < 1024 and late:
         assert sizes.told.endswith(f"{settled} of 1024 px: frames were late")
+
+
+@given(st.floats(0.08, 0.4))
+@settings(max_examples=20)
+def test_a_scope_that_rests_is_shown_sharply_and_goes_on_in_time(speed: float) -> None:
+    sizes = PictureSize(1024)
+    sizes.want(1024)
+    machine = Machine(sizes, speed)
+    moving = machine.fly(30.0)
+    assert moving < 1024
+    due = [s for s in STEPS if s <= 1024 and 2.0 + speed * s * s / 1000 <= SHARP_MS]
+    for _ in range(3):
+        rested = machine.rest(100)
+        assert rested[:RESTS] == [moving] * RESTS
+        sharp = rested[-1]
+        assert rested[RESTS:] == [sharp] * (100 - RESTS)
+        # what a size takes is known from others, not quite
+        assert moving < sharp <= max(due) * 1.3
+        # the first that moves is as large, then they are in time again
+        before = len(machine.changes)
+        machine.fly(0.4)
+        assert [size for _, size in machine.changes[before:]] == [moving]
+    assert machine.fly(5.0) == moving
 
 
 def test_frames_that_become_late_cost_a_step_and_come_back_in_seconds() -> None:
