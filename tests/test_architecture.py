@@ -265,16 +265,16 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15733,
-    "app": 18974,
-    "benchmarks": 10878,
+    "app": 18982,
+    "benchmarks": 11001,
     "devices": 13292,
     "examples": 1794,
-    "paravol": 27651,
-    "renderers": 37468,
+    "paravol": 27726,
+    "renderers": 37500,
     "scenarios": 12393,
     "surgery": 7235,
     "system": 1123,
-    "tests": 94335,
+    "tests": 94462,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
