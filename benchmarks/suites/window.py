@@ -20,7 +20,7 @@ from system import UserError
 
 SCENARIO, OPERATION = "first_flight", "first_operation"
 
-STEERED, STEERED_S = "uncinectomy", 40.0
+STEERED, STEERED_S = "uncinectomy", 36.0
 """What is operated by the mouse, and for how long: a third of it passes before the tool
 works."""
 
