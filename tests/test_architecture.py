@@ -274,7 +274,7 @@ BUDGET = {
     "scenarios": 12393,
     "surgery": 7235,
     "system": 1123,
-    "tests": 94462,
+    "tests": 94468,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
