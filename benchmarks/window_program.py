@@ -145,7 +145,7 @@ def fly_window(
     """Fly a path in the window to its end, all panels on; size: largest picture.
 
     scenario: its name or file. path: or seconds, to be operated by the mouse for (see
-    `benchmarks.steered_window`). screen: width and height of the virtual one, pixels.
+    `app.steered_window`). screen: width and height of the virtual one, pixels.
     Raises UnavailableError where there is no Xvfb, or the program fails.
     """
     if not Path("/proc/self/task").exists():
@@ -154,7 +154,7 @@ def fly_window(
         folder = Path(place)
         file, record = folder / "flown.path.json", folder / "flown.paravol"
         if isinstance(path, float):
-            words = ["benchmarks.steered_window", "--input", "mouse"]
+            words = ["app.steered_window", "--input", "mouse"]
             flown_s = path
         else:
             save_probe_path(path, file)
