@@ -302,14 +302,7 @@ def live(asked: argparse.Namespace) -> None:
 
 def trainees_view(scenario: Scenario, patient: PatientScene) -> EndoscopeView:
     """Set up what a trainee sees."""
-    return setup.build_view(
-        scenario,
-        patient,
-        tier=setup.LIVE_TIER,
-        seed=setup.SEED,
-        has_instrument=True,
-        threads=2,
-    )
+    return setup.build_view(scenario, patient, threads=2)
 
 
 def first_flight() -> Panels:

@@ -43,6 +43,7 @@ NEAR_MM = 12.0
 
 _STEP_MM = 0.25
 _DEPTHS_MM = np.arange(_STEP_MM, THROUGH_MM + _STEP_MM, 2 * _STEP_MM).tolist()
+_AROUND_MM = _STEP_MM * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,12 +107,10 @@ class Structures:
 
     def _wall(self, at_mm: NDArray[np.float64]) -> tuple[float, list[float]]:
         """Return the wall's distance and unit direction, zeros for none."""
-        at, turn = self.distance.at_voxel, self.distance.voxel_from_world[:3]
-        middle = turn[:, :3] @ at_mm + turn[:, 3]
-        steps = _STEP_MM * turn[:, :3].T
-        slope = [at(middle + step) - at(middle - step) for step in steps]
-        length = math.hypot(*slope) or 1.0
-        return -at(middle), [part / length for part in slope]
+        values = self.distance.sample(at_mm + _AROUND_MM)
+        slope: NDArray[np.float64] = values[1:4] - values[4:]
+        length = math.sqrt(slope.dot(slope)) or 1.0
+        return -float(values[0]), (slope / length).tolist()
 
     def _near(self, place_mm: NDArray[np.float64]) -> str:
         if not self._keys:

@@ -75,7 +75,6 @@ class Flight:
             self.patient,
             tier=self.info.tier,
             seed=self.info.seed,
-            has_instrument=True,
             threads=1,
         )
 

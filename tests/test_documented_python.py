@@ -11,12 +11,7 @@ import pytest
 
 import paravol
 from paravol.patient import load_phantom, no_progress
-from paravol.sessions.session_setup import (
-    LIVE_TIER,
-    SEED,
-    build_session,
-    build_view,
-)
+from paravol.sessions.session_setup import build_session, build_view
 from scenarios import Sample, Scenario
 from scenarios.instrument_state import EMPTY_HAND
 from scenarios.scenario import Head
@@ -73,9 +68,7 @@ def test_a_look_is_the_trainers_own_picture() -> None:
     patient = paravol.phantom(seed=1, spacing_mm=1.0)
     pose, tool = paravol.flight_pose(9.5)
     scenario = Scenario("same", "Same", "none")
-    view = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
-    )
+    view = build_view(scenario, patient, threads=1)
     session = build_session(scenario, patient, np.eye(4), (SIZE, SIZE))
     tip, pointing = tool[:3, 3], -tool[:3, 2]
     seen = session.view(Sample(0.0, pose, 0.0, tip, pointing, 0))

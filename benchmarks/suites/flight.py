@@ -21,7 +21,6 @@ from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.sessions.session_setup import (
     LIVE_TIER,
-    SEED,
     build_session,
     build_view,
     describe_session,
@@ -255,14 +254,7 @@ class PacedPoses:
 def _warm_view(
     scenario: Scenario, path: ProbePath, patient: PatientScene, size: int, threads: int
 ) -> EndoscopeView:
-    view = build_view(
-        scenario,
-        patient,
-        tier=LIVE_TIER,
-        seed=SEED,
-        has_instrument=True,
-        threads=threads,
-    )
+    view = build_view(scenario, patient, threads=threads)
     view.warm_up(first_views(scenario, patient, path, (size, size)), no_progress)
     return view
 

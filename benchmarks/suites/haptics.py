@@ -21,8 +21,6 @@ from paravol.haptics.force_loop import (
 from paravol.haptics.tissue_copies import TissueCopies
 from paravol.patient import load_patient, no_progress
 from paravol.sessions.session_setup import (
-    LIVE_TIER,
-    SEED,
     build_view,
     first_views,
     operate_on,
@@ -76,9 +74,7 @@ class HapticsPlan(Plan, suite="haptics"):
         radius_mm = scenario.scope.endoscope().diameter_mm / 2
         device, copies = MockHead(), TissueCopies(patient)
         size = (self._size, self._size)
-        view = build_view(
-            scenario, head, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
-        )
+        view = build_view(scenario, head, threads=2)
         if draws:
             view.warm_up(first_views(scenario, head, path, size), no_progress)
         balls = scope_balls(radius_mm)

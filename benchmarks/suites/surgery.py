@@ -16,8 +16,6 @@ from benchmarks.schema import Setting
 from benchmarks.timing import CallClock, measure
 from paravol.patient import load_patient, no_progress
 from paravol.sessions.session_setup import (
-    LIVE_TIER,
-    SEED,
     build_view,
     coverage_watch,
     first_views,
@@ -317,9 +315,7 @@ class SurgeryPlan(Plan, suite="surgery"):
         scenario, path = bundled_flight()
         head, operation = operate_on(load_patient(scenario, no_progress))
         size = (self._pixels, self._pixels)
-        view = build_view(
-            scenario, head, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
-        )
+        view = build_view(scenario, head, threads=2)
         view.warm_up(first_views(scenario, head, path, size), no_progress)
         clock, middle = CallClock(), self._pixels // 2
         for n in range(self._pictures):

@@ -50,7 +50,6 @@ from paravol.patient import PatientScene, load_patient
 from paravol.registration.at_start import register_by_touch
 from paravol.sessions.keyframes import Keyframes, save_keyframes
 from paravol.sessions.session_setup import (
-    LIVE_TIER,
     SEED,
     build_session,
     build_view,
@@ -241,13 +240,7 @@ class Flight:
         rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal))
         size = (self.size, self.size)
         view = build_view(
-            scenario,
-            patient,
-            tier=LIVE_TIER,
-            seed=SEED,
-            has_instrument=True,
-            threads=order.threads,
-            progress=self._progress,
+            scenario, patient, threads=order.threads, progress=self._progress
         )
         divided.wait(self._require_open)
         view.warm_up(first_views(scenario, patient, self.path, size), self._progress)

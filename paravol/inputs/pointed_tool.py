@@ -574,13 +574,14 @@ class PointedTool:
     def _watch(self, step_s: float) -> None:
         """See whether it has come, or cannot come nearer."""
         if math.isinf(self._pose.off_mm):
-            self.is_stuck = True
+            self.is_stuck = self._asked is None
             return
         left_mm = float(np.linalg.norm(self._pose.end_mm - self.frame[:3, 3]))
         is_turning = math.isfinite(self._drawn_mm)
         if left_mm < self._least_mm - NEARER_MM or (is_turning and not self._is_held):
             self._least_mm, self._still_s = left_mm, 0.0
-        else:
+        elif self._asked is None:
+            # else it is about to go elsewhere
             self._still_s += step_s
         is_still = self._still_s > PATIENCE_S
         if is_still and math.inf > self._drawn_mm > 0.0:

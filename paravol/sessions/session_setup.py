@@ -251,14 +251,16 @@ def build_view(
     scenario: Scenario,
     patient: PatientScene,
     *,
-    tier: str,
-    seed: int,
-    has_instrument: bool,
     threads: int,
+    tier: str = LIVE_TIER,
+    seed: int = SEED,
+    has_instrument: bool = True,
     progress: Progress | None = None,
     visible_sets: bool = False,
 ) -> EndoscopeView:
-    """Set up the picture; with visible sets 20 s for a head that is new.
+    """Set up the picture, a flight's where nothing else is said.
+
+    With visible sets it takes 20 s for a head that is new.
 
     has_instrument, visible_sets: see `EndoscopeView`.
     """

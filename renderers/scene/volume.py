@@ -194,10 +194,11 @@ class Volume:
         index = []
         rows = self.voxel_from_world[:3].tolist()
         for (a, b, c, d), size in zip(rows, self.shape[::-1], strict=True):
-            at = round(a * x + b * y + c * z + d)
-            if not 0 <= at < size:
+            at = a * x + b * y + c * z + d
+            # what is no number lies off the grid, too
+            if not -1.0 < at < size or not 0 <= round(at) < size:
                 return outside
-            index.append(at)
+            index.append(round(at))
         return self.values[tuple(index[::-1])]
 
     def with_values(self, values: NDArray[Any], background: float) -> "Volume":

@@ -1,6 +1,6 @@
 """Light a picture at half its size, and bring that to all of its pixels.
 
-Light is half of a frame's time, and changes less from pixel to pixel than what the
+Light takes much of a frame's time, and changes less from pixel to pixel than what the
 lens, the noise and the sharpening of the camera do.
 """
 

@@ -160,11 +160,12 @@ class ScopeShader:
                 "to `lattice`"
             )
         shadows = lattice.shadows
-        self._follow(lattice, gbuffer, camera, only)
-        if bounce is None and only is None and self._halves(gbuffer.size):
+        is_whole = bounce is None and only is None
+        halves = is_whole and self.tier.half_light and may_be_halved(gbuffer.size)
+        self._extend(lattice, gbuffer, camera, only, gathers=not halves)
+        if halves:
             radiance = self._half_lit(gbuffer, camera, light, lattice)
         elif bounce is None:
-            self._gather(lattice, gbuffer, camera, only)
             radiance = self._paint(seen, camera, light, shadows, lattice.grid)
         elif bounce.irradiance.shape == (*gbuffer.size, 3):
             dark = VirtualLights.dark_grid(gbuffer.size)
@@ -251,27 +252,23 @@ class ScopeShader:
         capsules = capsule_table(casters if self.effects.tool_shadow else (), camera)
         return Shadows(light.arcs(camera, self.tier.sources), capsules)
 
-    def _gather(
+    def _extend(
         self,
         lattice: Lattice,
         gbuffer: GBuffer,
         camera: Camera,
         only: NDArray[np.bool_] | None,
+        *,
+        gathers: bool,
     ) -> None:
-        """Light the points of a lattice that the pixels of `only`, or all, ask for."""
+        """Light the points of a lattice that the pixels of `only`, or all, ask for.
+
+        gathers: light by way of walls, too, not what is mirrored alone.
+        """
         fresh = asked_points(only, gbuffer.size, STRIDE) & ~lattice.gathered
-        if fresh.any():
+        if gathers and fresh.any():
             lattice.lights.gather(gbuffer, camera, self._bands, fresh, lattice.grid)
             lattice.gathered[fresh] = True
-
-    def _follow(
-        self,
-        lattice: Lattice,
-        gbuffer: GBuffer,
-        camera: Camera,
-        only: NDArray[np.bool_] | None,
-    ) -> None:
-        """Follow what the pixels of `only`, or all, mirror."""
         self._mirrored.follow(
             gbuffer,
             camera,
@@ -280,9 +277,6 @@ class ScopeShader:
             lattice.followed,
             asked_points(only, gbuffer.size, self.tier.mirror_stride),
         )
-
-    def _halves(self, size: tuple[int, int]) -> bool:
-        return self.tier.half_light and may_be_halved(size)
 
     def _half_lit(
         self, gbuffer: GBuffer, camera: Camera, light: ScopeLight, lattice: Lattice

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices import load_probe_path
 from paravol.patient import load_patient
-from paravol.sessions.session_setup import LIVE_TIER, SEED, build_view, path_view
+from paravol.sessions.session_setup import build_view, path_view
 from paravol.view import EndoscopeView, Frame
 from renderers.scene import Distortion, Material
 from renderers.scene.facets import Facets
@@ -52,12 +52,7 @@ def patient(coarse_scenario: Path) -> Drawn:
                 jaw=jaw,
             )
         )
-    renderers = [
-        build_view(
-            scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
-        )
-        for _ in range(2)
-    ]
+    renderers = [build_view(scenario, patient, threads=1) for _ in range(2)]
     return renderers, views
 
 
@@ -149,9 +144,7 @@ def shared(coarse_scenario: Path) -> EndoscopeView:
     """One renderer with two threads."""
     scenario, _ = load_scenario(str(coarse_scenario))
     patient = load_patient(scenario, lambda stage, share: None)
-    return build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=2
-    )
+    return build_view(scenario, patient, threads=2)
 
 
 def test_frames_begun_one_upon_another_are_those_drawn_one_by_one(

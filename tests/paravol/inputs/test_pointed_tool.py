@@ -375,6 +375,8 @@ def test_poses_are_compared_beside_the_samples() -> None:
         time_s = settled(hand, for_s=0.5)
         if later is not None:
             assert not hand.pointed.has_come
+            # nobody knows yet
+            assert not hand.is_stuck
             assert len(later.works) == 1
             later.do()
         settled(hand, time_s)

@@ -6,7 +6,7 @@ from PIL import Image
 
 from devices import load_probe_path
 from paravol.patient import load_patient
-from paravol.sessions.session_setup import LIVE_TIER, SEED, build_view, first_views
+from paravol.sessions.session_setup import build_view, first_views
 from paravol.snapshots.comparison import difference, save_comparison, splatted
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.view_sources import view_of
@@ -71,9 +71,7 @@ def test_a_view_with_a_tool_is_drawn_as_the_window_draws_it(
     patient = load_patient(scenario, lambda stage, share: None)
     path = load_probe_path(folder / scenario.path)
     seen = first_views(scenario, patient, path, (SIZE, SIZE))[-1]
-    drawer = build_view(
-        scenario, patient, tier=LIVE_TIER, seed=SEED, has_instrument=True, threads=1
-    )
+    drawer = build_view(scenario, patient, threads=1)
     frame = drawer.draw(seen, number=3, elapsed_s=0.0)
     view = view_of(
         seen, scenario, patient, gain=frame.gain, number=3, has_instrument=True

@@ -83,6 +83,31 @@ def test_outside_is_background_even_far_away() -> None:
         assert np.all(volume.sample(far) == -3.5)
 
 
+@pytest.mark.parametrize("kind", ["u1", "<i2", ">i2", "<f4", ">f4", "f2", "f8", "u8"])
+def test_all_kinds_of_numbers_are_read_alike(kind: str) -> None:
+    rng = np.random.default_rng(4)
+    exact = rng.integers(0, 200, (5, 4, 6)).astype(np.float64)
+    points = rng.uniform(-1.0, 6.0, (40, 3))
+    volume, same = (
+        Volume(each, np.array([0.5, 0.7, 0.9]), np.array([1.0, 0.5, -0.3]))
+        for each in (exact.astype(kind), exact)
+    )
+    np.testing.assert_array_equal(volume.sample(points), same.sample(points))
+
+
+def test_the_nearest_of_one_place_is_that_of_many() -> None:
+    volume = placed(np.random.default_rng(6).random((4, 5, 3)), seed=7)
+    halves = np.stack(np.meshgrid(*3 * [np.arange(-1.5, 6.0, 0.5)]), -1).reshape(-1, 3)
+    places = world(volume, halves + 1e-4)
+    many = volume.nearest(places, -9.0)
+    one = [volume.at_nearest(place.tolist(), -9.0) for place in places]
+    np.testing.assert_array_equal(one, many)
+    assert np.any(many == -9.0)
+    assert np.any(many != -9.0)
+    for odd in (np.nan, np.inf, -np.inf, 1e300):
+        assert volume.at_nearest((odd, 0.0, 0.0), -9.0) == -9.0
+
+
 def test_values_are_read_only_shared_and_the_callers_array_stays_free() -> None:
     values = np.zeros((2, 3, 4), dtype=np.uint8)
     volume = Volume(values, np.ones(3), np.zeros(3))
