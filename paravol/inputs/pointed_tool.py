@@ -574,7 +574,7 @@ class PointedTool:
     def _watch(self, step_s: float) -> None:
         """See whether it has come, or cannot come nearer."""
         if math.isinf(self._pose.off_mm):
-            self.is_stuck = self._asked is None
+            self.is_stuck = True
             return
         left_mm = float(np.linalg.norm(self._pose.end_mm - self.frame[:3, 3]))
         is_turning = math.isfinite(self._drawn_mm)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import UNIT_MM, HazardVolumes
 from devices import Pose
@@ -27,7 +28,15 @@ from paravol.inputs.tool_hold import (
     ToolHold,
     tool_balls,
 )
-from paravol.inputs.tool_plan import ASIDE_MM, ENTRY_MM, JAWS_MM, SHUT_STEPS
+from paravol.inputs.tool_plan import (
+    ASIDE_MM,
+    ENTRY_MM,
+    JAWS_MM,
+    SHUT_STEPS,
+)
+from paravol.inputs.tool_plan import (
+    Pose as Lie,
+)
 from paravol.patient import load_patient, no_progress
 from paravol.sessions.session_setup import build_session, operate_on
 from renderers.scene import Volume
@@ -375,14 +384,34 @@ def test_poses_are_compared_beside_the_samples() -> None:
         time_s = settled(hand, for_s=0.5)
         if later is not None:
             assert not hand.pointed.has_come
-            # nobody knows yet
-            assert not hand.is_stuck
             assert len(later.works) == 1
             later.do()
         settled(hand, time_s)
         ends.append(hand.pointed.frame)
         assert hand.pointed.has_come
     np.testing.assert_allclose(ends[1], ends[0], atol=0.02)
+
+
+def test_who_compares_for_long_makes_no_tool_a_stuck_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def through(place: NDArray[np.float64], **_: Any) -> Lie:
+        """Lead it on, through the wall."""
+        return Lie(FULCRUM.pivot_mm, place + 30.0 * FULCRUM.axis, 0.0, 0.0)
+
+    later, hand = Later(), hand_before(-14.0)
+    pointed = hand.pointed
+    assert pointed is not None
+    pointed.beside = later
+    monkeypatch.setattr(pointed.plan, "choose", through)
+    hand.point(0.0, -0.4)
+    hand.advance(20.0)
+    time_s = settled(hand, for_s=0.1)
+    later.do()
+    time_s = settled(hand, time_s, 6.0)
+    assert len(later.works) == 1
+    assert not hand.is_stuck
+    assert len(later.works[0][1].keywords["vain"]) == 1
 
 
 def test_a_pose_for_another_tool_is_not_taken() -> None:
