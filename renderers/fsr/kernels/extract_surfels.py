@@ -291,15 +291,17 @@ class SurfelQuery(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _find_in_box(
-    look: SurfelQuery, holds: Flags, first: tuple[int, int, int], rows: tuple[int, int],
-    planes: tuple[int, int], found: FoundSurfels, n: int, far: int,
+    look: SurfelQuery, holds: Flags, columns: int, first: tuple[int, int, int],
+    rows: tuple[int, int], planes: tuple[int, int], found: FoundSurfels, n: int,
+    far: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Append the surfels of a box's elements, in the grid's order.
 
-    holds: ``[k, j, i]``, voxels of the box that may hold some. first: column, row and
-    plane of the first of these. rows, planes: of elements; first and end. n, far:
-    surfels and elements in `found.far` so far. Returns how many there are then, and
-    rows that have some. `found.x` takes columns if there is room for any.
+    holds: ``[k, j, i]``, voxels of the box that may hold some; of its columns the first
+    `columns` count. first: column, row and plane of the first of these. rows, planes:
+    of elements; first and end. n, far: surfels and elements in `found.far` so far.
+    Returns how many there are then, and rows that have some. `found.x` takes columns if
+    there is room for any.
     """
     values, nx, ny, nz, half, _ = look.volume
     sums, tags, refine = look.cache.sums, look.cache.tags, look.refine
@@ -315,7 +317,7 @@ def _find_in_box(
         for ej in range(rows[0], rows[1]):
             j = ej // refine - first[1]
             before = n
-            for i in range(holds.shape[2]):
+            for i in range(columns):
                 if not holds[k, j, i]:
                     continue
                 at = (first[0] + i) * refine
@@ -364,6 +366,7 @@ def extract_surfel_rows(
     layer = 1.000001 * LAYER * widest / refine
     holds = np.empty((1, 1, nx), np.bool_)
     is_first = True
+    first = np.int64(0)  # see `extract_surfel_blocks`
     n = offsets[row]
     while row < ey * ez:
         if n + ex > found.x.shape[0] or far + ex > found.far.shape[0]:
@@ -377,7 +380,7 @@ def extract_surfel_rows(
             for i in range(nx):
                 holds[0, 0, i] = _may_hold(values, nx, ny, nz, i, j, k, reach, layer)
         n, far, _ = _find_in_box(
-            look, holds, (0, j, k), (ej, ej + 1), (ek, ek + 1), found, n, far
+            look, holds, nx, (first, j, k), (ej, ej + 1), (ek, ek + 1), found, n, far
         )
         row += 1
         offsets[row] = n
@@ -403,8 +406,8 @@ def extract_surfel_blocks(
     layer = 1.000001 * LAYER * widest / refine
     cells = edge // refine
     holds = np.empty((cells, cells, cells), np.bool_)
-    n = 0
-    far = 0
+    # for literals numba would compile what is called with them once more
+    n = far = np.int64(0)
     for block in range(blocks.shape[0]):
         if n + edge**3 > found.position.shape[0] or far + edge**3 > found.far.shape[0]:
             return -1, -1
@@ -425,7 +428,8 @@ def extract_surfel_blocks(
         if any_holds:
             n, far, rows = _find_in_box(
                 look,
-                holds[:, :, : min(cells, nx - i0)],
+                holds,
+                min(cells, nx - i0),
                 (i0, j0, k0),
                 (j0 * refine, min((j0 + cells) * refine, ey)),
                 (k0 * refine, min((k0 + cells) * refine, ez)),
