@@ -1,7 +1,7 @@
 """The endoscope's picture: tissue by splats, instruments by rays, one light for all."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +26,7 @@ from renderers.shading import (
     meter,
 )
 from renderers.shading.bands import RowBands
+from renderers.shading.half_light import HALF_FROM_PX
 from renderers.shading.shader import Lattice
 from scenarios import FrameState
 from scenarios.instruments import INSTRUMENTS, placed_tool
@@ -117,6 +118,10 @@ class EndoscopeView:
             radiance = self.light(view, buffer)
             gain = meter(radiance, buffer.material)
             self.expose(view, buffer, radiance, gain=gain, number=0)
+        # a picture that grows in flight is lit at half its size; nothing is seen in it
+        large = (HALF_FROM_PX, HALF_FROM_PX)
+        camera = view.camera.with_size(*large)
+        self.light(replace(view, camera=camera), GBuffer.empty(*large).read_only())
         # a tool at the lens, and all that gets on it
         buffer.material[:] = Material.METAL
         buffer.depth_mm[:] = 1.0

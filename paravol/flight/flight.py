@@ -30,6 +30,7 @@ from paravol.flight.operation_rehearsal import Rehearsal, rehearse
 from paravol.flight.picture_size import PictureSize
 from paravol.flight.pose_streaming import publish_sample, streaming
 from paravol.flight.preparation import Preparation
+from paravol.flight.renderer_compiler import RendererCompiler
 from paravol.guide.goals import open_task
 from paravol.inputs.flight_input import FlightInput
 from paravol.inputs.hand import pointed_tool
@@ -208,13 +209,14 @@ class Flight:
         that cannot be flown.
         """
         try:
-            return self._run()
+            with RendererCompiler() as compiler:
+                return self._run(compiler)
         except EndedError:
             return None
         finally:
             self._tell(events.FlightOver(self.result))
 
-    def _run(self) -> FinishedFlight | None:
+    def _run(self, compiler: RendererCompiler) -> FinishedFlight | None:
         order = self.order
         scenario, has_instrument = order.scenario, order.has_own_tool
         before = load_patient(scenario, self._progress)
@@ -237,7 +239,9 @@ class Flight:
 
         # much of it lets go of the interpreter, as much of what is beside it
         rehearsal = Rehearsal(self._require_open)
-        rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal))
+        compiled = partial(compiler.wait, rehearsal)
+        rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal, compiled))
+        compiler.wait(self._progress)
         size = (self.size, self.size)
         view = build_view(
             scenario, patient, threads=order.threads, progress=self._progress

@@ -54,15 +54,35 @@ class Rehearsal:
         self.staged = stage, share
 
 
-def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> None:
+def rehearse(
+    scenario: Scenario,
+    patient: PatientScene,
+    progress: Progress,
+    before_drawing: Callable[[], object] = bool,
+) -> None:
     """Cut, bleed and draw a piece of a head; the head itself is left as it is.
 
-    patient: as it was before anybody operated.
+    patient: as it was before anybody operated. before_drawing: called once, between
+    what no renderer is needed for and the rest.
     """
     progress(STAGE, 0.0)
     piece, place = _piece(patient)
     operated, operation = operate_on(piece)
     session = build_session(aimless(scenario), operated, np.eye(4), (64, 64), operation)
+    forward = np.array([0.0, 1.0, 0.0])
+    scope = tip_frame(place - VIEW_MM * forward, forward)
+    steps = [(tool, jaw) for tool in TOOLS for jaw in (0.0, 1.0, 1.0)]
+    samples = []
+    for number, (tool, jaw) in enumerate(2 * steps):
+        works = jaw > 0.0
+        state = InstrumentState(tool, 0.0, jaw, works, works)
+        tip = place + 0.1 * number * forward
+        samples.append(Sample(0.2 * number, scope, 0.0, tip, forward, 0, state))
+    for number, sample in enumerate(samples[: len(steps)]):
+        session.step(sample)
+        progress(STAGE, number / len(samples))
+    operation.take_changes()
+    before_drawing()
     view = EndoscopeView(
         operated,
         ring_radius_mm=scenario.scope.ring_radius_mm,
@@ -71,19 +91,12 @@ def rehearse(scenario: Scenario, patient: PatientScene, progress: Progress) -> N
         seed=SEED,
         threads=1,
     )
-    forward = np.array([0.0, 1.0, 0.0])
-    scope = tip_frame(place - VIEW_MM * forward, forward)
-    steps = [(tool, jaw) for tool in TOOLS for jaw in (0.0, 1.0, 1.0)]
-    for number, (tool, jaw) in enumerate(steps):
-        works = jaw > 0.0
-        state = InstrumentState(tool, 0.0, jaw, works, works)
-        tip = place + 0.2 * number * forward
-        sample = Sample(0.2 * number, scope, 0.0, tip, forward, 0, state)
+    for number, sample in enumerate(samples[len(steps) :]):
         session.step(sample)
         view.apply(operation.take_changes())
         if number % 3 == 1:
             view.draw(session.view(sample), number=number, elapsed_s=0.1)
-        progress(STAGE, (number + 1) / len(steps))
+        progress(STAGE, (len(steps) + number) / len(samples))
     operation.patient.warm_up()
     change = operation.patient.undo()
     if change is not None:

@@ -366,7 +366,7 @@ def extract_surfel_rows(
     layer = 1.000001 * LAYER * widest / refine
     holds = np.empty((1, 1, nx), np.bool_)
     is_first = True
-    first = np.int64(0)  # see `extract_surfel_blocks`
+    first = int(np.int64(0))  # see `extract_surfel_blocks`
     n = offsets[row]
     while row < ey * ez:
         if n + ex > found.x.shape[0] or far + ex > found.far.shape[0]:
@@ -407,7 +407,7 @@ def extract_surfel_blocks(
     cells = edge // refine
     holds = np.empty((cells, cells, cells), np.bool_)
     # for literals numba would compile what is called with them once more
-    n = far = np.int64(0)
+    n = far = int(np.int64(0))
     for block in range(blocks.shape[0]):
         if n + edge**3 > found.position.shape[0] or far + edge**3 > found.far.shape[0]:
             return -1, -1
