@@ -290,13 +290,16 @@ class OperatedPatient:
             return {}
         here = tuple(slice(box[a], box[a + 3]) for a in (2, 1, 0))
         fill, flesh, bone = (each[here].copy() for each in self._fills)
-        wall, ground = (np.ascontiguousarray(each[here]) for each in self._walls)
+        kept = self.pristine.distance.values, *self._walls
+        pristine, wall, ground = (each[here].copy() for each in kept)
+        for each in pristine, wall, ground:
+            each.flags.writeable = False  # else it would be compiled once more
         grid = self._grid.copy()
         grid[0] += box[:3] @ grid[1:4]
         carve(
             self._distance[here].copy(),
             (fill, flesh, bone),
-            np.ascontiguousarray(self.pristine.distance.values[here]),
+            pristine,
             (wall, ground),
             self._tables(taker),
             solids,

@@ -234,13 +234,16 @@ class Flight:
             self.path = start_path(patient, scenario.start)
         # tissue at rest holds a tool: what is shown has given way to it already
         rest = operation.patient.surface.distance
-        self.hand.pointed = pointed_tool(patient, rest, self.path, scenario)
+        hand = partial(pointed_tool, patient, rest, self.path, scenario)
+        self.hand.pointed = hand()
         self._tell(events.HeadLoaded(patient))
 
         # much of it lets go of the interpreter, as much of what is beside it
         rehearsal = Rehearsal(self._require_open)
         compiled = partial(compiler.wait, rehearsal)
-        rehearsed = Preparation(lambda: rehearse(scenario, before, rehearsal, compiled))
+        rehearsed = Preparation(
+            lambda: rehearse(scenario, before, rehearsal, compiled, hand())
+        )
         compiler.wait(self._progress)
         size = (self.size, self.size)
         view = build_view(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from anatomy.hazard_volumes import HazardVolumes
 from anatomy.wall_layers import WallLayers
+from paravol.inputs.pointed_tool import PointedTool
 from paravol.patient import PatientScene, Progress
 from paravol.sessions.session_setup import (
     LIVE_TIER,
@@ -59,11 +60,12 @@ def rehearse(
     patient: PatientScene,
     progress: Progress,
     before_drawing: Callable[[], object] = bool,
+    pointed: PointedTool | None = None,
 ) -> None:
     """Cut, bleed and draw a piece of a head; the head itself is left as it is.
 
     patient: as it was before anybody operated. before_drawing: called once, between
-    what no renderer is needed for and the rest.
+    what no renderer is needed for and the rest. pointed: is brought to a wall.
     """
     progress(STAGE, 0.0)
     piece, place = _piece(patient)
@@ -75,13 +77,18 @@ def rehearse(
     samples = []
     for number, (tool, jaw) in enumerate(2 * steps):
         works = jaw > 0.0
-        state = InstrumentState(tool, 0.0, jaw, works, works)
+        carried = number % 2 == 1
+        state = InstrumentState(tool, 0.0, jaw, works, works, is_carried=carried)
         tip = place + 0.1 * number * forward
         samples.append(Sample(0.2 * number, scope, 0.0, tip, forward, 0, state))
     for number, sample in enumerate(samples[: len(steps)]):
         session.step(sample)
         progress(STAGE, number / len(samples))
     operation.take_changes()
+    if pointed is not None:
+        held = scenario.scope.endoscope()
+        camera, radius_mm = held.camera(scope, 0.0, (8, 8)), held.diameter_mm / 2
+        pointed.warm_up(camera, scope, radius_mm, InstrumentState(TOOLS[0]))
     before_drawing()
     view = EndoscopeView(
         operated,

@@ -22,7 +22,7 @@ STAGE = "Compiling the renderers, once on this machine"
 EXERCISE = "hoops"
 """Its scene is built and drawn in no time, and needs nearly all that a head needs."""
 
-FILES = 330
+FILES = 226
 """Of numba's cache that drawing that scene fills."""
 
 LOOKED_EVERY_S = 0.1

@@ -305,6 +305,16 @@ class PointedTool:
                 self._planned = _Told(self.bite, time_s, place, self.frame)
         return self.frame
 
+    def warm_up(
+        self, camera: Camera, scope: Doubles, radius_mm: float, state: InstrumentState
+    ) -> None:
+        """Compile what following needs; it begins outside then."""
+        for time_s in (0.0, 0.1):
+            self.follow(camera, scope, radius_mm, (0.0, 0.0), math.inf, state, time_s)
+        self.hold.harm(scope, scope[None])
+        self.plan.warm_up(state.name, scope)
+        self.put_in()
+
     def _gets_to(self, end: Doubles) -> bool:
         """Return whether a push brings it to a bite from where walls hold it off."""
         left_mm = float(np.linalg.norm(self._pose.end_mm - self.frame[:3, 3]))

@@ -270,6 +270,12 @@ class ToolPlan:
                     found = other
         return found
 
+    def warm_up(self, name: str, frame: Doubles) -> None:
+        """Compile what only poses need that bite; `frame`: any of them, 4x4."""
+        up, now = frame[:3, 1], (frame[:3, 3], 0.0)
+        look = _Look(name, _guard(frame, 1.0), up, now, (), Label.MUCOSA.value)
+        self._held(look, frame[None], OPENINGS[0], Label.MUCOSA.value)
+
     def worth(
         self,
         name: str,

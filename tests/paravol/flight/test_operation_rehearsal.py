@@ -222,8 +222,13 @@ for line in sorted(compiled() - watch.known):
 """
 
 
-@pytest.mark.slow
 @pytest.mark.timeout(1200)
-@pytest.mark.parametrize("way", ["everything", "mouse", "scene"])
+@pytest.mark.parametrize(
+    "way",
+    [
+        "mouse",
+        *(pytest.param(w, marks=pytest.mark.slow) for w in ("everything", "scene")),
+    ],
+)
 def test_a_flight_that_does_everything_compiles_nothing(way: str) -> None:
     assert run_script(SCRIPT, way, limit_s=1100.0) == ""
