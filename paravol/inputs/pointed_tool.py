@@ -311,6 +311,7 @@ class PointedTool:
         """Compile what following needs; it begins outside then."""
         for time_s in (0.0, 0.1):
             self.follow(camera, scope, radius_mm, (0.0, 0.0), math.inf, state, time_s)
+        self._gets_to(scope)
         self.hold.harm(scope, scope[None])
         self.plan.warm_up(state.name, scope)
         self.put_in()
