@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from platformdirs import user_cache_dir
 
 from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
 from anatomy.abstract import LABELS, build_scene
@@ -163,7 +164,8 @@ def decongested(patient: PatientScene) -> PatientScene:
             "This head has no labels, so nobody knows what of it would shrink; set "
             "decongested to false in its scenario."
         )
-    surface = decongest(patient.surface, structures.labels)
+    folder = Path(user_cache_dir("paravol")) / "decongested"
+    surface = decongest(patient.surface, structures.labels, folder=folder)
     return replace(
         patient,
         scene=replace(patient.scene, surface=surface),

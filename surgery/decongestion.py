@@ -1,15 +1,24 @@
 """Decongestion: the turbinates' mucosa shrinks and pales before an operation begins."""
 
+import logging
 import math
+from pathlib import Path
 
 import numpy as np
+import xxhash
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from anatomy.redistance import redistance
+import anatomy.redistance
+from anatomy.kernels import sweep_distance
 from anatomy.tissue import Label
 from renderers.scene import AirSurface, Volume
-from system import UserError
+from renderers.scene.cache_entries import kept_entry, mark_used
+from system import ForeignFileError, UserError, foreign_file
+
+Distance = NDArray[np.float32]
+
+log = logging.getLogger(__name__)
 
 BLOOD_BIAS = 0.4
 """Factor on the blood content of decongested mucosa, and on how it bleeds."""
@@ -28,20 +37,28 @@ the middle of a plate, which stays whole."""
 _LEAST_MM = 0.02
 """A distance that changes by less is left as it is."""
 
+ENTRIES_KEPT = 8
+"""Of shrunk heads; the least used beyond are removed: one at 0.5 mm takes 40 MB."""
+
 _SHRINKING = (Label.INFERIOR_TURBINATE, Label.MIDDLE_TURBINATE)
 
 
 def decongest(
-    surface: AirSurface, labels: Volume, shrinks_mm: float = SHRINKS_MM
+    surface: AirSurface,
+    labels: Volume,
+    shrinks_mm: float = SHRINKS_MM,
+    folder: Path | None = None,
 ) -> AirSurface:
     """Return the surface pale, and with the lower two turbinates shrunk.
+
+    It takes a second or two, and is read from `folder` where it was kept there.
 
     The new field is ``min(d, max(d - s, kept))`` made a distance again: s fades from
     `shrinks_mm` on a turbinate to 0 on other walls, and kept is above 0 in turbinate
     bone, 0.3 mm around it and in the middle of thin parts. So the airway only widens,
     and no plate is broken through. All blood content is `BLOOD_BIAS` times what it was.
-    labels: of the head, on the surface's grid. The
-    surface has no wounds yet: do this before a patient is operated on.
+    labels: of the head, on the surface's grid. The surface has no wounds yet: do this
+    before a patient is operated on.
     """
     volume = surface.distance
     d = volume.values
@@ -56,29 +73,78 @@ def decongest(
     spacing = volume.spacing_mm
     if float(np.ptp(spacing)) > 1e-6:
         raise UserError(f"decongestion needs cubic voxels, got {spacing} mm")
-    h = float(spacing[0])
-    swollen = np.isin(labels.values, _SHRINKING)
-    if shrinks_mm == 0 or not swollen.any():
+    if shrinks_mm == 0 or not np.isin(labels.values, _SHRINKING).any():
         return surface
+    entry = None if folder is None else folder / _name(d, labels.values, shrinks_mm)
+    whole = None if entry is None else _read(entry, d.shape)
+    if whole is None:
+        whole = _shrunk(d, labels.values, shrinks_mm, float(spacing[0]))
+        if entry is not None:
+            _keep(entry, whole)
+    distance = volume.with_values(whole, volume.background)
+    # blood fractions are stored as square roots
+    pale = np.rint(surface.blood.values * math.sqrt(BLOOD_BIAS)).astype(np.uint8)
+    blood = surface.blood.with_values(pale, surface.blood.background)
+    return AirSurface(distance, blood, surface.skin)
+
+
+def _shrunk(
+    d: Distance, labels: NDArray[np.uint8], shrinks_mm: float, h: float
+) -> Distance:
+    """Return the distance, mm, that is left of `d`; voxels have edges of h mm."""
+    swollen = np.isin(labels, _SHRINKING)
     here = _box(swollen, round(6.0 / h))
     field = d[here].copy()
     shrunk = np.minimum(
         field,
         np.maximum(
             field - shrinks_mm * _weight(swollen[here], field > 0, h),
-            _kept(field, labels.values[here], h),
+            _kept(field, labels[here], h),
         ),
     )
     _drop_loose(shrunk, h)
     whole = d.copy()
     whole[here] = shrunk
-    again = redistance(whole, h)
-    whole = np.where(again < d - _LEAST_MM, again, d)
-    distance = volume.with_values(whole, volume.background)
-    # blood fractions are stored as square roots
-    pale = np.rint(surface.blood.values * math.sqrt(BLOOD_BIAS)).astype(np.uint8)
-    blood = surface.blood.with_values(pale, surface.blood.background)
-    return AirSurface(distance, blood, surface.skin)
+    again = anatomy.redistance.redistance(whole, h)
+    return np.where(again < d - _LEAST_MM, again, d)
+
+
+def _name(d: Distance, labels: NDArray[np.uint8], shrinks_mm: float) -> str:
+    """Return the name of a file for the field of a head, by the present code."""
+    digest = xxhash.xxh3_128(f"{d.shape} {shrinks_mm}".encode())
+    for source in (__file__, anatomy.redistance.__file__, sweep_distance.__file__):
+        digest.update(Path(source).read_bytes())
+    digest.update(d.tobytes())
+    digest.update(labels.tobytes())
+    return f"{digest.hexdigest()}.npz"
+
+
+def _read(entry: Path, shape: tuple[int, ...]) -> Distance | None:
+    """Read an entry; None if there is none or it is not what was stored."""
+    if not entry.is_file():
+        return None
+    try:
+        with (
+            foreign_file(entry, "a shrunk head"),
+            entry.open("rb") as file,
+            np.load(file, allow_pickle=False) as archive,
+        ):
+            field: Distance = archive["distance"]
+            if field.dtype != np.float32 or field.shape != shape:
+                raise UserError(f"the distance is {field.dtype} {field.shape}")
+        mark_used(entry)
+    except (ForeignFileError, OSError) as error:
+        log.warning("%s is broken and is made again: %s", entry, error)
+        return None
+    return field
+
+
+def _keep(entry: Path, field: Distance) -> None:
+    try:
+        with kept_entry(entry, ENTRIES_KEPT) as beside:
+            np.savez(beside, distance=field)
+    except OSError as error:
+        log.warning("a shrunk head could not be kept as %s: %s", entry, error)
 
 
 def _box(mask: NDArray[np.bool_], margin: int) -> tuple[slice, ...]:

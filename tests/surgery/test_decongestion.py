@@ -1,6 +1,7 @@
 """Laws of decongestion: turbinates shrink, nothing else; nothing breaks."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -107,3 +108,17 @@ def test_nothing_to_shrink_is_the_same_surface() -> None:
     operated = OperatedPatient(surface, None).surface
     with pytest.raises(UserError, match="before"):
         decongest(operated, phantom.labels)
+
+
+def test_a_head_is_shrunk_once(head: Shrunk, tmp_path: Path) -> None:
+    """What was kept is the same; what is broken is made again."""
+    surface, labels, shrunk = head
+    for _ in range(2):
+        found = decongest(surface, labels, folder=tmp_path)
+        assert np.array_equal(found.distance.values, shrunk.distance.values)
+        (entry,) = tmp_path.glob("*.npz")
+    entry.write_bytes(entry.read_bytes()[:-1000])
+    again = decongest(surface, labels, folder=tmp_path)
+    assert np.array_equal(again.distance.values, shrunk.distance.values)
+    decongest(surface, labels, 0.5, folder=tmp_path)
+    assert len(list(tmp_path.glob("*.npz"))) == 2
