@@ -65,7 +65,7 @@ def rehearse(
     """Cut, bleed and draw a piece of a head; the head itself is left as it is.
 
     patient: as it was before anybody operated. before_drawing: called once, between
-    what no renderer is needed for and the rest. pointed: is brought to a wall.
+    what no renderer is needed for and the rest. pointed: shall be used.
     """
     progress(STAGE, 0.0)
     piece, place = _piece(patient)
@@ -86,9 +86,7 @@ def rehearse(
         progress(STAGE, number / len(samples))
     operation.take_changes()
     if pointed is not None:
-        held = scenario.scope.endoscope()
-        camera, radius_mm = held.camera(scope, 0.0, (8, 8)), held.diameter_mm / 2
-        pointed.warm_up(camera, scope, radius_mm, InstrumentState(TOOLS[0]))
+        pointed.warm_up(InstrumentState(TOOLS[0]), scope)
     before_drawing()
     view = EndoscopeView(
         operated,

@@ -305,16 +305,15 @@ class PointedTool:
                 self._planned = _Told(self.bite, time_s, place, self.frame)
         return self.frame
 
-    def warm_up(
-        self, camera: Camera, scope: Doubles, radius_mm: float, state: InstrumentState
-    ) -> None:
-        """Compile what following needs; it begins outside then."""
-        for time_s in (0.0, 0.1):
-            self.follow(camera, scope, radius_mm, (0.0, 0.0), math.inf, state, time_s)
-        self._gets_to(scope)
-        self.hold.harm(scope, scope[None])
-        self.plan.warm_up(state.name, scope)
-        self.put_in()
+    def warm_up(self, state: InstrumentState, frame: Doubles) -> None:
+        """Compile what following needs; frame: somewhere in the nose, 4x4."""
+        self.hold.state = state
+        self.hold.beside(frame, 1.0)
+        reach_mm(self._distance, frame[:3, 3], frame[:3, 2])
+        self.hold(frame, frame)
+        self._gets_to(frame)
+        self.hold.harm(frame, frame[None])
+        self.plan.warm_up(state.name, frame)
 
     def _gets_to(self, end: Doubles) -> bool:
         """Return whether a push brings it to a bite from where walls hold it off."""

@@ -271,9 +271,10 @@ class ToolPlan:
         return found
 
     def warm_up(self, name: str, frame: Doubles) -> None:
-        """Compile what only poses need that bite; `frame`: any of them, 4x4."""
-        up, now = frame[:3, 1], (frame[:3, 3], 0.0)
-        look = _Look(name, _guard(frame, 1.0), up, now, (), Label.MUCOSA.value)
+        """Compile what looks at poses; `frame`: any of them, 4x4."""
+        guard, now = _guard(frame, 1.0), (frame[:3, 3], 0.0)
+        look = _Look(name, guard, frame[:3, 1], now, (), Label.MUCOSA.value)
+        self._depths(name, frame[None], BACKS_MM, guard)
         self._held(look, frame[None], OPENINGS[0], Label.MUCOSA.value)
 
     def worth(
