@@ -6,6 +6,7 @@ find out safely. It reports each step on its standard output before it dares it.
 """
 
 import ctypes
+import hashlib
 import importlib
 import importlib.util
 import json
@@ -13,10 +14,15 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
-from system import use_c_numbers
+import msgspec
+
+from system import use_c_numbers, whole_file
+from system.typed_record import read_kept
 
 PATIENCE_S = 60.0
 """A cold disk needs several seconds to load the libraries for the first time."""
@@ -110,6 +116,43 @@ def window_trial() -> Iterator[Callable[[], OpenGL]]:
         return
     with _child("window") as child:
         yield lambda: _judged(*_answer(child))
+
+
+@contextmanager
+def remembered_trial() -> Iterator[Callable[[], OpenGL]]:
+    """Do what `window_trial` does, unless the last window here came to its end.
+
+    What was found is remembered from the end of a window to the beginning of the next:
+    after one that died, drivers are tried anew.
+    """
+    entry = _memory()
+    known = read_kept(entry, OpenGL)
+    entry.unlink(missing_ok=True)
+    if known is not None and known.works:
+        found = known
+        yield lambda: found
+    else:
+        with window_trial() as answer:
+            asked = cache(answer)
+            yield asked
+            found = asked()
+    if found.works:
+        with suppress(OSError), whole_file(entry) as beside:
+            beside.write_bytes(msgspec.json.encode(found))
+
+
+def _memory() -> Path:
+    """Return the file for this display, this machine since it was started, and VTK."""
+    from platformdirs import user_cache_path
+
+    booted = Path("/proc/sys/kernel/random/boot_id")
+    since = booted.read_bytes() if booted.exists() else b""
+    built = [importlib.util.find_spec(name) for name in ("vtkmodules", "PySide6")]
+    told = [str(each and each.origin) for each in built]
+    ways = [os.environ.get(n) for n in ("QT_QPA_PLATFORM", "LD_LIBRARY_PATH")]
+    words = repr([display_name(), *told, *ways]).encode() + since
+    name = hashlib.sha256(words).hexdigest()[:16]
+    return user_cache_path("paravol", appauthor=False) / "opengl" / f"{name}.json"
 
 
 def _judged(found: dict[str, str], died: str | None) -> OpenGL:

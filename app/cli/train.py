@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from app.cli.page_window import OpenedWindow
 from app.cli.root import thread_count
 from app.cli.train_options import AS_USUAL, TrainOptions
-from app.opengl import OpenGL, window_trial
+from app.opengl import OpenGL, remembered_trial
 from system import UserError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def train(*, options: TrainOptions = AS_USUAL) -> int:
         watcher = None
         if options.instructor_page is not None:
             watcher = stack.enter_context(_instructor_page(options.instructor_page))
-        answer = stack.enter_context(window_trial())
+        answer = stack.enter_context(remembered_trial())
         return _train(options, training_setup(options, watcher), answer)
 
 

@@ -1,10 +1,13 @@
 """The trial of OpenGL: whatever is missing, this process lives and is told."""
 
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
 
+from app import opengl
 from app.opengl import (
     OFFSCREEN_LIBRARIES,
     WINDOW_LIBRARIES,
@@ -87,3 +90,45 @@ def test_vtk_without_opengl_ends_a_child_and_not_this_process() -> None:
     assert not found.works
     assert found.packages == ("libegl1",)
     assert "signal" in found.problem
+
+
+@linux_only
+def test_a_window_that_died_is_tried_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was found is remembered while no window is open, and only then."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    tried = []
+
+    @contextmanager
+    def trial() -> Iterator[Callable[[], OpenGL]]:
+        tried.append(1)
+        yield lambda: OpenGL(renderer="softpipe")
+
+    monkeypatch.setattr(opengl, "window_trial", trial)
+    for windows in (1, 2):
+        with opengl.remembered_trial() as answer:
+            assert answer().renderer == "softpipe"
+        assert len(tried) == 1, windows
+    with pytest.raises(KeyboardInterrupt), opengl.remembered_trial():
+        raise KeyboardInterrupt
+    with opengl.remembered_trial() as answer:
+        assert answer().works
+    assert len(tried) == 2
+    monkeypatch.setenv("QT_QPA_PLATFORM", "minimal")
+    with opengl.remembered_trial():
+        assert len(tried) == 3
+
+
+@linux_only
+def test_what_does_not_work_is_not_remembered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(
+        opengl, "window_trial", lambda: nullcontext(lambda: OpenGL(problem="none"))
+    )
+    for _ in range(2):
+        with opengl.remembered_trial() as answer:
+            assert not answer().works
+    assert not list(tmp_path.rglob("*.json"))
