@@ -129,6 +129,14 @@ def demo(*, options: DemoOptions = DemoOptions(), json: Json = False) -> int:
     maxillary ostium. The film, the recordings, high-quality snapshots and a summary
     land in one folder.
     """
+    # begins before what takes long to import on a new machine
+    from paravol.flight.renderer_compiler import RendererCompiler
+
+    with RendererCompiler():
+        return _demo(options, json)
+
+
+def _demo(options: DemoOptions, json: bool) -> int:
     from paravol.debrief import DebriefOrder, write_debrief
     from paravol.exercises.exercise_path import recorded_path
     from paravol.inputs.open_arm import require_port

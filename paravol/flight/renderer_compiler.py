@@ -9,12 +9,12 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from paravol.environment import prepare_environment
-from paravol.patient import Progress
 from system.file_lock import locked
 
 STAGE = "Compiling the renderers, once on this machine"
@@ -60,7 +60,7 @@ class RendererCompiler:
             self._child.terminate()
             self._child.communicate()
 
-    def wait(self, progress: Progress) -> None:
+    def wait(self, progress: Callable[[str, float], None]) -> None:
         """Wait for its end; what `progress` raises ends the waiting.
 
         One that fails is no error here: whoever draws compiles what is missing.
