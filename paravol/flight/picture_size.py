@@ -125,6 +125,8 @@ class PictureSize:
         self._rests, self._is_sharp = 0, False
         if self._unjudged:
             self._unjudged -= 1
+            # a scope that rests from the beginning is shown sharper, too
+            self._median_ms = min(self._median_ms, frame_ms)
             return
         taken = self._taken
         if self._changed_s is None:

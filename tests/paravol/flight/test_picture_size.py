@@ -112,6 +112,14 @@ def test_a_scope_that_rests_is_shown_sharply_and_goes_on_in_time(speed: float) -
     assert machine.fly(5.0) == moving
 
 
+def test_one_that_rests_from_the_beginning_is_shown_sharply_too() -> None:
+    sizes = PictureSize(1024)
+    sizes.want(1024)
+    machine = Machine(sizes, 0.03)
+    machine.fly(0.2)
+    assert machine.rest(100)[-1] == 1024
+
+
 def test_frames_that_become_late_cost_a_step_and_come_back_in_seconds() -> None:
     sizes = PictureSize(1024)
     sizes.want(768)
