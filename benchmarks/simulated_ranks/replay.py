@@ -69,7 +69,7 @@ class ReplayWork:
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
         """Do nothing: the cache knows that the cell came."""
 
-    def show(self, cell: int, slot: int) -> None:
+    def show(self, cells: Sequence[int], slots: Sequence[int]) -> None:
         """Do nothing: what is held can be visited."""
 
     def hide(self, cell: int) -> None:

@@ -10,6 +10,7 @@ it falls more slowly until steps are shorter than the shell; finer lines are cas
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from renderers.art.classification import (
 from renderers.art.kernels.composite_lines import LineArrays, composite_lines
 from renderers.art.quality import Quality
 from renderers.scene import Scene, Volume
+from renderers.scene.thread_pool import Run
 
 LINES = 512
 """Of either kind. The root mean square of as many differs by a tenth from that of four
@@ -55,6 +57,9 @@ _CHANGING = 4
 
 _FALL = 8
 """What the others changed by then, squared, is taken to fall by, less than it does."""
+
+_TOGETHER = 64
+"""Lines that one thread casts in one go."""
 
 _DRAWS = 8
 """Places drawn for one that is clear."""
@@ -153,12 +158,12 @@ class StepEstimate:
     quality: the one given, with the step that it takes in the scene and no tolerance.
     """
 
-    def __init__(self, scene: Scene, quality: Quality) -> None:
+    def __init__(self, scene: Scene, quality: Quality, run: Run = map) -> None:
         self._wanted = quality
         self._cast: _Caster | None = None
         self.quality = replace(quality, tolerance=None)
         if quality.tolerance is not None and quality.classification == "integrated":
-            self._cast = _Caster(scene)
+            self._cast = _Caster(scene, run)
             self._estimate(self._cast, quality.tolerance)
 
     def follow(
@@ -190,8 +195,10 @@ class _Caster:
     What was cast is kept for each step, with which lines it is known of.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, run: Run = map) -> None:
+        """Take a scene; run: shares out the lines."""
         transfer, volume = scene.transfer_function, scene.volume
+        self._run = run
         self._table = classification(transfer)
         self._sums = sums_at_nodes(self._table)
         self._unit_mm = float(volume.spacing_mm.min())
@@ -211,13 +218,18 @@ class _Caster:
         if chosen is None:
             chosen = np.arange(count)
         unknown = chosen[~known[chosen]]
-        if len(unknown):
-            found = np.zeros((len(unknown), 4))
+
+        def cast(first: int) -> None:
+            part = unknown[first : first + _TOGETHER]
+            found = np.zeros((len(part), 4))
             composite_lines(
-                self._values, LineArrays(*(array[unknown] for array in self._lines)),
+                self._values, LineArrays(*(array[part] for array in self._lines)),
                 step_voxels * self._unit_mm, CUTOFF, self._table, self._sums, found,
             )  # fmt: skip
-            light[unknown], known[unknown] = found, True
+            light[part] = found
+
+        deque(self._run(cast, range(0, len(unknown), _TOGETHER)), 0)
+        known[unknown] = True
         return light[chosen]
 
     def follow(

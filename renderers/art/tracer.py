@@ -219,7 +219,6 @@ class ActiveRayTracer:
             gather = Gather(camera.width, camera.height, filled=False)
         rays = future.result()
         before = node.tally()
-        work.use(self._pool.map)
         work.deliver(gather)
         node.begin(node.frame + 1, ())
         reached(Step.FRAME_BEGUN)
@@ -318,6 +317,7 @@ class ActiveRayTracer:
                 packet=self._packet,
                 deflection=self._deflection,
                 memory_bytes=self._memory_bytes,
+                run=self._pool.map,
             )
         return self._made[mode]
 

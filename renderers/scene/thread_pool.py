@@ -12,8 +12,8 @@ import itertools
 import threading
 import weakref
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,16 @@ LOOKS = 12000
 
 NAP_S = 1.0
 """After which who sleeps looks up: a pool that ends may not be able to wake them."""
+
+
+class Run(Protocol):
+    """Promise something like `map`, which may use threads."""
+
+    def __call__(
+        self, work: Callable[[Part], Result], parts: Sequence[Part], /
+    ) -> Iterable[Result]:
+        """Return what the work gives for each part, in their order."""
+        ...
 
 
 class Future(Generic[Result]):

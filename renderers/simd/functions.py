@@ -152,6 +152,7 @@ def _reading(name: str, element: str, of: str) -> Function:
 sqrt = _function("sqrt", 1, _llvm("sqrt"), REALS)
 absolute = _function("absolute", 1, _llvm("fabs"), REALS)
 floor = _function("floor", 1, _llvm("floor"), REALS)
+rint = _function("rint", 1, _llvm("rint"), REALS)
 # x y + z, rounded once where the processor can (AVX2, 64-bit Arm), else twice. Where
 # the bits must be those of any processor, products and sums stay two operations.
 fma = _function("fma", 3, _llvm("fmuladd"), REALS)

@@ -1,20 +1,24 @@
 """What rays can read: cells as bricks of value and gradient, and the whole volume."""
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.cells.cells import CellGrid
-from renderers.art.kernels.build_bricks import SHORT, build_brick
+from renderers.art.kernels.build_bricks import LANES, SHORT, build_brick, build_bricks
 from renderers.art.kernels.march_types import ABSENT, CellView, Samples
+from renderers.scene.thread_pool import Run
 
-_FIRST_SLOTS = 64
+_CELLS_A_PART = 16
+"""Whose bricks a thread makes in one go."""
 
 MOST_VOXELS = 1 << 29
 """Voxels of a volume that is read whole: kernels count up to 2 GiB of samples."""
 
 
 class Bricks:
-    """Keep a brick a slot, made as slots are first filled.
+    """Keep a brick a slot. What no brick was made in takes no memory.
 
     A brick is ``(side + 1)**3`` voxels of (value, gradient x y z), or of values alone
     where nothing is shaded, in float32 or int16.
@@ -55,7 +59,7 @@ class Bricks:
             leap=leap,
             slots=np.full(grid.cells, -1, np.int32),
             corners=np.full(grid.cells, ABSENT, np.int32),
-            samples=self._flat(None),
+            samples=self._room(len(stamp)),
             channels=channels,
             whole=self._flat(whole),
             unit=np.float32(1 if span is None else 1 / SHORT),
@@ -67,7 +71,9 @@ class Bricks:
     def bytes(self) -> int:
         """Return the memory of all bricks, of the distances and of the whole volume."""
         view = self.view
-        return view.samples.nbytes + view.leap.nbytes + view.whole.nbytes
+        filled = len(np.unique(view.slots[view.slots >= 0]))
+        samples = filled * self._numbers * view.samples.itemsize
+        return samples + view.leap.nbytes + view.whole.nbytes
 
     def follow(
         self,
@@ -86,7 +92,11 @@ class Bricks:
 
     def use(self, stamp: NDArray[np.int64]) -> None:
         """Take the stamps of a cache that has grown."""
-        self.view = self.view._replace(stamp=stamp)
+        samples = self.view.samples
+        more = len(stamp) * self._numbers - samples.size
+        if more > 0:
+            samples = np.append(samples, np.empty(more, samples.dtype))
+        self.view = self.view._replace(stamp=stamp, samples=samples)
 
     def shows(self, cell: int) -> bool:
         """Return whether rays can read a cell."""
@@ -98,27 +108,54 @@ class Bricks:
         Raises IndexError for a slot that the cache has not: kernels check nothing.
         """
         n = self._numbers
-        if not 0 <= slot < len(self.view.stamp):
-            raise IndexError(
-                f"slot {slot} is none of the {len(self.view.stamp)} of the cache"
-            )
-        if self.view.samples.size < (slot + 1) * n:
-            self._grow(slot + 1)
+        self._require(slot)
         brick = self.view.samples[slot * n : (slot + 1) * n]
         if self.view.channels == 1:
             brick[:] = block[1:-1, 1:-1, 1:-1].ravel()
         else:
+            wide = np.zeros((*block.shape[:2], block.shape[2] + LANES), np.float32)
+            wide[:, :, :-LANES] = block
             build_brick(
-                np.array(block, dtype=np.float32, order="C"),
+                wide,
                 np.array(self.grid.start(cell)[::-1], np.int32),
                 self._size,
                 self._inverse_spacing,
                 brick,
             )
-        z, y, x = self.grid.start(cell)
-        n = self.grid.side + 1
-        self.view.corners[cell] = ((slot * n - z) * n - y) * n - x
-        self.view.slots[cell] = slot
+        self._point(np.array([cell]), slot)
+
+    def show_all(
+        self,
+        cells: NDArray[np.int64],
+        slots: NDArray[np.int64],
+        values: NDArray[np.generic],
+        run: Run,
+    ) -> None:
+        """Make many cells' bricks from the volume; otherwise as `show`.
+
+        run: shares out the parts.
+        """
+        if values.dtype == np.float16 or not values.dtype.isnative:
+            for cell, slot in zip(cells.tolist(), slots.tolist(), strict=True):
+                self.show(cell, slot, self.grid.block(values, cell))
+            return
+        self._require(int(slots.min()))
+        self._require(int(slots.max()))
+        # neighbours one after the other: they are read from the same rows of voxels
+        order = np.argsort(cells)
+        cells, slots = cells[order], slots[order]
+        starts = np.stack(self._starts(cells), axis=-1)
+        values = np.asarray(values)
+
+        def build(first: int) -> None:
+            here = slice(first, first + _CELLS_A_PART)
+            build_bricks(
+                values, starts[here], slots[here], self.grid.side, self._size,
+                self._inverse_spacing, self.view.channels, self.view.samples,
+            )  # fmt: skip
+
+        deque(run(build, range(0, len(cells), _CELLS_A_PART)), 0)
+        self._point(cells, slots)
 
     def hide(self, cell: int) -> None:
         """Let rays stop at a cell again."""
@@ -133,21 +170,35 @@ class Bricks:
         n = self.grid.side + 1
         spare = len(self.view.stamp) - 1
         self.show(int(cells[0]), spare, np.full((n + 2,) * 3, value))
-        _, cy, cx = self.grid.counts
-        z, y, x = (
-            index * self.grid.side
-            for index in (cells // (cy * cx), cells // cx % cy, cells % cx)
-        )
-        self.view.corners[cells] = ((spare * n - z) * n - y) * n - x
-        self.view.slots[cells] = spare
+        self._point(cells, spare)
 
-    def _grow(self, slots: int) -> None:
-        before = self.view.samples.size // self._numbers
-        most = len(self.view.stamp)
-        after = min(max(slots, 2 * before, min(_FIRST_SLOTS, most)), most)
-        samples = self.view.samples
-        added = np.zeros((after - before) * self._numbers, samples.dtype)
-        self.view = self.view._replace(samples=np.append(samples, added))
+    def _require(self, slot: int) -> None:
+        if not 0 <= slot < len(self.view.stamp):
+            raise IndexError(
+                f"slot {slot} is none of the {len(self.view.stamp)} of the cache"
+            )
+
+    def _starts(
+        self, cells: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Return the first voxels of cells, z, y and x."""
+        _, cy, cx = self.grid.counts
+        side = self.grid.side
+        return cells // (cy * cx) * side, cells // cx % cy * side, cells % cx * side
+
+    def _point(self, cells: NDArray[np.int64], slots: NDArray[np.int64] | int) -> None:
+        """Let rays find the cells' values in their slots."""
+        n = self.grid.side + 1
+        z, y, x = self._starts(cells)
+        self.view.corners[cells] = ((slots * n - z) * n - y) * n - x
+        self.view.slots[cells] = slots
+
+    def _room(self, slots: int) -> Samples:
+        # not zeros: numpy asks for large pages for those that are empty alone, and in
+        # small ones half a gigabyte takes most of a second to be first touched
+        if self.span is None:
+            return np.empty(slots * self._numbers, np.float32)
+        return np.empty(slots * self._numbers, np.int16)
 
     def _flat(self, values: NDArray[np.generic] | None) -> Samples:
         if values is None or values.size >= MOST_VOXELS:

@@ -6,6 +6,7 @@ may go; an asked copy is used and served as before. The owner's copy is the one 
 stays.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -147,6 +148,28 @@ class CellCache:
         self.fetches += 1
         deferred, copy.deferred = copy.deferred, []
         return deferred
+
+    def fill(
+        self, cells: Sequence[int], versions: Iterable[int], *, fresh: bool
+    ) -> list[int]:
+        """Turn cells VALID that are there at once; return their slots.
+
+        As `reserve` and `store`. There must be room.
+        """
+        slots = [self._free.pop() for _ in cells]
+        for cell, slot, version in zip(cells, slots, versions, strict=True):
+            self._expect(cell, CellState.INVALID, "filled")
+            self._copies[cell] = _Copy(slot, CellState.VALID, version=version)
+        self._cell_of_slot[slots] = cells
+        self.stamp[slots] = FRESH if fresh else 0
+        self._fixed[slots] = False
+        self.fetches += len(cells)
+        return slots
+
+    @property
+    def free(self) -> int:
+        """Count the free slots."""
+        return len(self._free)
 
     def serve(self, cell: int, rank: int) -> bool:
         """Return whether a cell can be sent to a rank now; if not, it will be later."""

@@ -6,6 +6,7 @@ A point on a face shared by two cells belongs to the cell with the larger index.
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +16,16 @@ from renderers.art.kernels.build_bricks import (
     chebyshev,
     find_clear,
     find_clear_cubes,
+    join_slabs,
     sum_blocks,
 )
+from renderers.scene.thread_pool import Run
 from system import UserError
 
 SIDES = (8, 16, 32)
 """Cell sides, in cubes. Powers of two, so that a voxel's cell is a shift away."""
 
-_LAYERS = 32
+_LAYERS = 48
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,13 +125,17 @@ class CellGrid:
         )
         return after
 
-    def value_ranges(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
+    def value_ranges(
+        self, values: NDArray[np.generic], run: Run = map
+    ) -> NDArray[np.float32]:
         """Return the smallest and largest value of each cell, ``(cells, 2)``.
 
-        Layer by layer: of a mapped file no more is in memory than one layer of cells.
+        Layer by layer: of a mapped file no more is in memory than one layer of cells a
+        thread. run: shares out the layers.
         """
         found = np.empty((2, *self.counts), np.float32)
-        for layer in range(self.counts[0]):
+
+        def look(layer: int) -> None:
             # A cell shares its last voxel with the next cell.
             slab = values[layer * self.side : (layer + 1) * self.side + 1]
             for k, pick in enumerate((np.minimum, np.maximum)):
@@ -142,6 +149,8 @@ class CellGrid:
                         np.take(best, after, axis=axis),
                     )
                 found[k, layer] = best
+
+        deque(run(look, range(self.counts[0])), 0)
         return np.stack([found[0].ravel(), found[1].ravel()], axis=-1)
 
     def occupied(
@@ -213,23 +222,28 @@ def _slices(low: NDArray[np.int64], end: NDArray[np.int64]) -> tuple[slice, ...]
 
 
 def cube_distances(
-    values: NDArray[np.generic], clear: NDArray[np.float32]
+    values: NDArray[np.generic], clear: NDArray[np.float32], run: Run = map
 ) -> NDArray[np.uint8]:
     """Return each cube's Chebyshev distance, in cubes, to the next one to be seen.
 
     Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
     something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
-    here.
+    here. run: shares out the layers.
     """
     shape = tuple(n - 1 for n in values.shape)
-    flat = np.zeros(math.prod(shape) + 3, np.uint8)
+    flat = np.empty(math.prod(shape) + 3, np.uint8)
+    flat[-3 if len(clear) else 0 :] = 0
     if len(clear):
         distance = flat[:-3].reshape(shape)
-        for z in range(0, shape[0], _LAYERS):
+
+        def look(z: int) -> None:
             # of a mapped file no more than this is in memory
             slab = np.array(values[z : z + _LAYERS + 1], np.float32, order="C")
             find_clear_cubes(slab, clear, distance[z : z + _LAYERS])
-        chebyshev(distance)
+            chebyshev(distance[z : z + _LAYERS])
+
+        deque(run(look, range(0, shape[0], _LAYERS)), 0)
+        join_slabs(distance, _LAYERS)
     return flat
 
 
@@ -334,7 +348,8 @@ class CellShare:
         self.grid = grid
         self._wanted = np.ones(grid.cells, np.bool_) if wanted is None else wanted
         self.dtype = values.dtype
-        self._whole = cells is None
+        self.is_whole = cells is None
+        """Whether blocks are cut from the volume when they are asked for."""
         self._blocks: dict[int, NDArray[np.generic]] = {}
         self.replace(values)
         if cells is not None:
@@ -354,7 +369,7 @@ class CellShare:
         # For many ranks this is a mapped file: what is not read takes no memory.
         self._values = values
         self._sums: NDArray[np.uint64] | None = None
-        if self._whole and may_change(values):
+        if self.is_whole and may_change(values):
             self._sums = np.zeros(self.grid.cells, np.uint64)
             chosen = np.flatnonzero(self._wanted)
             starts = [self.grid.start(int(cell)) for cell in chosen]
@@ -370,7 +385,7 @@ class CellShare:
         Blocks that lie apart from the volume are cut anew by `renew`.
         """
         self._wanted[cells] = True
-        if self._sums is None and not (self._whole and may_change(values)):
+        if self._sums is None and not (self.is_whole and may_change(values)):
             self._values = values
             return
         if self._sums is None or not may_change(values):
@@ -390,17 +405,26 @@ class CellShare:
 
         Raise UserError where the volume's array was edited since it was taken.
         """
-        if not self._whole:
+        if not self.is_whole:
             return self._blocks[cell]
-        block = self.read(cell)
-        if self._sums is not None and self._wanted[cell]:
-            found = _sums_of(block, [(1, 1, 1)], self.grid.side + 3)
-            if found[0] != self._sums[cell]:
-                raise UserError(
-                    f"the volume's array was edited while it was drawn (cell {cell} is "
-                    "another now); edit a copy and make a scene of it"
-                )
-        return block
+        self.require(np.array([cell]))
+        return self.read(cell)
+
+    def require(self, cells: NDArray[np.int64]) -> None:
+        """Raise UserError where the volume was edited in some cells since it was taken.
+
+        Of those only that were wanted.
+        """
+        if self._sums is None:
+            return
+        chosen = cells[self._wanted[cells]]
+        starts = [self.grid.start(int(cell)) for cell in chosen]
+        found = _sums_of(self._values, starts, self.grid.side + 3)
+        for cell in chosen[found != self._sums[chosen]]:
+            raise UserError(
+                f"the volume's array was edited while it was drawn (cell {cell} is "
+                "another now); edit a copy and make a scene of it"
+            )
 
     def read(self, cell: int) -> NDArray[np.generic]:
         """Cut a cell's block from the volume, whoever keeps it."""
@@ -408,7 +432,7 @@ class CellShare:
 
     def keep(self, cells: NDArray[np.int64]) -> None:
         """Keep cells for others that were empty before."""
-        if not self._whole:
+        if not self.is_whole:
             self._blocks |= {int(cell): self.read(int(cell)) for cell in cells}
 
     def put(self, cell: int, block: NDArray[np.generic]) -> None:

@@ -5,11 +5,19 @@ from numba import njit
 from numpy.typing import NDArray
 
 from renderers.art.kernels.march_types import Samples
+from renderers.simd.arrays import Lanes
+from renderers.simd.functions import full, i32, maximum, minimum, rint
+from renderers.simd.load_store import load, store
 
 ZERO = np.float32(0)
 
 SHORT = np.float32(32767)
 """What values and gradients in int16 are multiplied by while they are interpolated."""
+
+ONE, TWO = np.float32(1), np.float32(2)
+
+LANES = 8
+"""Voxels whose gradients are found together; a block's rows are as much longer."""
 
 FARTHEST = np.uint8(255)
 
@@ -20,28 +28,64 @@ MIXER = np.uint64(0xBF58476D1CE4E5B9)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearer_row(
-    row: NDArray[np.uint8], others: NDArray[np.uint8], y: int, near: NDArray[np.uint8]
-) -> None:
-    """Lower a row by the rows around it in a plane, one step further away."""
-    for x in range(len(row)):
-        near[x] = others[y, x]
-    if y > 0:
-        for x in range(len(row)):
-            near[x] = min(near[x], others[y - 1, x])
-    if y < len(others) - 1:
-        for x in range(len(row)):
-            near[x] = min(near[x], others[y + 1, x])
-    _lower(row, near)
+def _lower_by(
+    row: NDArray[np.uint8], other: NDArray[np.uint8], near: NDArray[np.uint8]
+) -> bool:
+    """Lower a row by three neighbours each in another row, one step away.
+
+    Returns whether that lowers anything.
+    """
+    n = len(row)
+    near[0] = min(other[0], other[min(1, n - 1)])
+    near[n - 1] = min(other[n - 1], other[max(n - 2, 0)])
+    for x in range(1, n - 1):
+        near[x] = min(min(other[x - 1], other[x]), other[x + 1])
+    changes = np.uint8(0)
+    for x in range(n):
+        found = min(row[x], np.uint8(min(near[x], FARTHEST - 1) + 1))
+        changes |= found ^ row[x]
+        row[x] = found
+    return bool(changes)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lower(row: NDArray[np.uint8], near: NDArray[np.uint8]) -> None:
-    """Lower a row by three neighbours each in another row."""
+def _nearest_of(plane: NDArray[np.uint8], y: int, near: NDArray[np.uint8]) -> None:
+    """Find the least of three rows of a plane, place by place."""
+    near[:] = plane[y]
+    for row in (max(y - 1, 0), min(y + 1, len(plane) - 1)):
+        for x in range(len(near)):
+            near[x] = min(near[x], plane[row, x])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lower_along(row: NDArray[np.uint8], near: NDArray[np.uint8], toward: int) -> None:
+    """Lower a row by all that lies before each place, or behind it where toward is -1.
+
+    By one step, by two, by four and on: each is a minimum of two rows, and where one
+    lowers nothing none after it does.
+    """
     n = len(row)
-    for x in range(n):
-        low = min(near[x], near[max(x - 1, 0)], near[min(x + 1, n - 1)])
-        row[x] = min(row[x], np.uint8(min(low, FARTHEST - 1) + 1))
+    step = 1
+    while step < min(n, 256):
+        lower = np.uint8(FARTHEST - step)
+        changes = np.uint8(0)
+        if toward > 0:
+            for x in range(step, n):
+                found = min(row[x], np.uint8(min(row[x - step], lower) + step))
+                near[x] = found
+                changes |= found ^ row[x]
+            for x in range(step, n):
+                row[x] = near[x]
+        else:
+            for x in range(n - step):
+                found = min(row[x], np.uint8(min(row[x + step], lower) + step))
+                near[x] = found
+                changes |= found ^ row[x]
+            for x in range(n - step):
+                row[x] = near[x]
+        if changes == 0:
+            return
+        step *= 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -52,25 +96,40 @@ def chebyshev(distance: NDArray[np.uint8]) -> None:
     is empty.
     """
     nz, ny, nx = distance.shape
-    near = np.empty(nx, np.uint8)
-    for z in range(nz):
-        for y in range(ny):
+    near, others = np.empty(nx, np.uint8), np.empty(nx, np.uint8)
+    for sweep in range(2):
+        toward = 1 - 2 * sweep
+        for at in range(nz * ny):
+            z, y = divmod(at if sweep == 0 else nz * ny - 1 - at, ny)
             row = distance[z, y]
-            if z > 0:
-                _nearer_row(row, distance[z - 1], y, near)
-            if y > 0:
-                _lower(row, distance[z, y - 1])
-            for x in range(1, nx):
-                row[x] = min(row[x], np.uint8(min(row[x - 1], FARTHEST - 1) + 1))
-    for z in range(nz - 1, -1, -1):
-        for y in range(ny - 1, -1, -1):
-            row = distance[z, y]
-            if z < nz - 1:
-                _nearer_row(row, distance[z + 1], y, near)
-            if y < ny - 1:
-                _lower(row, distance[z, y + 1])
-            for x in range(nx - 2, -1, -1):
-                row[x] = min(row[x], np.uint8(min(row[x + 1], FARTHEST - 1) + 1))
+            if 0 <= z - toward < nz:
+                _nearest_of(distance[z - toward], y, others)
+                _lower_by(row, others, near)
+            if 0 <= y - toward < ny:
+                _lower_by(row, distance[z, y - toward], near)
+            _lower_along(row, near, toward)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def join_slabs(distance: NDArray[np.uint8], layers: int) -> None:
+    """Make one grid of distances of slabs of so many layers, each by itself so far.
+
+    What lies in another slab is as far as from the layer between, and one step more a
+    layer. Where it lowers nothing in a layer it lowers nothing beyond.
+    """
+    nz, ny, nx = distance.shape
+    near, others = np.empty(nx, np.uint8), np.empty(nx, np.uint8)
+    last = (nz - 1) // layers * layers
+    for toward in (1, -1):
+        for edge in range(layers, last + 1, layers):
+            z = edge if toward > 0 else last + layers - edge - 1
+            changed = True
+            while changed and 0 <= z < nz:
+                changed = False
+                for y in range(ny):
+                    _nearest_of(distance[z - toward], y, others)
+                    changed |= _lower_by(distance[z, y], others, near)
+                z += toward
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -111,8 +170,30 @@ def is_clear(low: np.float32, high: np.float32, clear: NDArray[np.float32]) -> b
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rounded(x: np.float32) -> np.float32:
-    return np.float32(np.rint(min(max(x, np.float32(-32767)), np.float32(32767))))
+def _gradients(block: NDArray[np.float32], at: int) -> tuple[Lanes, Lanes, Lanes]:
+    """Return Sobel's differences along x, y and z of `LANES` voxels.
+
+    at: place in the block of the first one's corner neighbour.
+    """
+    wide = block.shape[2]
+    plane = block.shape[1] * wide
+    gx = gy = gz = full(ZERO, LANES)
+    for a in range(3):
+        for b in range(3):
+            w = np.float32((2 - abs(a - 1)) * (2 - abs(b - 1)))
+            x = at + a * plane + b * wide
+            y = at + a * plane + b
+            z = at + a * wide + b
+            gx += w * (load(block, x + 2, LANES) - load(block, x, LANES))
+            gy += w * (load(block, y + 2 * wide, LANES) - load(block, y, LANES))
+            gz += w * (load(block, z + 2 * plane, LANES) - load(block, z, LANES))
+    return gx, gy, gz
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _whole(x: Lanes) -> Lanes:
+    """Round to whole numbers that int16 holds."""
+    return i32(rint(minimum(maximum(x, -SHORT), SHORT)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -127,36 +208,83 @@ def build_brick(
 
     Gradients are Sobel's over the 26 neighbours, per mm along the array's axes;
     one-sided on the volume's faces. start, size: the cell's first voxel and the
-    volume's size, x y z. samples: flat, float32 or int16, to which all is rounded.
+    volume's size, x y z. block: its rows are `LANES` longer, whatever is there.
+    samples: flat, float32 or int16, to which all is rounded.
     """
-    whole = samples.itemsize == 2
     n = block.shape[0] - 2
+    # 16 is the sum of the weights, 2 the width of a central difference.
+    k = np.float32(1 / 32) * inverse_spacing
+    kx = np.empty(n + LANES, np.float32)
+    for x in range(n + LANES):
+        kx[x] = k[0] * (TWO if start[0] + x in (0, size[0] - 1) else ONE)
+    rows = np.empty(4 * LANES, np.float32)
+    pairs, pair_rows = samples.view(np.int32), rows.view(np.int32)
     for z in range(n):
+        kz = k[2] * (TWO if start[2] + z in (0, size[2] - 1) else ONE)
         for y in range(n):
-            for x in range(n):
-                gx, gy, gz = ZERO, ZERO, ZERO
-                for a in range(3):
-                    for b in range(3):
-                        w = np.float32((2 - abs(a - 1)) * (2 - abs(b - 1)))
-                        gx += w * (block[z + a, y + b, x + 2] - block[z + a, y + b, x])
-                        gy += w * (block[z + a, y + 2, x + b] - block[z + a, y, x + b])
-                        gz += w * (block[z + 2, y + a, x + b] - block[z, y + a, x + b])
-                # 16 is the sum of the weights, 2 the width of a central difference.
-                kx = np.float32(1 / 32) * inverse_spacing[0]
-                ky = np.float32(1 / 32) * inverse_spacing[1]
-                kz = np.float32(1 / 32) * inverse_spacing[2]
-                if start[0] + x == 0 or start[0] + x == size[0] - 1:
-                    kx += kx
-                if start[1] + y == 0 or start[1] + y == size[1] - 1:
-                    ky += ky
-                if start[2] + z == 0 or start[2] + z == size[2] - 1:
-                    kz += kz
-                at = ((z * n + y) * n + x) * 4
-                samples[at] = block[z + 1, y + 1, x + 1]
-                gx, gy, gz = gx * kx, gy * ky, gz * kz
-                samples[at + 1] = _rounded(gx) if whole else gx
-                samples[at + 2] = _rounded(gy) if whole else gy
-                samples[at + 3] = _rounded(gz) if whole else gz
+            ky = k[1] * (TWO if start[1] + y in (0, size[1] - 1) else ONE)
+            for first in range(0, n, LANES):
+                corner = (z * block.shape[1] + y) * block.shape[2] + first
+                gx, gy, gz = _gradients(block, corner)
+                middle = corner + (block.shape[1] + 1) * block.shape[2] + 1
+                value = load(block, middle, LANES)
+                gx, gy, gz = gx * load(kx, first, LANES), gy * ky, gz * kz
+                at, count = (z * n + y) * n + first, min(LANES, n - first)
+                if samples.itemsize == 2:
+                    low, high = i32(value) & 0xFFFF, _whole(gx) << 16
+                    store(pair_rows, 0, low | high)
+                    store(pair_rows, LANES, _whole(gy) & 0xFFFF | _whole(gz) << 16)
+                    for i in range(count):
+                        pairs[2 * (at + i)] = pair_rows[i]
+                        pairs[2 * (at + i) + 1] = pair_rows[LANES + i]
+                else:
+                    store(rows, 0, value)
+                    store(rows, LANES, gx)
+                    store(rows, 2 * LANES, gy)
+                    store(rows, 3 * LANES, gz)
+                    for i in range(count):
+                        for c in range(4):
+                            samples[4 * (at + i) + c] = rows[c * LANES + i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def build_bricks(
+    values: NDArray[np.generic], starts: NDArray[np.int64], slots: NDArray[np.int64],
+    side: int, size: NDArray[np.int32], inverse_spacing: NDArray[np.float32],
+    channels: int, samples: Samples,
+) -> None:  # fmt: skip
+    """Fill slots from the volume; see `build_brick`.
+
+    starts: ``(n, 3)`` first voxels of the cells, z y x. Beyond the volume's faces the
+    outermost voxel is repeated. channels: 1 for values alone.
+    """
+    width, n = side + 3, side + 1
+    block = np.zeros((width, width, width + LANES), np.float32)
+    start = np.empty(3, np.int32)
+    for c in range(len(slots)):
+        z0, y0, x0 = starts[c, 0] - 1, starts[c, 1] - 1, starts[c, 2] - 1
+        is_inner = x0 >= 0 and x0 + width <= size[0]
+        for k in range(width):
+            z = min(max(z0 + k, 0), size[2] - 1)
+            for j in range(width):
+                line = values[z, min(max(y0 + j, 0), size[1] - 1)]
+                if is_inner:
+                    for i in range(width):
+                        block[k, j, i] = line[x0 + i]
+                else:
+                    for i in range(width):
+                        block[k, j, i] = line[min(max(x0 + i, 0), size[0] - 1)]
+        brick = samples[slots[c] * n**3 * channels : (slots[c] + 1) * n**3 * channels]
+        if channels == 1:
+            at = 0
+            for k in range(1, n + 1):
+                for j in range(1, n + 1):
+                    for i in range(1, n + 1):
+                        brick[at] = block[k, j, i]
+                        at += 1
+        else:
+            start[0], start[1], start[2] = x0 + 1, y0 + 1, z0 + 1
+            build_brick(block, start, size, inverse_spacing, brick)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

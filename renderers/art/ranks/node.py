@@ -237,9 +237,9 @@ class Node(Generic[P]):
 
     def _stop(self, packet: P, missing: list[int]) -> None:
         here = [cell for cell in missing if self.cache.holds(cell)]
-        for cell in here:
-            # Owned from the start, and no ray has met it until now.
-            self.work.show(cell, self.cache.slot(cell))
+        if here:
+            # Owned from the start, and no ray has met them until now.
+            self.work.show(here, [self.cache.slot(cell) for cell in here])
         # Never a cell that is on its way: it would be fetched again when nobody needs
         # it, and a cell that no ray uses is never evicted.
         for cell in missing:
@@ -277,6 +277,7 @@ class Node(Generic[P]):
     def _fetch(self) -> list[Message]:
         """Ask for wanted cells while there is room; take the local ones at once."""
         messages: list[Message] = []
+        local = [] if self.migrates else self._take_local()
         while self._wanted and self.cache.pending < self.most_pending:
             cell = next(iter(self._wanted))
             if not self.cache.reserve(cell):
@@ -288,13 +289,28 @@ class Node(Generic[P]):
             del self._wanted[cell]
             home = self.directory.home(cell)
             if home == self.rank and not self.migrates:
-                self.work.show(cell, self.cache.slot(cell))
+                local.append(cell)
                 self.cache.store(cell, self._changed.get(cell, 0))
                 self._stack.wake(cell)
             else:
                 self.requests += home != self.rank
                 messages.append(self._say(MessageKind.REQUEST, home, cell))
+        if local:
+            self.work.show(local, [self.cache.slot(cell) for cell in local])
         return messages
+
+    def _take_local(self) -> list[int]:
+        """Take all wanted cells of this rank's own that there is room for."""
+        home, rank = self.directory.home, self.rank
+        cells = [cell for cell in self._wanted if home(cell) == rank]
+        cells = cells[: self.cache.free]
+        if cells:
+            versions = [self._changed.get(cell, 0) for cell in cells]
+            self.cache.fill(cells, versions, fresh=bool(self._stack))
+            for cell in cells:
+                del self._wanted[cell]
+                self._stack.wake(cell)
+        return cells
 
     def _make_room(self) -> bool:
         cell = self.cache.victim()

@@ -30,6 +30,7 @@ from renderers.scene import Scene
 from renderers.scene.change import changed_box
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
+from renderers.scene.thread_pool import Run
 from renderers.simd.self_check import require_vectors
 
 Box = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -108,6 +109,7 @@ def make_node(
     packet: int | None = None,
     deflection: Deflection | None = None,
     memory_bytes: int | None = None,
+    run: Run = map,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
@@ -116,7 +118,7 @@ def make_node(
     cell_side: None for the quickest that keep a lit copy small. packet: rays that march
     together; None for the fastest way. deflection: deflects the rays. memory_bytes:
     that one rank alone may take beside the volume; None for half of the machine's.
-    Raise ValueError where that is too little.
+    Raise ValueError where that is too little. run: shares the work out to threads.
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
@@ -127,7 +129,7 @@ def make_node(
     settings = LookSettings(mode, quality, packet, deflection)
     if mode == "classic":
         scene = about_zero(scene)
-    looked = SceneLook.of(scene, settings, cell_side)
+    looked = SceneLook.of(scene, settings, cell_side, run)
     seen, march = looked.seen.copy(), looked.march
     fits_whole = True
     if ranks == 1 and policy.cache_cells is None and not policy.from_file:
@@ -152,6 +154,7 @@ def make_node(
         bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
     share = CellShare(looked.grid, values, mine, wanted=seen)
     work = MarchWork(looked, bricks, share, keeps_raw=migrates, seen=seen)
+    work.use(run)
     node = Node(
         work,
         Directory(rank, home, owner, distances or ring_distances(ranks)),

@@ -72,9 +72,9 @@ class MarchTravel:
         """March until every ray is finished or needs another rank's cell."""
         missing = self._work.run([trip.packet], 0)[0]
         here = [cell for cell in missing if self._owner[cell] == self._rank]
-        for cell in here:
-            self._work.show(cell, self._slots)
-            self._slots += 1
+        if here:
+            self._work.show(here, range(self._slots, self._slots + len(here)))
+            self._slots += len(here)
         return not here
 
     def send_off(self, trip: Trip) -> list[tuple[int, bytes]]:

@@ -1,8 +1,8 @@
 """What a node has to do: rays to move, and the values of cells to hand on."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,17 +15,7 @@ from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import P, RayPacket
 from renderers.art.ranks.scene_look import SceneLook
 from renderers.art.regions import Gather, Region, region_payload
-
-T = TypeVar("T")
-S = TypeVar("S")
-
-
-class Run(Protocol):
-    """Promise something like `map`, which may use threads."""
-
-    def __call__(self, work: Callable[[T], S], parts: Sequence[T], /) -> Iterable[S]:
-        """Return what the work gives for each part, in their order."""
-        ...
+from renderers.scene.thread_pool import Run
 
 
 class Work(Protocol[P]):
@@ -63,8 +53,8 @@ class Work(Protocol[P]):
         """Take a cell that came; show it."""
         ...
 
-    def show(self, cell: int, slot: int) -> None:
-        """Let rays use a held cell."""
+    def show(self, cells: Sequence[int], slots: Sequence[int]) -> None:
+        """Let rays use held cells."""
         ...
 
     def hide(self, cell: int) -> None:
@@ -207,9 +197,16 @@ class MarchWork:
             self.share.put(cell, block)
         self.bricks.show(cell, slot, block)
 
-    def show(self, cell: int, slot: int) -> None:
-        """Make a brick of a block of this rank's own."""
-        self.bricks.show(cell, slot, self.share.block(cell))
+    def show(self, cells: Sequence[int], slots: Sequence[int]) -> None:
+        """Make bricks of blocks of this rank's own."""
+        if self.share.is_whole:
+            chosen = np.array(cells, np.int64)
+            self.share.require(chosen)
+            where = np.array(slots, np.int64)
+            self.bricks.show_all(chosen, where, self.share.values, self._map)
+            return
+        for cell, slot in zip(cells, slots, strict=True):
+            self.bricks.show(cell, slot, self.share.block(cell))
 
     def hide(self, cell: int) -> None:
         """Take a brick away, and the block unless it is this rank's to keep."""

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from renderers.art.cells.bricks import Bricks
-from renderers.art.cells.cells import CellGrid, cube_distances
+from renderers.art.cells.cells import SIDES, CellGrid, cube_distances
+from renderers.scene.thread_pool import ThreadPool
 
 SHAPE = (17, 25, 18)
 GRID = CellGrid(SHAPE)
@@ -21,12 +22,35 @@ def test_bricks_are_made_as_slots_are_filled() -> None:
     fixed = math.prod(n - 1 for n in SHAPE) + 3
     brick = (GRID.side + 1) ** 3 * 16
     assert bricks.bytes == fixed
-    bricks.show(0, 0, GRID.block(VALUES, 0))
-    assert bricks.bytes == fixed + 64 * brick
-    bricks.show(1, 64, GRID.block(VALUES, 1))
-    assert bricks.bytes == fixed + 128 * brick
-    bricks.show(2, 999, GRID.block(VALUES, 2))
-    assert bricks.bytes == fixed + 1000 * brick
+    for count, slot in enumerate((0, 64, 999), 1):
+        bricks.show(count, slot, GRID.block(VALUES, count))
+        assert bricks.bytes == fixed + count * brick
+    bricks.hide(1)
+    assert bricks.bytes == fixed + 2 * brick
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("kind", ["float32", "int16", "float64", "uint8", ">i2", "f2"])
+@pytest.mark.parametrize("gradients", [False, True])
+def test_bricks_made_together_are_those_made_one_by_one(
+    side: int, kind: str, gradients: bool
+) -> None:
+    """To the bit, cells at the volume's faces included, whoever makes which."""
+    values = np.random.default_rng(2).integers(0, 200, (40, 25, 37)).astype(kind)
+    grid, pool = CellGrid(values.shape, side), ThreadPool(2)
+    span = 200.0 if np.dtype(kind).kind == "i" else None
+    leap, stamp = np.zeros(8, np.uint8), np.zeros(grid.cells, np.int64)
+    spacing = np.array([0.4, 0.5, 1.0])
+    one, all_ = (
+        Bricks(grid, spacing, leap, stamp, span, gradients=gradients) for _ in range(2)
+    )
+    slots = np.random.default_rng(3).permutation(grid.cells)
+    for cell, slot in enumerate(slots.tolist()):
+        one.show(cell, slot, grid.block(values, cell))
+    all_.show_all(np.arange(grid.cells), slots, values, pool.map)
+    assert np.array_equal(one.view.samples, all_.view.samples)
+    assert np.array_equal(one.view.corners, all_.view.corners)
+    assert np.array_equal(one.view.slots, all_.view.slots)
 
 
 def test_whole_numbers_take_half_the_memory() -> None:

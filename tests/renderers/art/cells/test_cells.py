@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
+from scipy import ndimage
 
 from renderers.art.cells.cells import (
     CellGrid,
@@ -13,6 +14,7 @@ from renderers.art.cells.cells import (
     follow_distances,
 )
 from renderers.scene import Volume
+from renderers.scene.thread_pool import ThreadPool
 
 shapes = st.tuples(*[st.integers(2, 40)] * 3)
 sides = st.sampled_from([8, 16, 32])
@@ -61,6 +63,21 @@ def test_cubes_know_how_far_the_next_visible_one_is(
     for z, y, x in np.argwhere(found[:-3].reshape(high.shape) == 0):
         cell = (z // 8 * grid.counts[1] + y // 8) * grid.counts[2] + x // 8
         assert occupied[cell]
+
+
+@pytest.mark.parametrize(("layers", "few"), [(300, 3), (97, 1), (97, 40), (49, 2)])
+def test_slabs_that_are_looked_at_one_by_one_make_one_field(
+    layers: int, few: int
+) -> None:
+    """What is next may lie several slabs away, farther than a byte counts."""
+    values = np.zeros((layers, 14, 19), np.float32)
+    drawn = np.random.default_rng(few)
+    values[tuple(drawn.integers(0, n, few) for n in values.shape)] = 1.0
+    clear, pool = np.array([[-1.0, 0.5]], np.float32), ThreadPool(3)
+    found = cube_distances(values, clear, pool.map)
+    seen = ndimage.maximum_filter(values, 2, origin=-1)[:-1, :-1, :-1] > 0.5
+    plain = ndimage.distance_transform_cdt(~seen, "chessboard")
+    assert_array_equal(found[:-3].reshape(seen.shape), np.minimum(plain, 255))
 
 
 def test_without_clear_values_everything_may_be_seen() -> None:
