@@ -10,7 +10,6 @@ it falls more slowly until steps are shorter than the shell; finer lines are cas
 """
 
 import math
-from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +20,10 @@ from renderers.art.classification import (
     clear_intervals,
     sums_at_nodes,
 )
+from renderers.art.crew import ALONE, Crew
 from renderers.art.kernels.composite_lines import LineArrays, composite_lines
 from renderers.art.quality import Quality
 from renderers.scene import Scene, Volume
-from renderers.scene.thread_pool import Run
 
 LINES = 512
 """Of either kind. The root mean square of as many differs by a tenth from that of four
@@ -158,12 +157,12 @@ class StepEstimate:
     quality: the one given, with the step that it takes in the scene and no tolerance.
     """
 
-    def __init__(self, scene: Scene, quality: Quality, run: Run = map) -> None:
+    def __init__(self, scene: Scene, quality: Quality, crew: Crew = ALONE) -> None:
         self._wanted = quality
         self._cast: _Caster | None = None
         self.quality = replace(quality, tolerance=None)
         if quality.tolerance is not None and quality.classification == "integrated":
-            self._cast = _Caster(scene, run)
+            self._cast = _Caster(scene, crew)
             self._estimate(self._cast, quality.tolerance)
 
     def follow(
@@ -195,10 +194,10 @@ class _Caster:
     What was cast is kept for each step, with which lines it is known of.
     """
 
-    def __init__(self, scene: Scene, run: Run = map) -> None:
-        """Take a scene; run: shares out the lines."""
+    def __init__(self, scene: Scene, crew: Crew = ALONE) -> None:
+        """Take a scene; crew: shares out the lines."""
         transfer, volume = scene.transfer_function, scene.volume
-        self._run = run
+        self._crew = crew
         self._table = classification(transfer)
         self._sums = sums_at_nodes(self._table)
         self._unit_mm = float(volume.spacing_mm.min())
@@ -212,9 +211,10 @@ class _Caster:
     ) -> NDArray[np.float64]:
         """Cast all lines, or those of some numbers, in steps of so many voxels."""
         count = len(self._lines.start)
-        light, known = self._known.setdefault(
-            step_voxels, (np.zeros((count, 4)), np.zeros(count, np.bool_))
-        )
+        if step_voxels not in self._known:
+            room = self._crew.empty((count, 4), np.float64)
+            self._known[step_voxels] = room, np.zeros(count, np.bool_)
+        light, known = self._known[step_voxels]
         if chosen is None:
             chosen = np.arange(count)
         unknown = chosen[~known[chosen]]
@@ -228,8 +228,9 @@ class _Caster:
             )  # fmt: skip
             light[part] = found
 
-        deque(self._run(cast, range(0, len(unknown), _TOGETHER)), 0)
-        known[unknown] = True
+        if len(unknown):
+            self._crew.share(cast, range(0, len(unknown), _TOGETHER))
+            known[unknown] = True
         return light[chosen]
 
     def follow(

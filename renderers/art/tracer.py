@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from renderers.art.blocks import RAYS_A_BLOCK, Blocks
 from renderers.art.cells.cell_size import SMALLEST_SIDE
+from renderers.art.crew import Crew
 from renderers.art.job_steps import Step, reached
 from renderers.art.kernels.unpack_surface import unpack_surface
 from renderers.art.march import Drawer, FrameRays, March
@@ -317,7 +318,7 @@ class ActiveRayTracer:
                 packet=self._packet,
                 deflection=self._deflection,
                 memory_bytes=self._memory_bytes,
-                run=self._pool.map,
+                crew=Crew(self._pool.map),
             )
         return self._made[mode]
 

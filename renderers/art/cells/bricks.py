@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderers.art.cells.cells import CellGrid
+from renderers.art.crew import ALONE, Crew
 from renderers.art.kernels.build_bricks import LANES, SHORT, build_brick, build_bricks
 from renderers.art.kernels.march_types import ABSENT, CellView, Samples
-from renderers.scene.thread_pool import Run
 
 _CELLS_A_PART = 16
 """Whose bricks a thread makes in one go."""
@@ -34,6 +34,7 @@ class Bricks:
         *,
         gradients: bool = True,
         whole: NDArray[np.generic] | None = None,
+        crew: Crew = ALONE,
     ) -> None:
         """Take the distances of `cube_distances` and the stamps of a `CellCache`.
 
@@ -41,7 +42,8 @@ class Bricks:
         values, all of them whole numbers that int16 holds. None for float32.
         gradients: False keeps values alone, a quarter of the memory. whole: the volume,
         for a rank that has it and room for it: values are then read from it and no
-        cell is looked up; bricks are made for gradients alone.
+        cell is looked up; bricks are made for gradients alone. crew: has one copy of
+        them, to which each adds.
         """
         self.grid = grid
         self.span = span
@@ -53,12 +55,20 @@ class Bricks:
         self._size = np.array(grid.shape[::-1], np.int32)
         channels = 4 if gradients else 1
         self._numbers = (grid.side + 1) ** 3 * channels
+        self._crew = crew
+        slots: NDArray[np.int32] = crew.empty(grid.cells, np.int32)
+        corners: NDArray[np.int32] = crew.empty(grid.cells, np.int32)
+
+        def begin() -> None:
+            slots[:], corners[:] = -1, ABSENT
+
+        crew.once(begin)
         self.view = CellView(
             top=self._size - 2,
             counts=np.array(grid.counts[::-1], np.int32),
             leap=leap,
-            slots=np.full(grid.cells, -1, np.int32),
-            corners=np.full(grid.cells, ABSENT, np.int32),
+            slots=slots,
+            corners=corners,
             samples=self._room(len(stamp)),
             channels=channels,
             whole=self._flat(whole),
@@ -129,12 +139,16 @@ class Bricks:
         cells: NDArray[np.int64],
         slots: NDArray[np.int64],
         values: NDArray[np.generic],
-        run: Run,
     ) -> None:
         """Make many cells' bricks from the volume; otherwise as `show`.
 
-        run: shares out the parts.
+        What another of the crew has made meanwhile is left as it is. Where two make the
+        same, both write the same.
         """
+        missing = self.view.slots[cells] < 0
+        cells, slots = cells[missing], slots[missing]
+        if not len(cells):
+            return
         if values.dtype == np.float16 or not values.dtype.isnative:
             for cell, slot in zip(cells.tolist(), slots.tolist(), strict=True):
                 self.show(cell, slot, self.grid.block(values, cell))
@@ -154,7 +168,7 @@ class Bricks:
                 self._inverse_spacing, self.view.channels, self.view.samples,
             )  # fmt: skip
 
-        deque(run(build, range(0, len(cells), _CELLS_A_PART)), 0)
+        deque(self._crew.run(build, range(0, len(cells), _CELLS_A_PART)), 0)
         self._point(cells, slots)
 
     def hide(self, cell: int) -> None:
@@ -197,8 +211,12 @@ class Bricks:
         # not zeros: numpy asks for large pages for those that are empty alone, and in
         # small ones half a gigabyte takes most of a second to be first touched
         if self.span is None:
-            return np.empty(slots * self._numbers, np.float32)
-        return np.empty(slots * self._numbers, np.int16)
+            floats: NDArray[np.float32] = self._crew.empty(
+                slots * self._numbers, np.float32
+            )
+            return floats
+        shorts: NDArray[np.int16] = self._crew.empty(slots * self._numbers, np.int16)
+        return shorts
 
     def _flat(self, values: NDArray[np.generic] | None) -> Samples:
         if values is None or values.size >= MOST_VOXELS:

@@ -6,12 +6,12 @@ A point on a face shared by two cells belongs to the cell with the larger index.
 """
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.crew import ALONE, Crew
 from renderers.art.kernels.build_bricks import (
     chebyshev,
     find_clear,
@@ -19,7 +19,6 @@ from renderers.art.kernels.build_bricks import (
     join_slabs,
     sum_blocks,
 )
-from renderers.scene.thread_pool import Run
 from system import UserError
 
 SIDES = (8, 16, 32)
@@ -126,14 +125,14 @@ class CellGrid:
         return after
 
     def value_ranges(
-        self, values: NDArray[np.generic], run: Run = map
+        self, values: NDArray[np.generic], crew: Crew = ALONE
     ) -> NDArray[np.float32]:
         """Return the smallest and largest value of each cell, ``(cells, 2)``.
 
         Layer by layer: of a mapped file no more is in memory than one layer of cells a
-        thread. run: shares out the layers.
+        thread. crew: shares out the layers.
         """
-        found = np.empty((2, *self.counts), np.float32)
+        found: NDArray[np.float32] = crew.empty((2, *self.counts), np.float32)
 
         def look(layer: int) -> None:
             # A cell shares its last voxel with the next cell.
@@ -150,7 +149,7 @@ class CellGrid:
                     )
                 found[k, layer] = best
 
-        deque(run(look, range(self.counts[0])), 0)
+        crew.share(look, range(self.counts[0]))
         return np.stack([found[0].ravel(), found[1].ravel()], axis=-1)
 
     def occupied(
@@ -222,16 +221,16 @@ def _slices(low: NDArray[np.int64], end: NDArray[np.int64]) -> tuple[slice, ...]
 
 
 def cube_distances(
-    values: NDArray[np.generic], clear: NDArray[np.float32], run: Run = map
+    values: NDArray[np.generic], clear: NDArray[np.float32], crew: Crew = ALONE
 ) -> NDArray[np.uint8]:
     """Return each cube's Chebyshev distance, in cubes, to the next one to be seen.
 
     Flat, x fastest, with three bytes to spare. Zero marks cubes that may hold
     something; distances saturate at 255. Whatever is clear in `CellGrid.occupied` is
-    here. run: shares out the layers.
+    here. crew: shares out the layers.
     """
     shape = tuple(n - 1 for n in values.shape)
-    flat = np.empty(math.prod(shape) + 3, np.uint8)
+    flat: NDArray[np.uint8] = crew.empty(math.prod(shape) + 3, np.uint8)
     flat[-3 if len(clear) else 0 :] = 0
     if len(clear):
         distance = flat[:-3].reshape(shape)
@@ -242,8 +241,8 @@ def cube_distances(
             find_clear_cubes(slab, clear, distance[z : z + _LAYERS])
             chebyshev(distance[z : z + _LAYERS])
 
-        deque(run(look, range(0, shape[0], _LAYERS)), 0)
-        join_slabs(distance, _LAYERS)
+        crew.share(look, range(0, shape[0], _LAYERS))
+        crew.once(lambda: join_slabs(distance, _LAYERS))
     return flat
 
 

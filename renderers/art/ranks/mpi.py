@@ -51,6 +51,9 @@ _PROBES = 2
 what has arrived: with one probe every second look found nothing, and a rank moved its
 rays for each cell by itself (4 ranks on 2 cores: 1,300 moves instead of 400)."""
 
+LONGEST_TEXT = 256
+"""Bytes of what rank 0 says to all at once."""
+
 LARGEST_BUNDLE = 1 << 18
 """Bytes of messages sent as one, unless a single one is longer."""
 
@@ -153,15 +156,41 @@ class MpiTransport:
         processor from those that are late.
         """
         self._flush()
-        barrier = self._comm.Ibarrier()
-        deadline = time.monotonic() + self._stall_s
-        while not barrier.Test() or self._sending:
+        self._await(self._comm.Ibarrier())
+
+    def _await(self, request: MPI.Request) -> None:
+        """Wait for what all ranks do, and until what was sent has left."""
+        begun = time.monotonic()
+        while not request.Test() or self._sending:
             self._sending = [s for s in self._sending if not s[0].Test()]
-            if time.monotonic() > deadline:
+            since = time.monotonic() - begun
+            if since > self._stall_s:
                 raise TransportError(
                     f"Rank {self.rank} waited {self._stall_s:.0f} s for all to meet."
                 )
-            time.sleep(SLEEP_S)
+            if since < YIELD_S:
+                _yield()
+            else:
+                time.sleep(SLEEP_S)
+
+    @property
+    def is_one_machine(self) -> bool:
+        """Return whether all ranks are on this machine."""
+        return len(set(self._near)) == 1
+
+    def hear(self, text: str) -> str:
+        """Return what rank 0 says; all ranks together."""
+        said = np.zeros(LONGEST_TEXT, np.uint8)
+        said[: len(text)] = np.frombuffer(text.encode(), np.uint8)
+        self._await(self._comm.Ibcast(said))
+        return said.tobytes().rstrip(b"\0").decode()
+
+    def agree(self, yes: bool) -> bool:
+        """Return whether all ranks say yes; all together."""
+        least = np.zeros(1, np.uint8)
+        said = np.array([yes], np.uint8)
+        self._await(self._comm.Iallreduce(said, least, MPI.MIN))
+        return bool(least[0])
 
     def close(self) -> None:
         """Leave together, when every message has left."""

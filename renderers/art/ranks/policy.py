@@ -10,13 +10,15 @@ class Dataflow(Enum):
     REPLICATED: every rank the whole volume; nothing is sent. STATIC: each cell stays
     with its home, which sends copies: object dataflow before the 1995 paper. MIGRATING:
     the paper's, cells move to where they are used and homes only know where they are.
-    RAYS: cells stay with their owners and rays travel to them.
+    RAYS: cells stay with their owners and rays travel to them. SHARED: ranks of one
+    machine keep one copy, to which each adds what it needs; nothing is sent.
     """
 
     REPLICATED = "replicated"
     STATIC = "static"
     MIGRATING = "migrating"
     RAYS = "rays"
+    SHARED = "shared"
 
 
 @dataclass(frozen=True, slots=True)

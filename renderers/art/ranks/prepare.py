@@ -10,6 +10,7 @@ from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cells import CellShare
 from renderers.art.cells.memory_budget import require_distances
 from renderers.art.classification import about_zero
+from renderers.art.crew import ALONE, Crew
 from renderers.art.march import March
 from renderers.art.quality import Quality
 from renderers.art.ranks.directory import (
@@ -30,7 +31,6 @@ from renderers.scene import Scene
 from renderers.scene.change import changed_box
 from renderers.scene.deflection import Deflection
 from renderers.scene.memory_limit import memory_limit
-from renderers.scene.thread_pool import Run
 from renderers.simd.self_check import require_vectors
 
 Box = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -88,7 +88,7 @@ def _share_out(
         raise ValueError(f"a cache needs at least 1 cell, got {policy.cache_cells}")
     cache = CellCache(max(min(policy.cache_cells or full, full), 1))
     mine = np.flatnonzero(seen & (home == rank))
-    if policy.dataflow is Dataflow.REPLICATED or ranks == 1:
+    if policy.dataflow in (Dataflow.REPLICATED, Dataflow.SHARED) or ranks == 1:
         home, mine = np.full(len(seen), rank), None
     if policy.from_file:
         mine = np.zeros(0, np.int64) if migrates else None
@@ -109,7 +109,7 @@ def make_node(
     packet: int | None = None,
     deflection: Deflection | None = None,
     memory_bytes: int | None = None,
-    run: Run = map,
+    crew: Crew = ALONE,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
@@ -118,7 +118,8 @@ def make_node(
     cell_side: None for the quickest that keep a lit copy small. packet: rays that march
     together; None for the fastest way. deflection: deflects the rays. memory_bytes:
     that one rank alone may take beside the volume; None for half of the machine's.
-    Raise ValueError where that is too little. run: shares the work out to threads.
+    Raise ValueError where that is too little. crew: prepares it together; all of them
+    call this alike.
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
@@ -129,7 +130,7 @@ def make_node(
     settings = LookSettings(mode, quality, packet, deflection)
     if mode == "classic":
         scene = about_zero(scene)
-    looked = SceneLook.of(scene, settings, cell_side, run)
+    looked = SceneLook.of(scene, settings, cell_side, crew)
     seen, march = looked.seen.copy(), looked.march
     fits_whole = True
     if ranks == 1 and policy.cache_cells is None and not policy.from_file:
@@ -149,12 +150,14 @@ def make_node(
         looked.span,
         gradients=march.needs_gradients,
         whole=values if lone and fits_whole and march.seeks_values else None,
+        crew=crew,
     )
     if looked.shows_empty:
-        bricks.show_empty(np.flatnonzero(~seen), looked.empty_value)
+        empty = np.flatnonzero(~seen)
+        crew.once(lambda: bricks.show_empty(empty, looked.empty_value))
     share = CellShare(looked.grid, values, mine, wanted=seen)
     work = MarchWork(looked, bricks, share, keeps_raw=migrates, seen=seen)
-    work.use(run)
+    work.use(crew)
     node = Node(
         work,
         Directory(rank, home, owner, distances or ring_distances(ranks)),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.crew import ALONE, Crew
 from renderers.art.march import March
 from renderers.art.quality import Quality
 from renderers.art.ranks.directory import Distances
@@ -201,9 +202,10 @@ def make_frame_node(
     rank: int = 0,
     ranks: int = 1,
     distances: Distances | None = None,
-    cell_side: int = 8,
+    cell_side: int | None = 8,
     validate: bool = False,
     deflection: Deflection | None = None,
+    crew: Crew = ALONE,
 ) -> tuple[March, MarchNode | MarchRayNode, MarchWork]:
     """Prepare one rank for any dataflow; see `make_node`.
 
@@ -229,6 +231,7 @@ def make_frame_node(
         cell_side=cell_side,
         validate=validate,
         deflection=deflection,
+        crew=crew,
     )
     if policy.dataflow is not Dataflow.RAYS:
         return march, node, work

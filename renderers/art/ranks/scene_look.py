@@ -14,13 +14,13 @@ from renderers.art.cells.bricks import MOST_VOXELS
 from renderers.art.cells.cell_size import QUICK_SIDE, side_for
 from renderers.art.cells.cells import CellGrid, cube_distances, follow_distances
 from renderers.art.cells.memory_budget import MemoryBudget, budget_for
+from renderers.art.crew import ALONE, Crew
 from renderers.art.kernels.build_bricks import SHORT
 from renderers.art.march import ClassicMarch, March, ScopeMarch
 from renderers.art.quality import Quality
 from renderers.art.step_estimation import StepEstimate
 from renderers.scene import Scene, Volume
 from renderers.scene.deflection import Deflection
-from renderers.scene.thread_pool import Run
 
 LARGEST_LEAP = 1 << 28
 """Voxels of the largest volume for which each cube's distance is kept, one byte each.
@@ -83,23 +83,23 @@ class SceneLook:
         scene: Scene,
         settings: LookSettings,
         cell_side: int | None,
-        run: Run = map,
+        crew: Crew = ALONE,
     ) -> "SceneLook":
         """Look by cells of a side; None for the quickest that keep it small.
 
-        run: shares out the parts of the volume.
+        crew: shares out the parts of the volume.
         """
         volume = settings.volume(scene)
         estimate, quality = None, settings.quality
         if settings.mode == "classic":
-            estimate = StepEstimate(scene, quality, run)
+            estimate = StepEstimate(scene, quality, crew)
             quality = estimate.quality
         side = QUICK_SIDE if cell_side is None else cell_side
-        look = cls._at(scene, volume, settings, estimate, quality, side, run)
+        look = cls._at(scene, volume, settings, estimate, quality, side, crew)
         if cell_side is None and look.march.needs_gradients:
             side = side_for(look.grid.shape, int(np.count_nonzero(look.seen)))
             if side != look.grid.side:
-                look = cls._at(scene, volume, settings, estimate, quality, side, run)
+                look = cls._at(scene, volume, settings, estimate, quality, side, crew)
         return look
 
     @classmethod
@@ -111,10 +111,10 @@ class SceneLook:
         estimate: StepEstimate | None,
         quality: Quality,
         cell_side: int,
-        run: Run,
+        crew: Crew,
     ) -> "SceneLook":
         grid = CellGrid(volume.shape, cell_side)
-        ranges = grid.value_ranges(volume.values, run)
+        ranges = grid.value_ranges(volume.values, crew)
         low, high = _range_of(ranges)
         march = settings.march(scene, quality, (low, high))
         clear = march.clear if quality.skip_empty else np.zeros((0, 2), np.float32)
@@ -123,7 +123,7 @@ class SceneLook:
         if march.margin > 1 or (march.margin and is_large):
             clear = grid.clearest(ranges, clear)
         distances = clear[:0] if is_large else clear
-        leap = cube_distances(volume.values, distances, run)
+        leap = cube_distances(volume.values, distances, crew)
         leaps = len(distances) > 0
         seen = grid.occupied(ranges, clear)
         if march.margin and leaps:

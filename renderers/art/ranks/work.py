@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from renderers.art.blocks import Blocks, Strip
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cells import CellShare
+from renderers.art.crew import Crew
 from renderers.art.march import COUNTERS, Drawer, FrameRays
 from renderers.art.ranks.messages import ProtocolError
 from renderers.art.ranks.rays import P, RayPacket
@@ -92,6 +93,7 @@ class MarchWork:
         self._march = look.march
         self._keeps_raw = keeps_raw
         self._map: Run = map
+        self._places: NDArray[np.int64] | None = None
         self._gather: Gather | None = None
 
     def follow(
@@ -111,9 +113,14 @@ class MarchWork:
         self.bricks.follow(values, *box)
         self.share.follow(values, changed)
 
-    def use(self, run: Run) -> None:
-        """Run packets with `map` or with a team's, which may use threads."""
-        self._map = run
+    def use(self, crew: Crew) -> None:
+        """Run packets with a crew's threads; bricks of one that is shared have places.
+
+        The same on all ranks, whoever makes them.
+        """
+        self._map = crew.run
+        if crew.is_shared:
+            self._places = np.cumsum(self.seen) - 1
 
     def deliver(self, gather: Gather | None) -> None:
         """Put what finished packets found where it belongs, instead of into a message.
@@ -203,7 +210,9 @@ class MarchWork:
             chosen = np.array(cells, np.int64)
             self.share.require(chosen)
             where = np.array(slots, np.int64)
-            self.bricks.show_all(chosen, where, self.share.values, self._map)
+            if self._places is not None:
+                where = self._places[chosen]
+            self.bricks.show_all(chosen, where, self.share.values)
             return
         for cell, slot in zip(cells, slots, strict=True):
             self.bricks.show(cell, slot, self.share.block(cell))
