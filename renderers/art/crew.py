@@ -44,6 +44,10 @@ class Crew:
         """Let one of them do it; return when it is done."""
         work()
 
+    def agree(self, yes: bool) -> bool:
+        """Return whether all say yes."""
+        return yes
+
 
 ALONE = Crew()
 
@@ -56,6 +60,10 @@ class Company(Protocol):
 
     def meet(self) -> None:
         """Wait until all have come here."""
+        ...
+
+    def agree(self, yes: bool) -> bool:
+        """Return whether all say yes; all together."""
         ...
 
     def hear(self, text: str) -> str:
@@ -101,6 +109,10 @@ class MachineCrew(Crew):
         if self._company.rank == 0:
             work()
         self._company.meet()
+
+    def agree(self, yes: bool) -> bool:
+        """Ask all ranks."""
+        return self._company.agree(yes)
 
 
 _HANDLES = "/proc/"

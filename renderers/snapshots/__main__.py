@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from renderers.art.crew import ALONE, MachineCrew
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import expect_company, launched_ranks
@@ -22,6 +23,7 @@ from renderers.snapshots.spool import SAVE_EVERY_S, SpoolError
 from system import is_alive
 
 if TYPE_CHECKING:
+    from renderers.art.ranks.mpi import MpiTransport
     from renderers.snapshots.team import Team
 
 DAY_S = 86_400.0
@@ -94,8 +96,8 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--threads", type=int, default=2, help="threads of a serial worker")
     add("--cache-cells", type=int, help="cells a rank keeps; all by default")
     flows = [flow.value for flow in Dataflow]
-    told, usual = "how ranks share cells", Dataflow.MIGRATING.value
-    add("--dataflow", choices=flows, default=usual, help=told)
+    told = "how ranks share cells: usually shared on one machine, else migrating"
+    add("--dataflow", choices=flows, help=told)
     told = "no rank has to keep cells: homes read them from the volume's file"
     add("--from-file", action="store_true", help=told)
     told = "seconds until a worker counts as dead; 60 on a network disk"
@@ -106,6 +108,21 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--save-every", type=float, default=SAVE_EVERY_S, help=told)
     add("--parent", type=int, help="process id; end when that process is gone")
     return parser.parse_args(arguments)
+
+
+def _policy(options: argparse.Namespace, transport: "MpiTransport") -> CellPolicy:
+    """Return how ranks share cells: as was said, else as is quickest."""
+    migrates = options.cache_cells is not None or options.from_file
+    usual = Dataflow.MIGRATING
+    if transport.is_one_machine and not migrates:
+        usual = Dataflow.SHARED
+    flow = usual if options.dataflow is None else Dataflow(options.dataflow)
+    if flow is Dataflow.SHARED and not transport.is_one_machine:
+        raise TransportError(
+            "ranks on several machines share no memory; start the worker with another "
+            "--dataflow than shared"
+        )
+    return CellPolicy(options.cache_cells, flow, options.from_file)
 
 
 def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> int:
@@ -122,15 +139,15 @@ def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> 
     transport = MpiTransport(folder=options.spool)
     expect_company(transport.ranks)
     rank = Rank(transport)
-    policy = CellPolicy(
-        options.cache_cells, Dataflow(options.dataflow), options.from_file
-    )
+    policy, crew = _policy(options, transport), ALONE
+    if policy.dataflow is Dataflow.SHARED:
+        crew = MachineCrew(transport)
     status = 0
     try:
         if transport.rank > 0:
-            follow(rank, DataStore(options.spool / "data"), policy)
+            follow(rank, DataStore(options.spool / "data"), policy, crew)
         else:
-            team = RankTeam(rank, policy)
+            team = RankTeam(rank, policy, crew)
             try:
                 serve(team)
             except SpoolError as error:

@@ -8,6 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from renderers.art.cells.cell_size import SMALLEST_SIDE
+from renderers.art.crew import ALONE, Crew
 from renderers.art.job_steps import Step, reached
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.messages import MessageKind
@@ -218,12 +220,22 @@ def mode_of(request: SnapshotRequest) -> str:
 class _Prepared:
     """Keep one rank's node for the next request of the same scene, or edit it."""
 
-    def __init__(self, transport: Transport, policy: CellPolicy) -> None:
+    def __init__(
+        self, transport: Transport, policy: CellPolicy | None, crew: Crew
+    ) -> None:
         self._transport = transport
-        self._policy = policy
+        self._policy = policy or CellPolicy()
+        self._crew = crew
         self._kept: _PreparedScene | None = None
 
+    def refuse(self) -> None:
+        """Tell the others, who call `node`, that they prepare nothing together."""
+        self._crew.agree(False)
+
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
+        """Return what draws a request; ValueError where another rank refuses."""
+        if not self._crew.agree(True):
+            raise ValueError("another rank cannot load the scene")
         kept, march = self._kept, None
         key, family = scene_key(request), family_key(request)
         if kept is not None and kept.scene == key:
@@ -232,20 +244,28 @@ class _Prepared:
             kept is not None
             and kept.family == family
             and not isinstance(kept.node, RayNode)
+            # each would bring up to date what is everybody's
+            and not self._crew.is_shared
         ):
             march = edit_node(kept.node, kept.work, scene)
         if kept is not None and march is not None:
             kept = replace(kept, scene=key, march=march)
         else:
+            mode = mode_of(request)
+            # of what one rank fetches from another small cells are better
+            is_quick = self._crew.is_shared and mode == "classic"
+            side = None if is_quick else SMALLEST_SIDE
             march, node, work = make_frame_node(
                 scene,
-                mode_of(request),
+                mode,
                 request.to_quality(),
                 self._policy,
                 rank=self._transport.rank,
                 ranks=self._transport.ranks,
                 distances=self._transport.distances,
                 deflection=to_deflection(request.deflectors),
+                cell_side=side,
+                crew=self._crew,
             )
             kept = _PreparedScene(key, family, march, node, work)
         self._kept = kept
@@ -274,10 +294,13 @@ class RankTeam:
 
     traces_parts = False
 
-    def __init__(self, rank: Rank, policy: CellPolicy | None = None) -> None:
+    def __init__(
+        self, rank: Rank, policy: CellPolicy | None = None, crew: Crew = ALONE
+    ) -> None:
         self.ranks = rank.transport.ranks
         self._rank = rank
-        self._prepared = _Prepared(rank.transport, policy or CellPolicy())
+        self._crew = crew
+        self._prepared = _Prepared(rank.transport, policy, crew)
 
     def trace(
         self,
@@ -315,7 +338,8 @@ class RankTeam:
         if stopped:
             raise RenderStoppedError(found, gather.done)
         step = march.quality.step_voxels
-        return Traced(found, dict(rank.cost), step_voxels=step)
+        counters = dict(rank.cost) | {"shared_memory": int(self._crew.is_shared)}
+        return Traced(found, counters, step_voxels=step)
 
     def dismiss(self) -> None:
         """Send the other ranks home."""
@@ -340,10 +364,12 @@ Team = SerialTeam | RankTeam
 """Those whom a worker may have trace."""
 
 
-def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> None:
+def follow(
+    rank: Rank, data: DataStore, policy: CellPolicy | None = None, crew: Crew = ALONE
+) -> None:
     """Trace what rank 0 orders until it sends STOP; the loop of the other ranks."""
     transport = rank.transport
-    prepared = _Prepared(transport, policy or CellPolicy())
+    prepared = _Prepared(transport, policy, crew)
     while True:
         if not rank.step():
             rank.rest()
@@ -354,14 +380,18 @@ def follow(rank: Rank, data: DataStore, policy: CellPolicy | None = None) -> Non
             return
         if rank.is_broken:
             prepared.forget()
+        scene = None
         try:
             told = msgspec.json.decode(order.payload, type=_Order)
             request = decode_request(bytes(told.request))
             rays = _rays(request, ending_rays(request, load_tools(data, request)))
             finished = told.squares(rays.limit.shape, transport.ranks)
-            march, node = prepared.node(request, load_scene(data, request))
+            scene = load_scene(data, request)
+            march, node = prepared.node(request, scene)
             reached(Step.SCENE_LOADED)
         except (ValueError, OSError) as error:
+            if scene is None:
+                prepared.refuse()
             prepared.forget()
             rank.fail(order.frame, str(error))
             continue

@@ -35,10 +35,12 @@ def camera() -> Camera:
     ("number", "dataflow", "cells"),
     [
         (2, "migrating", 60),
+        (2, "shared", None),
         pytest.param(2, "static", 9, marks=pytest.mark.slow),
         pytest.param(2, "replicated", 9, marks=pytest.mark.slow),
         pytest.param(3, "migrating", 36, marks=pytest.mark.slow),
         pytest.param(4, "migrating", 26, marks=pytest.mark.slow),
+        pytest.param(4, "shared", None, marks=pytest.mark.slow),
         pytest.param(7, "migrating", 20, marks=pytest.mark.slow),
     ],
 )
@@ -48,7 +50,7 @@ def test_ranks_draw_the_same_bits_as_one_process(
     camera: Camera,
     number: int,
     dataflow: str,
-    cells: int,
+    cells: int | None,
 ) -> None:
     client = SnapshotClient(tmp_path / "spool")
     values = scene.volume.values.copy()
@@ -62,7 +64,9 @@ def test_ranks_draw_the_same_bits_as_one_process(
     jobs = [
         client.submit(client.request_classic(s, camera, quality=q)) for s, q in asked
     ]
-    options = ["--once", "--cache-cells", str(cells), "--dataflow", dataflow]
+    options = ["--once"]
+    if cells is not None:
+        options += ["--cache-cells", str(cells), "--dataflow", dataflow]
     with ranks(number, client.spool.folder, *options) as child:
         snapshots = [client.wait(job, timeout_s=120) for job in jobs]
         said, _ = child.communicate(timeout=30)
@@ -71,7 +75,8 @@ def test_ranks_draw_the_same_bits_as_one_process(
         expected = ActiveRayTracer(drawn, quality, threads=1).render(camera)
         assert snapshot.result.ranks == number
         sent = snapshot.result.counters["requests"]
-        assert (sent == 0) == (dataflow == "replicated")
+        assert (sent == 0) == (dataflow in ("replicated", "shared"))
+        assert snapshot.result.counters["shared_memory"] == (dataflow == "shared")
         assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
     wait_until_gone(client.spool.folder)
 

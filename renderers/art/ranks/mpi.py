@@ -155,11 +155,11 @@ class MpiTransport:
         The barrier does not block inside MPI, where waiting ranks would take the
         processor from those that are late.
         """
-        self._flush()
         self._await(self._comm.Ibarrier())
 
     def _await(self, request: MPI.Request) -> None:
         """Wait for what all ranks do, and until what was sent has left."""
+        self._flush()
         begun = time.monotonic()
         while not request.Test() or self._sending:
             self._sending = [s for s in self._sending if not s[0].Test()]

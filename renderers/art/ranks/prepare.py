@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cells import CellShare
-from renderers.art.cells.memory_budget import require_distances
+from renderers.art.cells.memory_budget import LEAST_CELLS, require_distances
 from renderers.art.classification import about_zero
 from renderers.art.crew import ALONE, Crew
 from renderers.art.march import March
@@ -137,6 +137,13 @@ def make_node(
         budget = looked.budget(limit)
         policy = replace(policy, cache_cells=budget.cells)
         fits_whole = budget.whole
+    if policy.dataflow is Dataflow.SHARED and crew.is_shared:
+        budget = looked.budget(limit)
+        fits_whole = budget.whole
+        if budget.cells is not None:
+            # not even together: each has its part of the memory, and the file the rest
+            cells = max(budget.cells // ranks, LEAST_CELLS)
+            policy, crew = CellPolicy(cells, from_file=True), Crew(crew.run)
     migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
     cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
     is_full = cache.capacity >= int(np.count_nonzero(seen))

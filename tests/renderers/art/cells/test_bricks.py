@@ -5,6 +5,7 @@ import pytest
 
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cells import SIDES, CellGrid, cube_distances
+from renderers.art.crew import ALONE, Crew
 from renderers.scene.thread_pool import ThreadPool
 
 SHAPE = (17, 25, 18)
@@ -42,12 +43,13 @@ def test_bricks_made_together_are_those_made_one_by_one(
     leap, stamp = np.zeros(8, np.uint8), np.zeros(grid.cells, np.int64)
     spacing = np.array([0.4, 0.5, 1.0])
     one, all_ = (
-        Bricks(grid, spacing, leap, stamp, span, gradients=gradients) for _ in range(2)
+        Bricks(grid, spacing, leap, stamp, span, gradients=gradients, crew=crew)
+        for crew in (ALONE, Crew(pool.map))
     )
     slots = np.random.default_rng(3).permutation(grid.cells)
     for cell, slot in enumerate(slots.tolist()):
         one.show(cell, slot, grid.block(values, cell))
-    all_.show_all(np.arange(grid.cells), slots, values, pool.map)
+    all_.show_all(np.arange(grid.cells), slots, values)
     assert np.array_equal(one.view.samples, all_.view.samples)
     assert np.array_equal(one.view.corners, all_.view.corners)
     assert np.array_equal(one.view.slots, all_.view.slots)

@@ -13,6 +13,7 @@ from renderers.art.cells.cells import (
     cube_distances,
     follow_distances,
 )
+from renderers.art.crew import Crew
 from renderers.scene import Volume
 from renderers.scene.thread_pool import ThreadPool
 
@@ -74,7 +75,7 @@ def test_slabs_that_are_looked_at_one_by_one_make_one_field(
     drawn = np.random.default_rng(few)
     values[tuple(drawn.integers(0, n, few) for n in values.shape)] = 1.0
     clear, pool = np.array([[-1.0, 0.5]], np.float32), ThreadPool(3)
-    found = cube_distances(values, clear, pool.map)
+    found = cube_distances(values, clear, Crew(pool.map))
     seen = ndimage.maximum_filter(values, 2, origin=-1)[:-1, :-1, :-1] > 0.5
     plain = ndimage.distance_transform_cdt(~seen, "chessboard")
     assert_array_equal(found[:-3].reshape(seen.shape), np.minimum(plain, 255))

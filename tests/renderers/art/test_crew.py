@@ -1,0 +1,112 @@
+"""Ranks of one machine, here threads: one memory, each part done once."""
+
+import gc
+import os
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+from renderers.art.crew import ALONE, MachineCrew
+
+RANKS = 3
+
+T = TypeVar("T")
+
+
+class Threads:
+    """What one of several threads needs to pass for a rank."""
+
+    said = ""
+
+    def __init__(self, rank: int, barrier: threading.Barrier) -> None:
+        self.rank, self.ranks, self._barrier = rank, RANKS, barrier
+        self.votes: list[bool] = []
+
+    def meet(self) -> None:
+        self._barrier.wait(20.0)
+
+    def hear(self, text: str) -> str:
+        if self.rank == 0:
+            Threads.said = text
+        self.meet()
+        heard = Threads.said
+        self.meet()
+        return heard
+
+    def agree(self, yes: bool) -> bool:
+        self.votes.append(yes)
+        return yes
+
+
+def together(work: Callable[[MachineCrew], T]) -> list[T]:
+    """Return what each rank finds."""
+    barrier = threading.Barrier(RANKS)
+    found: dict[int, T] = {}
+
+    def run(rank: int) -> None:
+        found[rank] = work(MachineCrew(Threads(rank, barrier)))
+
+    threads = [threading.Thread(target=run, args=(n,)) for n in range(RANKS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return [found[n] for n in range(RANKS)]
+
+
+@pytest.mark.parametrize("shape", [7, (3, 5), (0,), (40, 50, 60)])
+def test_what_one_writes_all_see(shape: int | tuple[int, ...]) -> None:
+    def work(crew: MachineCrew) -> np.ndarray:
+        room = crew.empty(shape, np.int16)
+        assert not room.any()
+        flat = room.reshape(-1)
+
+        def write(place: int) -> None:
+            flat[place] += place + 1
+
+        crew.share(write, range(flat.size))
+        crew.once(lambda: np.add(flat, 1, flat))
+        return room.copy()
+
+    found = together(work)
+    size = int(np.prod(shape))
+    for room in found:
+        assert np.array_equal(room.ravel(), np.arange(2, size + 2).astype(np.int16))
+
+
+def test_memory_is_freed_by_whoever_lets_go_last() -> None:
+    """No file stays open, and none is left."""
+    before = len(os.listdir("/proc/self/fd"))
+    rooms = together(lambda crew: crew.empty(100_000, np.float32))
+    assert len(os.listdir("/proc/self/fd")) <= before + RANKS  # one each by mmap
+    rooms[0][:] = 3.0
+    last = rooms.pop()
+    del rooms
+    gc.collect()
+    assert last[99_999] == 3.0
+    del last
+    gc.collect()
+    assert len(os.listdir("/proc/self/fd")) == before
+
+
+def test_without_memory_of_its_own_a_system_takes_a_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: "os.PathLike[str]"
+) -> None:
+    monkeypatch.delattr(os, "memfd_create")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    rooms = together(lambda crew: crew.empty((4, 4), np.int64))
+    rooms[1][2, 3] = 9
+    assert all(room[2, 3] == 9 for room in rooms)
+    assert not os.listdir(tmp_path)
+
+
+def test_one_that_is_alone_does_everything() -> None:
+    done: list[int] = []
+    ALONE.share(done.append, range(5))
+    ALONE.once(lambda: done.append(9))
+    assert done == [0, 1, 2, 3, 4, 9]
+    assert ALONE.agree(True)
+    assert not ALONE.agree(False)
