@@ -39,6 +39,8 @@ machine (4 ranks on 2 cores: 8 ms a request against 20 us)."""
 
 SLEEP_S = 50e-6
 
+IDLE_SHARE, LONGEST_SLEEP_S = 0.05, 1e-3
+
 STALL_S = 60.0
 """Time without an answer after which a rank that waits for one gives up. A rank may
 compile its kernels for half a minute before it first answers."""
@@ -144,10 +146,12 @@ class MpiTransport:
             self._waiting_since = now
         elif now - self._waiting_since > self._stall_s:
             self._give_up()
-        if now - self._idle_since < YIELD_S:
+        idle_s = now - self._idle_since
+        if idle_s < YIELD_S:
             _yield()
         else:
-            time.sleep(SLEEP_S)
+            # the longer nothing comes, the less is looked for it: others need the cores
+            time.sleep(max(SLEEP_S, min(idle_s * IDLE_SHARE, LONGEST_SLEEP_S)))
 
     def meet(self) -> None:
         """Wait until all ranks have come here; TransportError after long silence.
