@@ -2,6 +2,11 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+GROUPS = Path("/sys/fs/cgroup")
+"""Where Linux tells of control groups, of both of its kinds."""
 
 
 def usable_cores() -> int:
@@ -12,9 +17,40 @@ def usable_cores() -> int:
 
 
 def memory_bytes() -> int:
-    """Return the bytes of memory of this machine."""
+    """Return the bytes of memory that this process may use, of this machine's.
+
+    Less where a control group, as of a container or a cluster's job, or a limit of the
+    process says so.
+    """
     if sys.platform == "win32":
         import psutil
 
         return int(psutil.virtual_memory().total)
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    import resource
+
+    found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), *_group_limits()]
+    for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA):
+        most, _ = resource.getrlimit(kind)
+        if most != resource.RLIM_INFINITY:
+            found.append(most)
+    return min(found)
+
+
+def _group_limits() -> Iterator[int]:
+    """Give the limits of this process's control groups, and of those around them."""
+    try:
+        groups = Path("/proc/self/cgroup").read_text().splitlines()
+    except OSError:
+        return
+    for group in groups:
+        _, kinds, place = group.split(":", 2)
+        if kinds and "memory" not in kinds.split(","):
+            continue
+        root = GROUPS / "memory" if kinds else GROUPS
+        name = "memory.limit_in_bytes" if kinds else "memory.max"
+        inner = root / place.lstrip("/")
+        for folder in (inner, *inner.parents):
+            try:
+                yield int((folder / name).read_text())
+            except (OSError, ValueError):
+                continue  # this one has none

@@ -47,8 +47,7 @@ Ranks = Annotated[
 UsualRanks = Annotated[
     int | None,
     Parameter(
-        help="MPI processes; 1 renders without MPI. Two where there is mpiexec, else "
-        "one.",
+        help="MPI processes; 1, the usual, renders without MPI, on threads.",
         validator=Number(gte=1, lte=1024),
     ),
 ]

@@ -287,10 +287,11 @@ class SnapshotClient:
         progress: told the share done. watch: called at every look; whoever started
         the worker raises here when it has died, and whoever shows a `GrowingPicture`
         updates it. Raise SnapshotError (or its kinds) when no picture comes,
-        WorkerLostError when the worker fell silent; another worker may still take the
-        job over, and `wait` may be called again.
+        WorkerLostError when the worker fell silent and no other has taken the job over
+        within `timeout_s`, or within a lease where there is none.
         """
         began = time.monotonic()
+        patience_s = self._lease_s if timeout_s is None else timeout_s
         shown = -1.0
         while True:
             status = self.spool.status(job_id)
@@ -306,16 +307,18 @@ class SnapshotClient:
                 raise SnapshotError(
                     f"Snapshot {job_id} was {status.state.value}: {status.message}."
                 )
-            if status.state is JobState.RUNNING and self.spool.is_stale(
+            waited_s = time.monotonic() - began
+            is_lost = status.state is JobState.RUNNING and self.spool.is_stale(
                 job_id, status, self._lease_s
-            ):
+            )
+            if is_lost and waited_s > patience_s:
                 raise WorkerLostError(
                     f"The worker drawing snapshot {job_id} has given no sign of life "
                     f"for {self._lease_s:g} s; start another worker to take it over."
                 )
             if watch:
                 watch()
-            if timeout_s is not None and time.monotonic() - began > timeout_s:
+            if timeout_s is not None and waited_s > timeout_s and not is_lost:
                 raise SnapshotError(
                     f"Snapshot {job_id} is still {status.state.value} after "
                     f"{timeout_s:g} s; is a worker serving {self.spool.folder}?"

@@ -1,20 +1,52 @@
 """What the machine says of itself, checked against where else it says so."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from system import memory_bytes, usable_cores
+from system import memory_bytes, resources, usable_cores
+
+linux_only = pytest.mark.skipif(
+    not Path("/proc/meminfo").is_file(), reason="no /proc/meminfo here"
+)
 
 
-def test_memory_is_what_the_kernel_says() -> None:
-    told = Path("/proc/meminfo")
-    if not told.is_file():
-        pytest.skip("no /proc/meminfo here")
-    lines = told.read_text().splitlines()
+@linux_only
+def test_memory_is_what_the_kernel_says(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(resources, "GROUPS", tmp_path)
+    lines = Path("/proc/meminfo").read_text().splitlines()
     total = next(line for line in lines if line.startswith("MemTotal:"))
     assert memory_bytes() == pytest.approx(1024 * int(total.split()[1]), rel=1e-3)
+
+
+@linux_only
+def test_a_job_on_a_cluster_has_what_its_group_is_given(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of either kind of control groups, and of groups around it."""
+    monkeypatch.setattr(resources, "GROUPS", tmp_path)
+    (tmp_path / "memory").mkdir()
+    (tmp_path / "memory.max").write_text("max\n")
+    (tmp_path / "memory" / "memory.limit_in_bytes").write_text(f"{2**63 - 4096}\n")
+    whole = memory_bytes()
+    (tmp_path / "memory.max").write_text("400000000\n")
+    (tmp_path / "memory" / "memory.limit_in_bytes").write_text("400000000\n")
+    assert memory_bytes() == 400_000_000 < whole
+
+
+@linux_only
+def test_a_process_has_what_it_is_limited_to() -> None:
+    code = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, -1));"
+        "from system import memory_bytes; print(memory_bytes())"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert int(said.stdout) == 2 << 30
 
 
 def test_only_processors_that_this_process_may_use_count(
