@@ -18,6 +18,7 @@ from pathlib import Path
 import msgspec
 
 from benchmarks.machine import ROOT
+from renderers.art.crew import ALONE, MachineCrew
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.rank import FrameNode, Rank
@@ -61,20 +62,22 @@ class FrameReport(msgspec.Struct, frozen=True, kw_only=True):
 class RankReport(msgspec.Struct, frozen=True, kw_only=True):
     """What one rank did. rounds: frames by round.
 
-    made_s: time of the first preparation. peak_bytes: most memory resident,
-    mapped files included. own_bytes: most that is this process's alone, looked at after
-    each frame; peak_own_bytes: looked at every 10 ms. distances: as the transport has
-    them.
+    made_s: time of each round's preparation, the volume's loading included.
+    peak_bytes: most memory resident, mapped files included. own_bytes: most that is
+    this process's alone, looked at after each frame; peak_own_bytes: looked at every
+    10 ms. shared_bytes: that it has in common with other ranks, at the end. distances:
+    as the transport has them.
     """
 
     rank: int
     occupied: int
     slots: int
-    made_s: float
+    made_s: tuple[float, ...]
     rounds: tuple[tuple[FrameReport, ...], ...]
     peak_bytes: int
     own_bytes: int
     peak_own_bytes: int = 0
+    shared_bytes: int = 0
     distances: tuple[int, ...] = ()
 
 
@@ -137,10 +140,13 @@ def main(words: Sequence[str]) -> int:
     memory.start()
     rounds: list[tuple[FrameReport, ...]] = []
     own = occupied = slots = 0
-    made_s = 0.0
+    made_s: list[float] = []
+    is_shared = Dataflow(job.dataflow) is Dataflow.SHARED
+    crew = MachineCrew(transport) if is_shared else ALONE
     rank = Rank(transport)
     frame = 0
-    for number in range(job.rounds):
+    for _ in range(job.rounds):
+        transport.meet()
         began = time.perf_counter()
         first = job.requests[0]
         scene = load_scene(DataStore(folder / "data"), first)
@@ -153,9 +159,9 @@ def main(words: Sequence[str]) -> int:
             ranks=transport.ranks,
             distances=transport.distances,
             cell_side=job.cell_side,
+            crew=crew,
         )
-        if not number:
-            made_s = time.perf_counter() - began
+        made_s.append(time.perf_counter() - began)
         occupied, slots = work.occupied, len(work.bricks.view.stamp) - 1
         reports = []
         for request in job.requests:
@@ -181,10 +187,11 @@ def main(words: Sequence[str]) -> int:
         rank=transport.rank,
         occupied=occupied,
         slots=slots,
-        made_s=made_s,
+        made_s=tuple(made_s),
         rounds=tuple(rounds),
         peak_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         own_bytes=own,
+        shared_bytes=own_bytes("RssShmem"),
         peak_own_bytes=memory.stop(),
         distances=tuple(transport.distances(transport.rank)),
     )
@@ -245,11 +252,11 @@ def digest_of(gather: Gather) -> str:
     return hashlib.sha256(gather.value.tobytes() + gather.depth.tobytes()).hexdigest()
 
 
-def own_bytes() -> int:
-    """Return the memory that is this process's alone, as Linux counts it."""
+def own_bytes(kind: str = "RssAnon") -> int:
+    """Return the memory that is this process's alone, or of a kind of Linux's."""
     for line in Path("/proc/self/status").read_text().splitlines():
         name, _, value = line.partition(":")
-        if name == "RssAnon":
+        if name == kind:
             return int(value.split()[0]) * 1024
     return 0
 

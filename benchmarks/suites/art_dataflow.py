@@ -56,6 +56,10 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         tasks = []
         for ranks in (1, 2, 4):
             tasks += [self._way(ranks, way) for way in Dataflow]
+        for side, size in ((128, 256),) if self.quick else ((128, 256), (384, 512)):
+            ways = [(1, Dataflow.SHARED), (2, Dataflow.SHARED), (4, Dataflow.SHARED)]
+            ways.append((2, Dataflow.MIGRATING))
+            tasks += [self._orbit_of(side, size, *way) for way in ways]
         for animation in ("orbit 30",) if self.quick else ("orbit 30", "orbit 60"):
             tasks += [
                 self._coherence(animation, share, tile)
@@ -121,6 +125,47 @@ class DataflowPlan(Plan, suite="art-dataflow"):
             self._settings(ranks) | {"dataflow": way.value},
             baseline=None if way is Dataflow.REPLICATED else "replicated",
             clock="wall",
+        )
+
+    def _orbit_of(self, side: int, size: int, ranks: int, way: Dataflow) -> Task:
+        """Load, prepare and draw an orbit: how much more ranks bring than one."""
+        cell = 16 if way is Dataflow.SHARED else 8
+
+        def run() -> Measured:
+            client, scene = SnapshotClient(self._folder), folded_scene(side)
+            requests = tuple(
+                client.request_classic(scene, camera)
+                for camera in orbit(side, size, 5 if self.quick else 30)
+            )
+            job = RankJob(
+                requests=requests, dataflow=way.value, cell_side=cell, rounds=3
+            )
+            reports = run_ranks(ranks, job, self._folder)
+            cold, whole = [], []
+            # The first round compiles.
+            for made_s, drawn in zip(
+                reports[0].made_s[1:], reports[0].rounds[1:], strict=True
+            ):
+                self._same_bits(f"orbit of {side}", drawn)
+                cold.append(made_s + drawn[0].wall_s)
+                whole.append(made_s + sum(frame.wall_s for frame in drawn))
+            counters = {
+                "cold_s": min(cold),
+                "own_mb": max(r.own_bytes for r in reports) / 1e6,
+                "shared_mb": max(r.shared_bytes for r in reports) / 1e6,
+            }
+            return Measured(Timing.of(whole, whole), counters=counters)
+
+        name = f"{ranks} ranks, {way.value}"
+        settings: dict[str, Setting] = {"ranks": ranks, "side": side, "size": size}
+        return self.task(
+            f"real ranks/orbit of {side}",
+            name,
+            run,
+            settings | {"cell": cell, "dataflow": way.value},
+            baseline=None if ranks == 1 else "1 ranks, shared",
+            clock="wall",
+            cost_s=60.0 if side == 384 else 5.0,
         )
 
     def _coherence(self, animation: str, share: float, tile: int) -> Task:
@@ -191,7 +236,7 @@ class DataflowPlan(Plan, suite="art-dataflow"):
                 "cache_mb_a_rank": slots * cell_bytes / 1e6,
                 "slots": float(slots),
                 "occupied": float(reports[0].occupied),
-                "made_s": max(r.made_s for r in reports),
+                "made_s": max(r.made_s[0] for r in reports),
                 "cold_s": walls[0],
                 "second_s": walls[1],
                 "cells_fetched": _total(reports, 0, 0, "cells_fetched"),
