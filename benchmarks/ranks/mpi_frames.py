@@ -6,7 +6,6 @@ there.
 """
 
 import hashlib
-import os
 import resource
 import subprocess
 import sys
@@ -21,8 +20,8 @@ from benchmarks.machine import ROOT
 from renderers.art.crew import ALONE, MachineCrew
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.policy import CellPolicy, Dataflow
+from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.rank import FrameNode, Rank
-from renderers.art.ranks.ray_travel import make_frame_node
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera
 from renderers.snapshots.data_store import DataStore
@@ -119,16 +118,6 @@ def run_ranks(
     ]
 
 
-def real_time() -> tuple[str, ...]:
-    """Return the words that start a command at real-time priority, where allowed."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
-    except (AttributeError, PermissionError):
-        return ()
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    return ("chrt", "-r", "1")
-
-
 def main(words: Sequence[str]) -> int:
     """Be one rank."""
     from renderers.art.ranks.mpi import MpiTransport
@@ -150,11 +139,11 @@ def main(words: Sequence[str]) -> int:
         began = time.perf_counter()
         first = job.requests[0]
         scene = load_scene(DataStore(folder / "data"), first)
-        march, node, work = make_frame_node(
+        march, node, work = make_node(
             scene,
             mode_of(first),
             first.to_quality(),
-            CellPolicy(job.cache_cells, Dataflow(job.dataflow), job.from_file),
+            policy=CellPolicy(job.cache_cells, Dataflow(job.dataflow), job.from_file),
             rank=transport.rank,
             ranks=transport.ranks,
             distances=transport.distances,

@@ -18,7 +18,6 @@ from benchmarks.ranks.mpi_frames import (
     FrameReport,
     RankJob,
     RankReport,
-    real_time,
     run_ranks,
 )
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
@@ -29,7 +28,6 @@ from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.launcher import find_launcher
 from renderers.snapshots.request import ClassicWork, SnapshotRequest
 
-ROUNDS = 5
 LARGE_SIDE = 1024
 LARGE_CELL = 16
 LARGE_RANKS = 4
@@ -54,11 +52,9 @@ class DataflowPlan(Plan, suite="art-dataflow"):
     def tasks(self) -> list[Task]:
         """List the tasks, baselines first."""
         tasks = []
-        for ranks in (1, 2, 4):
-            tasks += [self._way(ranks, way) for way in Dataflow]
         for side, size in ((128, 256),) if self.quick else ((128, 256), (384, 512)):
             ways = [(1, Dataflow.SHARED), (2, Dataflow.SHARED), (4, Dataflow.SHARED)]
-            ways.append((2, Dataflow.MIGRATING))
+            ways += [(2, way) for way in Dataflow if way is not Dataflow.SHARED]
             tasks += [self._orbit_of(side, size, *way) for way in ways]
         for animation in ("orbit 30",) if self.quick else ("orbit 30", "orbit 60"):
             tasks += [
@@ -94,37 +90,6 @@ class DataflowPlan(Plan, suite="art-dataflow"):
         return tuple(
             client.request_scope(scene.surface, view.camera, samples=1)
             for view in path_views(self._size, 60)
-        )
-
-    def _way(self, ranks: int, way: Dataflow) -> Task:
-        def run() -> Measured:
-            job = RankJob(
-                requests=self._orbit[:3], dataflow=way.value, rounds=ROUNDS + 1
-            )
-            reports = run_ranks(ranks, job, self._folder, *real_time())
-            for drawn in reports[0].rounds:
-                self._same_bits("orbit", drawn)
-            # The first round compiles.
-            frames = [[f.wall_s for f in r] for r in reports[0].rounds[1:]]
-            cold, warm = [f[0] for f in frames], [sum(f[1:]) for f in frames]
-            counters = {
-                "cold_s": min(cold),
-                "warm_s": min(warm) / 2,
-                "cells_fetched": _total(reports, 1, 0, "cells_fetched"),
-                "cells_fetched_warm": _total(reports, 1, 1, "cells_fetched"),
-                "rays_sent": _total(reports, 1, 0, "rays_sent"),
-                "sends": float(sum(r.rounds[1][0].sends for r in reports)),
-                "own_mb": max(r.own_bytes for r in reports) / 1e6,
-            }
-            return Measured(Timing.of(warm, warm), counters=counters)
-
-        return self.task(
-            f"ways/orbit/{ranks} ranks",
-            way.value,
-            run,
-            self._settings(ranks) | {"dataflow": way.value},
-            baseline=None if way is Dataflow.REPLICATED else "replicated",
-            clock="wall",
         )
 
     def _orbit_of(self, side: int, size: int, ranks: int, way: Dataflow) -> Task:

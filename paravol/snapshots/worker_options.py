@@ -15,12 +15,10 @@ class WorkerOptions:
     """MPI processes; 1 renders without MPI."""
     threads: int | None = None
     """Threads that trace (without MPI), shade and expose; 2 by default."""
-    dataflow: Literal["shared", "migrating", "static", "replicated", "rays"] | None = (
-        None
-    )
+    dataflow: Literal["shared", "migrating", "static", "replicated"] | None = None
     """How ranks share the volume's cells: in shared memory (the default on one
-    machine), migrating as in the 1995 paper (on several), static, the whole volume on
-    every rank, or rays that travel."""
+    machine), migrating as in the 1995 paper (on several), static, or the whole volume
+    on every rank."""
     from_file: bool = False
     """No rank has to keep cells, which are read from the volume's file: for volumes
     larger than all memory."""

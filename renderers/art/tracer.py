@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,8 +16,7 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.kernels.unpack_surface import unpack_surface
 from renderers.art.march import Drawer, FrameRays, March
 from renderers.art.quality import Quality
-from renderers.art.ranks.policy import CellPolicy
-from renderers.art.ranks.prepare import Box, MarchNode, edit_node, make_node
+from renderers.art.ranks.prepare import LONE, Box, MarchNode, edit_node, make_node
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, strips
 from renderers.scene import (
@@ -313,11 +312,14 @@ class ActiveRayTracer:
                 mode,
                 self.quality,
                 cell_side=self._side(mode),
-                policy=CellPolicy(self._cache_cells),
+                policy=replace(
+                    LONE,
+                    cache_cells=self._cache_cells,
+                    memory_bytes=self._memory_bytes,
+                ),
                 validate=self._validate,
                 packet=self._packet,
                 deflection=self._deflection,
-                memory_bytes=self._memory_bytes,
                 crew=Crew(self._pool.map),
             )
         return self._made[mode]

@@ -14,10 +14,8 @@ from renderers.art.job_steps import Step, reached
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.messages import MessageKind
 from renderers.art.ranks.policy import CellPolicy
-from renderers.art.ranks.prepare import MarchNode, edit_node
+from renderers.art.ranks.prepare import MarchNode, edit_node, make_node
 from renderers.art.ranks.rank import FrameNode, Rank
-from renderers.art.ranks.ray_node import RayNode
-from renderers.art.ranks.ray_travel import MarchRayNode, make_frame_node
 from renderers.art.ranks.rays import RayPacket
 from renderers.art.ranks.transport import Transport
 from renderers.art.ranks.work import MarchWork
@@ -208,7 +206,7 @@ class _PreparedScene:
     scene: bytes
     family: bytes
     march: March
-    node: MarchNode | MarchRayNode
+    node: MarchNode
     work: MarchWork
 
 
@@ -243,7 +241,6 @@ class _Prepared:
         if (
             kept is not None
             and kept.family == family
-            and not isinstance(kept.node, RayNode)
             # each would bring up to date what is everybody's
             and not self._crew.is_shared
         ):
@@ -255,11 +252,11 @@ class _Prepared:
             # of what one rank fetches from another small cells are better
             is_quick = self._crew.is_shared and mode == "classic"
             side = None if is_quick else SMALLEST_SIDE
-            march, node, work = make_frame_node(
+            march, node, work = make_node(
                 scene,
                 mode,
                 request.to_quality(),
-                self._policy,
+                policy=self._policy,
                 rank=self._transport.rank,
                 ranks=self._transport.ranks,
                 distances=self._transport.distances,

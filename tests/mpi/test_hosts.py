@@ -76,7 +76,7 @@ def placing(shell: Path) -> list[str]:
     return [*words, "-hosts", "10.77.0.1,10.77.0.2", "-ppn", "2"]
 
 
-@pytest.mark.parametrize("dataflow", ["migrating", "rays"])
+@pytest.mark.parametrize("dataflow", ["migrating", "static"])
 def test_ranks_on_two_hosts_draw_the_same_bits(
     tmp_path: Path, hosts: tuple[str, Path], dataflow: str
 ) -> None:

@@ -48,10 +48,6 @@ class MessageKind(IntEnum):
     """From the home to a holder: will you be the owner, whose copy must stay?"""
     ADOPTED = 8
     """To the home: yes (`aux` is 1) or no (0)."""
-    RAYS = 9
-    """To a cell's owner: rays that go on there (where rays travel, not cells)."""
-    RETURN = 10
-    """To the rank whose rays they are: they are finished."""
     BEGIN = 16
     """From rank 0: draw this; the payload is the job."""
     REGION = 17
@@ -73,10 +69,7 @@ class MessageKind(IntEnum):
 _KINDS = {int(kind): kind for kind in MessageKind}
 
 CELL_KINDS = frozenset(MessageKind(number) for number in range(1, 9))
-"""Those about cells."""
-
-NODE_KINDS = CELL_KINDS | {MessageKind.RAYS, MessageKind.RETURN}
-"""Those that a node handles; the others are between the drivers of ranks."""
+"""Those about cells, which a node handles; the others are between ranks' drivers."""
 
 
 class Message(NamedTuple):

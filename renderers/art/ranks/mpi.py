@@ -64,7 +64,6 @@ _ANSWERS = frozenset(
         MessageKind.DATA,
         MessageKind.KEEP,
         MessageKind.INVALIDATE,
-        MessageKind.RETURN,
     )
 )
 

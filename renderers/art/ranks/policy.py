@@ -10,14 +10,13 @@ class Dataflow(Enum):
     REPLICATED: every rank the whole volume; nothing is sent. STATIC: each cell stays
     with its home, which sends copies: object dataflow before the 1995 paper. MIGRATING:
     the paper's, cells move to where they are used and homes only know where they are.
-    RAYS: cells stay with their owners and rays travel to them. SHARED: ranks of one
+    SHARED: ranks of one
     machine keep one copy, to which each adds what it needs; nothing is sent.
     """
 
     REPLICATED = "replicated"
     STATIC = "static"
     MIGRATING = "migrating"
-    RAYS = "rays"
     SHARED = "shared"
 
 
@@ -27,9 +26,11 @@ class CellPolicy:
 
     cache_cells: that a rank keeps; None for all. from_file: no rank has to keep cells:
     homes read from the volume's file, static ones each time they are asked, migrating
-    ones where nobody has the cell.
+    ones where nobody has the cell. memory_bytes: that a lone rank, or those that share
+    memory, may take beside the volume; None for half of the machine's.
     """
 
     cache_cells: int | None = None
     dataflow: Dataflow = Dataflow.MIGRATING
     from_file: bool = False
+    memory_bytes: int | None = None

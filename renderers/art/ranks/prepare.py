@@ -74,9 +74,6 @@ def _share_out(
     owner = deal_owners(seen, ranks) if migrates else home
     if migrates and policy.from_file:
         owner = np.where(seen, ON_DISK, EMPTY)
-    if policy.dataflow is Dataflow.RAYS:
-        # Neighbouring cells belong together: a ray then stays longer where it is.
-        home = deal_owners(seen, ranks)
     mine: NDArray[np.int64] | None
     if migrates and not policy.from_file:
         cache = CellCache(*slots_of(full, ranks, policy.cache_cells))
@@ -108,23 +105,21 @@ def make_node(
     validate: bool = False,
     packet: int | None = None,
     deflection: Deflection | None = None,
-    memory_bytes: int | None = None,
     crew: Crew = ALONE,
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
-    policy: without a number of cells a lone rank keeps all that can be seen and there
-    is room for. distances: what separates ranks; None where it makes no difference.
+    policy: without a number of cells a lone rank, or one of those that share memory,
+    keeps all that can be seen and there is room for; ValueError where there is room
+    for too few. distances: what separates ranks; None where it makes no difference.
     cell_side: None for the quickest that keep a lit copy small. packet: rays that march
-    together; None for the fastest way. deflection: deflects the rays. memory_bytes:
-    that one rank alone may take beside the volume; None for half of the machine's.
-    Raise ValueError where that is too little. crew: prepares it together; all of them
-    call this alike.
+    together; None for the fastest way. deflection: deflects the rays. crew: prepares it
+    together; all of them call this alike.
     """
     if not 0 <= rank < ranks:
         raise ValueError(f"rank must be 0 to {ranks - 1}, got {rank}")
     require_vectors("The ray tracer")
-    limit = memory_limit() if memory_bytes is None else memory_bytes
+    limit = memory_limit() if policy.memory_bytes is None else policy.memory_bytes
     if ranks == 1:
         require_distances(scene.volume.shape, limit)
     settings = LookSettings(mode, quality, packet, deflection)

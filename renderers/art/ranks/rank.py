@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import msgspec
 
 from renderers.art.job_steps import Step, reached
-from renderers.art.ranks.messages import NODE_KINDS, Message, MessageKind, ProtocolError
+from renderers.art.ranks.messages import CELL_KINDS, Message, MessageKind, ProtocolError
 from renderers.art.ranks.transport import RankRefusedError, Transport
 from renderers.art.regions import Gather
 
@@ -25,7 +25,7 @@ PACKETS_A_STEP = 1
 
 
 class FrameNode(Protocol):
-    """Promise what a rank drives: `Node`, or `RayNode` where rays travel."""
+    """Promise what a rank drives."""
 
     @property
     def is_active(self) -> bool:
@@ -193,7 +193,7 @@ class Rank:
             return
         elif kind is MessageKind.CANCEL:
             self._node.cancel()
-        elif kind in NODE_KINDS:
+        elif kind in CELL_KINDS:
             self._send_all(self._node.handle(message))
         elif self._gather is None:
             raise ProtocolError(f"rank {self.transport.rank} was sent {kind.name}")

@@ -5,10 +5,9 @@ import msgspec
 import pytest
 from numpy.testing import assert_array_equal
 
-from renderers.art import ActiveRayTracer, Quality
+from renderers.art import ActiveRayTracer
 from renderers.art.quality import QUALITIES
 from renderers.art.ranks.policy import CellPolicy, Dataflow
-from renderers.art.ranks.ray_travel import make_frame_node
 from renderers.scene import Camera, Scene
 from renderers.scene.lens_state import CLEAN, LensState, all_over
 from renderers.snapshots.client import SnapshotClient
@@ -184,12 +183,3 @@ def test_ranks_draw_what_one_tracer_draws(
     assert_array_equal(drawn.radiance(), tracer.render(outside).rgba)
     found = tracer.gbuffer(inside.with_size(48, 40))
     assert_array_equal(client.wait(requests[1].id).depth_mm(), found.depth_mm)
-
-
-def test_bent_rays_do_not_travel(scene: Scene) -> None:
-    policy = CellPolicy(None, Dataflow.RAYS)
-    bent = to_deflection(specs(scene))
-    with pytest.raises(ValueError, match="do not travel between ranks; start"):
-        make_frame_node(
-            scene, "classic", Quality.named("preview"), policy, deflection=bent
-        )

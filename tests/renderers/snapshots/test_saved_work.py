@@ -221,7 +221,7 @@ def test_a_job_taken_over_goes_on_where_it_was(
 
 
 @pytest.mark.usefixtures("steady_pace")
-@pytest.mark.parametrize("dataflow", [Dataflow.MIGRATING, Dataflow.RAYS])
+@pytest.mark.parametrize("dataflow", [Dataflow.MIGRATING, Dataflow.STATIC])
 def test_ranks_go_on_with_what_one_process_found(
     client: SnapshotClient, scene: Scene, outside: Camera, dataflow: Dataflow
 ) -> None:

@@ -17,7 +17,6 @@ from renderers.art.ranks.node import Node
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import MarchNode, make_node
 from renderers.art.ranks.rank import Rank
-from renderers.art.ranks.ray_travel import MarchRayNode, make_frame_node
 from renderers.art.ranks.transport import TransportError
 from renderers.art.regions import Gather, Region, deal_regions
 from renderers.scene import Camera, Scene
@@ -44,7 +43,7 @@ def draw(
     from_file: bool = False,
     frames: int = 1,
     order: Callable[[list[Region]], list[Region]] = list,
-) -> tuple[list[NDArray[np.float32]], list[MarchNode | MarchRayNode]]:
+) -> tuple[list[NDArray[np.float32]], list[MarchNode]]:
     """Draw with ranks in one process, each moved in a random order.
 
     room: slots of a cache, beyond a rank's share of the cells where it has to keep one.
@@ -57,11 +56,11 @@ def draw(
     random = np.random.default_rng(seed)
     parts = [Rank(joint.end(rank)) for rank in range(ranks)]
     made = [
-        make_frame_node(
+        make_node(
             scene,
             mode,
             quality,
-            CellPolicy(room, dataflow, from_file),
+            policy=CellPolicy(room, dataflow, from_file),
             rank=rank,
             ranks=ranks,
             cell_side=side,
@@ -128,7 +127,7 @@ def one(
             (Dataflow.STATIC, False),
             (Dataflow.STATIC, True),
             (Dataflow.REPLICATED, False),
-            (Dataflow.RAYS, False),
+            (Dataflow.SHARED, False),
         ]
     ),
     order=st.sampled_from([list, lambda regions: regions[::-1]]),
@@ -185,11 +184,11 @@ def test_leaving_early_leaves_nothing_behind(
     joint = LoopBack(2, seed=3)
     parts = [Rank(joint.end(rank)) for rank in range(2)]
     made = [
-        make_frame_node(
+        make_node(
             scene,
             "classic",
             QUALITY,
-            CellPolicy(dataflow=dataflow),
+            policy=CellPolicy(dataflow=dataflow),
             rank=r,
             ranks=2,
             validate=True,
