@@ -265,16 +265,16 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15733,
-    "app": 19085,
-    "benchmarks": 10883,
+    "app": 19135,
+    "benchmarks": 10889,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27722,
-    "renderers": 37495,
+    "paravol": 27885,
+    "renderers": 37617,
     "scenarios": 12392,
-    "surgery": 7235,
-    "system": 1123,
-    "tests": 94507,
+    "surgery": 7304,
+    "system": 1159,
+    "tests": 94760,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
