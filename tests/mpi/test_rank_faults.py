@@ -62,11 +62,17 @@ def large_job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     return Job(tmp_path_factory.mktemp("large"), size=(900, 800))
 
 
-def kill_a_rank(job: Job, folder: Path, victim: int, step: str, nth: int) -> None:
-    """Kill one of three ranks; another worker must finish, with the right bits."""
+def kill_a_rank(
+    job: Job, folder: Path, victim: int, step: str, nth: int, *, shares: bool = False
+) -> None:
+    """Kill one of three ranks; another worker must finish, with the right bits.
+
+    shares: they have one memory; else cells migrate.
+    """
     act(job.order(folder, "client"))
     words = ["-m", "tests.stress.doomed", str(victim), step, str(nth)]
-    words += ["--spool", str(folder), "--once", "--cache-cells", "20"]
+    words += ["--spool", str(folder), "--once"]
+    words += [] if shares else ["--cache-cells", "20"]
     words += ["--save-every", "0"]
     with running(ranks_command(RANKS, *words)) as child:
         said, _ = child.communicate(timeout=LIMIT_S)
@@ -92,6 +98,21 @@ def test_the_death_of_a_rank_among_rays_loses_nothing(
     job: Job, tmp_path: Path, victim: int, step: str, nth: int
 ) -> None:
     kill_a_rank(job, tmp_path / "spool", victim, step, nth)
+
+
+@pytest.mark.parametrize(
+    ("victim", "step", "nth"),
+    [
+        (1, "RAYS_MOVED", 2),
+        pytest.param(0, "RAYS_MOVED", 2, marks=pytest.mark.slow),
+        pytest.param(0, "SCENE_LOADED", 1, marks=pytest.mark.slow),
+        pytest.param(2, "SCENE_LOADED", 1, marks=pytest.mark.slow),
+    ],
+)
+def test_the_death_of_a_rank_that_shares_memory_loses_nothing(
+    job: Job, tmp_path: Path, victim: int, step: str, nth: int
+) -> None:
+    kill_a_rank(job, tmp_path / "spool", victim, step, nth, shares=True)
 
 
 @pytest.mark.slow
