@@ -274,7 +274,7 @@ BUDGET = {
     "scenarios": 12392,
     "surgery": 7304,
     "system": 1159,
-    "tests": 94760,
+    "tests": 94782,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

@@ -57,6 +57,7 @@ BELOW = (
     *("paravol/debrief/advice.py", "paravol/debrief/events.py"),
     *("paravol/feedback/taken_text.py", "paravol/feedback/touch_signs.py"),
     *("paravol/flight/flight.py", "paravol/flight/flight_events.py"),
+    "paravol/flight/renderer_compiler.py",
     *("paravol/guide/goals.py", "paravol/guide/guide.py"),
     *("paravol/inputs/arm.py", "paravol/inputs/haptic.py"),
     *("paravol/inputs/instrument_input.py", "paravol/inputs/second_device.py"),
