@@ -269,7 +269,7 @@ BUDGET = {
     "benchmarks": 10889,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27885,
+    "paravol": 27893,
     "renderers": 37617,
     "scenarios": 12392,
     "surgery": 7304,

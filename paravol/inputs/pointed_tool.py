@@ -310,9 +310,7 @@ class PointedTool:
         self.hold.state = state
         self.hold.beside(frame, 1.0)
         reach_mm(self._distance, frame[:3, 3], frame[:3, 2])
-        self.hold(frame, frame)
-        self._gets_to(frame)
-        self.hold.harm(frame, frame[None])
+        self.hold.warm_up(frame)
         self.plan.warm_up(state.name, frame)
 
     def _gets_to(self, end: Doubles) -> bool:

@@ -104,6 +104,16 @@ class ToolHold:
         is_hurt = (after < SPARES_MM) & (after < before)
         return start if is_hurt.any() else held
 
+    def warm_up(self, frame: Doubles) -> None:
+        """Compile what holds a tool that is pushed; frame: in the nose, 4x4."""
+        place = frame[:3, 3].copy()
+        voxel = np.ascontiguousarray(self._distance.voxel_from_world[:3])
+        is_in_middle(self._distance.values, voxel, place)
+        if self._yields is not None:
+            self._yields.at(place[None])
+        self.harm(frame, frame[None])
+        self(frame, frame)
+
     def move_to(self, pivot_mm: Doubles) -> None:
         """Hold the shaft at another place of the nostril, ``(3,)``, from now on."""
         self._hold.pivot_mm = pivot_mm
