@@ -270,11 +270,11 @@ BUDGET = {
     "devices": 13292,
     "examples": 1787,
     "paravol": 27893,
-    "renderers": 37617,
+    "renderers": 37627,
     "scenarios": 12392,
     "surgery": 7304,
     "system": 1159,
-    "tests": 94782,
+    "tests": 94789,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

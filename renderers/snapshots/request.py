@@ -286,7 +286,8 @@ class SnapshotRequest(_Strict, frozen=True):
 
     priority: 0 is drawn first. step_voxels, cutoff: replace those of `quality`; a step
     given is taken in any scene.
-    max_seconds: the job fails when it takes longer. deadline_s: it fails when it is
+    max_seconds: from its first rays on; the best picture so far is delivered then.
+    deadline_s: it fails when it is
     not done so long after it was asked for; None for whenever. progressive: coarse
     pictures are traced first, so that a picture can be had at any moment, and those
     and parts of the picture itself are shown as they come. deflectors: bend the

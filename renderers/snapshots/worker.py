@@ -60,6 +60,9 @@ MOST_ATTEMPTS = 3
 
 HEARTBEAT_S = 2.0
 
+UNMOVED_S = 600.0
+"""For what comes before a job's first rays: loading, and compiling on a new machine."""
+
 LOOK_S = 0.05
 """Time between two looks for a client's wish to cancel."""
 
@@ -278,9 +281,11 @@ class _Worker:
 
     def _render(self, request: SnapshotRequest, number: int, heart: Heartbeat) -> None:
         began = time.perf_counter()
+        moved: float | None = None
         heart.limit(
-            request.max_seconds,
-            f"the picture took longer than max_seconds, {request.max_seconds:g} s",
+            request.max_seconds + UNMOVED_S,
+            f"the picture took longer than max_seconds, {request.max_seconds:g} s, and "
+            f"{UNMOVED_S:g} s of preparation",
         )
         if request.deadline_s is not None:
             heart.limit(
@@ -291,12 +296,16 @@ class _Worker:
             raise RenderStoppedError()
 
         def go_on(share: float) -> bool:
+            nonlocal moved
+            if moved is None and share > 0.0:
+                moved = time.perf_counter()
             heart.done = max(heart.done, 0.99 * share)
             return heart.may_go_on() and not self.stopped()
 
         def enough() -> bool:
-            after = request.deliver_after_s
-            late = after is not None and time.perf_counter() - began > after
+            after, now = request.deliver_after_s, time.perf_counter()
+            late = after is not None and now - began > after
+            late |= moved is not None and now - moved > request.max_seconds
             return late or self.spool.is_enough(request.id)
 
         scene = load_scene(self.spool.data, request)
