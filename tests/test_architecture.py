@@ -269,12 +269,12 @@ BUDGET = {
     "benchmarks": 10889,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27893,
-    "renderers": 37627,
+    "paravol": 27899,
+    "renderers": 37651,
     "scenarios": 12392,
     "surgery": 7304,
     "system": 1159,
-    "tests": 94789,
+    "tests": 94817,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

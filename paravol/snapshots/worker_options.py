@@ -24,6 +24,9 @@ class WorkerOptions:
     larger than all memory."""
     cache_cells: int | None = None
     """Cells that a rank keeps at most; all by default."""
+    memory_gb: float | None = None
+    """Memory that a rank may take beside the volume, GB, which says how many cells it
+    keeps; half of the machine's by default."""
     lease: float | None = None
     """Seconds of silence until a worker counts as dead, 15 by default; 60 on a network
     disk."""
@@ -43,16 +46,19 @@ class WorkerOptions:
             raise UserError(f"--lease must be a positive time, got {self.lease:g}")
         if self.keep_days is not None and not 0 <= self.keep_days < math.inf:
             raise UserError(f"--keep-days must not be negative, got {self.keep_days}")
-        if self.ranks == 1 and (self.dataflow or self.cache_cells or self.from_file):
+        if self.memory_gb is not None and not 0 < self.memory_gb < math.inf:
+            raise UserError(f"--memory-gb must be above 0, got {self.memory_gb:g}")
+        of_ranks = self.dataflow, self.cache_cells, self.from_file, self.memory_gb
+        if self.ranks == 1 and any(of_ranks):
             raise UserError(
-                "--dataflow, --cache-cells and --from-file say how ranks share cells; "
-                "take more --ranks than 1 with them."
+                "--dataflow, --cache-cells, --from-file and --memory-gb say how ranks "
+                "share cells; take more --ranks than 1 with them."
             )
 
     def arguments(self) -> list[str]:
         """Return these options as arguments of `python -m renderers.snapshots`."""
         found = []
-        names = ("threads", "dataflow", "cache_cells", "lease", "keep_days")
+        names = "threads", "dataflow", "cache_cells", "memory_gb", "lease", "keep_days"
         for name in (*names, "once", "from_file"):
             value = getattr(self, name)
             if value is not None and value is not False:

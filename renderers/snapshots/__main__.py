@@ -95,6 +95,10 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--backend", choices=("auto", "serial", "mpi"), default="auto", help=told)
     add("--threads", type=int, default=2, help="threads of a serial worker")
     add("--cache-cells", type=int, help="cells a rank keeps; all by default")
+    told = (
+        "memory a rank may take beside the volume, GB; it says how many cells it keeps"
+    )
+    add("--memory-gb", type=float, help=told)
     flows = [flow.value for flow in Dataflow]
     told = "how ranks share cells: usually shared on one machine, else migrating"
     add("--dataflow", choices=flows, help=told)
@@ -122,7 +126,8 @@ def _policy(options: argparse.Namespace, transport: "MpiTransport") -> CellPolic
             "ranks on several machines share no memory; start the worker with another "
             "--dataflow than shared"
         )
-    return CellPolicy(options.cache_cells, flow, options.from_file)
+    bytes_ = None if options.memory_gb is None else int(options.memory_gb * 1e9)
+    return CellPolicy(options.cache_cells, flow, options.from_file, bytes_)
 
 
 def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> int:

@@ -268,6 +268,13 @@ class _Prepared:
         self._kept = kept
         return kept.march, kept.node
 
+    def kept_cells(self) -> dict[str, int]:
+        """Return how many cells this rank may keep, and the bytes of their bricks."""
+        assert self._kept is not None
+        cells = self._kept.node.cache.capacity
+        brick = self._kept.work.bricks.brick_bytes
+        return {"cache_cells": cells, "cache_bytes": cells * brick}
+
     def forget(self) -> None:
         self._kept = None
 
@@ -335,7 +342,8 @@ class RankTeam:
         if stopped:
             raise RenderStoppedError(found, gather.done)
         step = march.quality.step_voxels
-        counters = dict(rank.cost) | {"shared_memory": int(self._crew.is_shared)}
+        kept = self._prepared.kept_cells()
+        counters = dict(rank.cost) | kept | {"shared_memory": int(self._crew.is_shared)}
         return Traced(found, counters, step_voxels=step)
 
     def dismiss(self) -> None:

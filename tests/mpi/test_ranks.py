@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.ranks.orbits import folded_scene, orbit
 from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, Projection, Scene
-from renderers.snapshots.client import SnapshotClient
+from renderers.snapshots.client import SnapshotClient, SnapshotError
 from renderers.snapshots.request import QualityName
 from tests.mpi.launching import NEEDS_RANKS, rank_process, ranks, wait_until_gone
 
@@ -162,3 +163,28 @@ def test_ranks_end_when_their_launcher_is_killed(tmp_path: Path) -> None:
         child.kill()
         child.wait()
         wait_until_gone(spool)
+
+
+def test_the_memory_that_a_rank_may_take_says_how_many_cells_it_keeps(
+    tmp_path: Path,
+) -> None:
+    """Bricks, and values to be handed on; too little is refused with the bytes."""
+    scene, (camera,) = folded_scene(64), orbit(64, 48, 1)
+    client = SnapshotClient(tmp_path / "spool")
+    expected = ActiveRayTracer(scene, "snapshot", threads=1).render(camera)
+    for gigabytes, cells in (("0.0029", 309), ("0.0001", None)):
+        job = client.submit(client.request_classic(scene, camera))
+        options = "--once", "--dataflow", "migrating", "--memory-gb", gigabytes
+        with ranks(2, client.spool.folder, *options) as child:
+            if cells is None:
+                with pytest.raises(
+                    SnapshotError, match=r"needs at least [0-9,]+ bytes"
+                ):
+                    client.wait(job, timeout_s=120)
+            else:
+                snapshot = client.wait(job, timeout_s=120)
+                assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+                counters = snapshot.result.counters
+                assert counters["cache_cells"] == cells
+                assert counters["cache_bytes"] == cells * 9**3 * 8
+            child.communicate(timeout=30)

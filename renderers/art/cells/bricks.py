@@ -78,12 +78,16 @@ class Bricks:
         )
 
     @property
+    def brick_bytes(self) -> int:
+        """Return the memory of one brick."""
+        return self._numbers * self.view.samples.itemsize
+
+    @property
     def bytes(self) -> int:
         """Return the memory of all bricks, of the distances and of the whole volume."""
         view = self.view
         filled = len(np.unique(view.slots[view.slots >= 0]))
-        samples = filled * self._numbers * view.samples.itemsize
-        return samples + view.leap.nbytes + view.whole.nbytes
+        return filled * self.brick_bytes + view.leap.nbytes + view.whole.nbytes
 
     def follow(
         self,

@@ -26,8 +26,9 @@ class CellPolicy:
 
     cache_cells: that a rank keeps; None for all. from_file: no rank has to keep cells:
     homes read from the volume's file, static ones each time they are asked, migrating
-    ones where nobody has the cell. memory_bytes: that a lone rank, or those that share
-    memory, may take beside the volume; None for half of the machine's.
+    ones where nobody has the cell. memory_bytes: that each rank may take beside the
+    volume, which chooses cache_cells where that is None. None for half of the machine's
+    memory, for a lone rank or all together that share it.
     """
 
     cache_cells: int | None = None

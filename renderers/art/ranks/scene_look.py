@@ -150,8 +150,11 @@ class SceneLook:
         """Return whether rays step through empty cells, since there are no leaps."""
         return not self.leap.any() and not self.seen.all()
 
-    def budget(self, limit: int) -> MemoryBudget:
-        """Fit what one rank draws with into so many bytes; ValueError if it cannot."""
+    def budget(self, limit: int, *, raw: bool = False) -> MemoryBudget:
+        """Fit what one rank draws with into so many bytes; ValueError if it cannot.
+
+        raw: values of cells are kept beside their bricks, to be handed on.
+        """
         march, voxels = self.march, math.prod(self.grid.shape)
         number = 4 if self.span is None else 2
         channels = 4 if march.needs_gradients else 1
@@ -159,7 +162,8 @@ class SceneLook:
         return budget_for(
             self.grid.shape,
             int(np.count_nonzero(self.seen)),
-            (self.grid.side + 1) ** 3 * channels * number,
+            (self.grid.side + 1) ** 3 * channels * number
+            + raw * (self.grid.side + 3) ** 3 * number,
             voxels * number if wanted else 0,
             limit,
             bricks=march.needs_gradients,
