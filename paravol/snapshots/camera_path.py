@@ -69,7 +69,9 @@ def views_along(
 
     at = np.array([key.time_s for key in path.keys])
     frames = _frames(path)
-    eyes = PchipInterpolator(at, frames[:, 0])(times_s)
+    # it divides by slopes, which may be as small as numbers get: then they are none
+    with np.errstate(over="ignore"):
+        eyes = PchipInterpolator(at, frames[:, 0])(times_s)
     # rows right, up, forward are a left-handed triple: turn right about
     turns = Rotation.from_matrix(frames[:, 1:] * np.array([-1.0, 1, 1])[:, None])
     axes = Slerp(at, turns)(times_s).as_matrix() * np.array([-1.0, 1, 1])[:, None]
