@@ -127,7 +127,8 @@ def remembered_trial() -> Iterator[Callable[[], OpenGL]]:
     """
     entry = _memory()
     known = read_kept(entry, OpenGL)
-    entry.unlink(missing_ok=True)
+    with suppress(OSError):
+        entry.unlink()
     if known is not None and known.works:
         found = known
         yield lambda: found

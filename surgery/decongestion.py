@@ -3,6 +3,7 @@
 import logging
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xxhash
@@ -13,8 +14,8 @@ import anatomy.redistance
 from anatomy.kernels import sweep_distance
 from anatomy.tissue import Label
 from renderers.scene import AirSurface, Volume
-from renderers.scene.cache_entries import kept_entry, mark_used
-from system import ForeignFileError, UserError, foreign_file
+from renderers.scene.cache_entries import kept_entry, read_arrays
+from system import UserError
 
 Distance = NDArray[np.float32]
 
@@ -76,7 +77,16 @@ def decongest(
     if shrinks_mm == 0 or not np.isin(labels.values, _SHRINKING).any():
         return surface
     entry = None if folder is None else folder / _name(d, labels.values, shrinks_mm)
-    whole = None if entry is None else _read(entry, d.shape)
+    whole = None
+
+    def read(archive: Any) -> Distance:
+        field: Distance = archive["distance"]
+        if field.dtype != np.float32 or field.shape != d.shape:
+            raise UserError(f"the distance is {field.dtype} {field.shape}")
+        return field
+
+    if entry is not None:
+        whole = read_arrays(entry, "a shrunk head", read)
     if whole is None:
         whole = _shrunk(d, labels.values, shrinks_mm, float(spacing[0]))
         if entry is not None:
@@ -117,26 +127,6 @@ def _name(d: Distance, labels: NDArray[np.uint8], shrinks_mm: float) -> str:
     digest.update(d.tobytes())
     digest.update(labels.tobytes())
     return f"{digest.hexdigest()}.npz"
-
-
-def _read(entry: Path, shape: tuple[int, ...]) -> Distance | None:
-    """Read an entry; None if there is none or it is not what was stored."""
-    if not entry.is_file():
-        return None
-    try:
-        with (
-            foreign_file(entry, "a shrunk head"),
-            entry.open("rb") as file,
-            np.load(file, allow_pickle=False) as archive,
-        ):
-            field: Distance = archive["distance"]
-            if field.dtype != np.float32 or field.shape != shape:
-                raise UserError(f"the distance is {field.dtype} {field.shape}")
-        mark_used(entry)
-    except (ForeignFileError, OSError) as error:
-        log.warning("%s is broken and is made again: %s", entry, error)
-        return None
-    return field
 
 
 def _keep(entry: Path, field: Distance) -> None:

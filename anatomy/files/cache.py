@@ -18,8 +18,8 @@ from anatomy.phantom.phantom import Phantom, Progress, build_phantom, whole_fiel
 from anatomy.queries.landmarks import landmarks
 from anatomy.wall_layers import NO_WALL, WallKind, WallLayers
 from renderers.scene import Volume
-from renderers.scene.cache_entries import kept_entry, mark_used
-from system import ForeignFileError, UserError, foreign_file
+from renderers.scene.cache_entries import kept_entry, read_arrays
+from system import UserError
 
 log = logging.getLogger(__name__)
 
@@ -99,43 +99,35 @@ def _load(
     path: Path, parameters: PhantomParameters, lattice: Lattice
 ) -> Phantom | None:
     """Read an entry; None if there is none or it is not what was stored."""
-    if not path.is_file():
-        return None
-    try:
-        with (
-            foreign_file(path, "a phantom"),
-            path.open("rb") as file,
-            np.load(file, allow_pickle=False) as archive,
-        ):
-            read = partial(_volume, archive, lattice)
-            volumes = {name: read(name, kind, out) for name, kind, out in _VOLUMES}
-            kinds = msgspec.json.decode(
-                archive["wall_kinds"].tobytes(), type=tuple[WallKind, ...]
-            )
-            layers = WallLayers(
-                read("wall", np.uint8, float(NO_WALL)),
-                read("ground", np.uint8, 0.0),
-                kinds,
-            )
-            prefix, outside = _HAZARD, FARTHEST_MM / UNIT_MM
-            hazards = HazardVolumes(
-                {
-                    name.removeprefix(prefix): read(name, np.int16, outside)
-                    for name in archive.files
-                    if name.startswith(prefix)
-                }
-            )
-        mark_used(path)
-    except (ForeignFileError, OSError) as e:
-        log.warning("the cached phantom %s is broken and is built again: %s", path, e)
-        return None
-    return Phantom(
-        parameters=parameters,
-        landmarks=landmarks(parameters),
-        layers=layers,
-        hazards=hazards,
-        **volumes,
-    )
+
+    def read(archive: Any) -> Phantom:
+        volume = partial(_volume, archive, lattice)
+        volumes = {name: volume(name, kind, out) for name, kind, out in _VOLUMES}
+        kinds = msgspec.json.decode(
+            archive["wall_kinds"].tobytes(), type=tuple[WallKind, ...]
+        )
+        layers = WallLayers(
+            volume("wall", np.uint8, float(NO_WALL)),
+            volume("ground", np.uint8, 0.0),
+            kinds,
+        )
+        prefix, outside = _HAZARD, FARTHEST_MM / UNIT_MM
+        hazards = HazardVolumes(
+            {
+                name.removeprefix(prefix): volume(name, np.int16, outside)
+                for name in archive.files
+                if name.startswith(prefix)
+            }
+        )
+        return Phantom(
+            parameters=parameters,
+            landmarks=landmarks(parameters),
+            layers=layers,
+            hazards=hazards,
+            **volumes,
+        )
+
+    return read_arrays(path, "a phantom", read)
 
 
 def _volume(

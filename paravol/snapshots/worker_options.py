@@ -48,6 +48,11 @@ class WorkerOptions:
             raise UserError(f"--keep-days must not be negative, got {self.keep_days}")
         if self.memory_gb is not None and not 0 < self.memory_gb < math.inf:
             raise UserError(f"--memory-gb must be above 0, got {self.memory_gb:g}")
+        if self.dataflow == "shared" and (self.cache_cells or self.from_file):
+            raise UserError(
+                "Ranks that share memory keep all cells: leave --cache-cells and "
+                "--from-file out, or take another --dataflow than shared."
+            )
         of_ranks = self.dataflow, self.cache_cells, self.from_file, self.memory_gb
         if self.ranks == 1 and any(of_ranks):
             raise UserError(

@@ -1,16 +1,46 @@
 """Files of a cache: read by trying, kept by last use, dropped when there are many."""
 
+import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, TypeVar
 
-from system import whole_file
+import numpy as np
+
+from system import ForeignFileError, foreign_file, whole_file
+
+log = logging.getLogger(__name__)
+
+Kept = TypeVar("Kept")
 
 
 def mark_used(entry: Path) -> None:
     """Note that an entry has been of use now. Raises OSError where it is gone."""
     os.utime(entry)
+
+
+def read_arrays(entry: Path, what: str, read: Callable[[Any], Kept]) -> Kept | None:
+    """Read an entry of arrays; None if there is none or it is not what was stored.
+
+    what: it holds, with its article. read: is given the open archive; a ValueError of
+    it means that the entry is broken.
+    """
+    if not entry.is_file():
+        return None
+    try:
+        with (
+            foreign_file(entry, what),
+            entry.open("rb") as file,
+            np.load(file, allow_pickle=False) as archive,
+        ):
+            found = read(archive)
+        mark_used(entry)
+    except (ForeignFileError, OSError) as error:
+        log.warning("%s is broken and is made again: %s", entry, error)
+        return None
+    return found
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from renderers.art.ranks.policy import CellPolicy
 from renderers.art.ranks.prepare import MarchNode, edit_node, make_node
 from renderers.art.ranks.rank import FrameNode, Rank
 from renderers.art.ranks.rays import RayPacket
-from renderers.art.ranks.transport import Transport
+from renderers.art.ranks.transport import RankRefusedError, Transport
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import (
     Gather,
@@ -231,9 +231,9 @@ class _Prepared:
         self._crew.agree(False)
 
     def node(self, request: SnapshotRequest, scene: Scene) -> tuple[March, FrameNode]:
-        """Return what draws a request; ValueError where another rank refuses."""
+        """Return what draws a request; RankRefusedError where another rank refuses."""
         if not self._crew.agree(True):
-            raise ValueError("another rank cannot load the scene")
+            raise RankRefusedError("Another rank cannot load the scene.")
         kept, march = self._kept, None
         key, family = scene_key(request), family_key(request)
         if kept is not None and kept.scene == key:
@@ -394,7 +394,7 @@ def follow(
             scene = load_scene(data, request)
             march, node = prepared.node(request, scene)
             reached(Step.SCENE_LOADED)
-        except (ValueError, OSError) as error:
+        except (ValueError, OSError, RankRefusedError) as error:
             if scene is None:
                 prepared.refuse()
             prepared.forget()

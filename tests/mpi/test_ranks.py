@@ -172,9 +172,14 @@ def test_the_memory_that_a_rank_may_take_says_how_many_cells_it_keeps(
     scene, (camera,) = folded_scene(64), orbit(64, 48, 1)
     client = SnapshotClient(tmp_path / "spool")
     expected = ActiveRayTracer(scene, "snapshot", threads=1).render(camera)
-    for gigabytes, cells in (("0.0029", 309), ("0.0001", None)):
+    for way, gigabytes, cells in (
+        ("migrating", "0.0029", 309),
+        ("migrating", "0.0001", None),
+        # together it is enough for all
+        ("shared", "0.0016", 8),
+    ):
         job = client.submit(client.request_classic(scene, camera))
-        options = "--once", "--dataflow", "migrating", "--memory-gb", gigabytes
+        options = "--once", "--dataflow", way, "--memory-gb", gigabytes
         with ranks(2, client.spool.folder, *options) as child:
             if cells is None:
                 with pytest.raises(
@@ -186,5 +191,6 @@ def test_the_memory_that_a_rank_may_take_says_how_many_cells_it_keeps(
                 assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
                 counters = snapshot.result.counters
                 assert counters["cache_cells"] == cells
-                assert counters["cache_bytes"] == cells * 9**3 * 8
+                side = 32 if way == "shared" else 8
+                assert counters["cache_bytes"] == cells * (side + 1) ** 3 * 8
             child.communicate(timeout=30)

@@ -132,15 +132,20 @@ def make_node(
         budget = looked.budget(limit)
         policy = replace(policy, cache_cells=budget.cells)
         fits_whole = budget.whole
-    if policy.dataflow is Dataflow.SHARED and crew.is_shared:
+    shares = policy.dataflow is Dataflow.SHARED and crew.is_shared
+    if shares:
+        # each cell has its place
+        policy = replace(policy, cache_cells=None, from_file=False)
         budget = looked.budget(limit * (1 if policy.memory_bytes is None else ranks))
         fits_whole = budget.whole
         if budget.cells is not None:
             # not even together: each has its part of the memory, and the file the rest
             cells = max(budget.cells // ranks, LEAST_CELLS)
             policy, crew = CellPolicy(cells, from_file=True), Crew(crew.run)
+            shares = False
     migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
-    if ranks > 1 and policy.memory_bytes is not None and policy.cache_cells is None:
+    chooses = policy.memory_bytes is not None and policy.cache_cells is None
+    if ranks > 1 and chooses and not shares:
         policy = replace(policy, cache_cells=looked.budget(limit, raw=migrates).cells)
     cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
     is_full = cache.capacity >= int(np.count_nonzero(seen))

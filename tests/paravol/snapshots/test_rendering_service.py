@@ -121,6 +121,10 @@ def test_no_ranks_is_a_mistake(tmp_path: Path) -> None:
         (["--keep-days", "-1"], "--keep-days must not be negative, got -1"),
         (["--ranks", "2", "--cache-cells", "0"], "--cache-cells must be at least 1"),
         (["--ranks", "2", "--memory-gb", "0"], "--memory-gb must be above 0"),
+        (
+            ["--ranks", "2", "--dataflow", "shared", "--cache-cells", "9"],
+            "share memory keep all cells",
+        ),
         (["--memory-gb", "2"], "take more --ranks than 1"),
         (["--dataflow", "static"], "take more --ranks than 1"),
         (["--from-file"], "take more --ranks than 1"),
