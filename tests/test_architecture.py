@@ -264,17 +264,17 @@ def test_every_source_says_what_it_is() -> None:
 
 
 BUDGET = {
-    "anatomy": 15733,
-    "app": 19135,
+    "anatomy": 15725,
+    "app": 19136,
     "benchmarks": 10889,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27899,
-    "renderers": 37651,
+    "paravol": 27898,
+    "renderers": 37695,
     "scenarios": 12392,
-    "surgery": 7304,
+    "surgery": 7294,
     "system": 1159,
-    "tests": 94817,
+    "tests": 94827,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

@@ -1,5 +1,6 @@
 """One ray tracer for several pictures: a worker of one's own, or those of a spool."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,8 +16,6 @@ from paravol.snapshots.view_file import ViewFile
 from renderers.snapshots.client import (
     Snapshot,
     SnapshotClient,
-    SnapshotError,
-    WorkerLostError,
 )
 from renderers.snapshots.spool import JobState
 
@@ -25,8 +24,6 @@ PATIENCE_S = 60.0
 
 SAY_AFTER_S = 3.0
 """Waiting time after which a request that no worker has taken is reported."""
-
-POLL_S = 0.5
 
 Say = Callable[[str], None]
 
@@ -54,16 +51,11 @@ class ServedSpool:
                     f"No worker has taken the request yet. To serve it: paravol worker "
                     f"--spool {spool.folder}. Ctrl-C takes the request back."
                 )
+            if lost := self._client.lost(job):
+                self._once(f"{lost} Waiting for one.")
 
-        while True:
-            left = timeout_s and max(timeout_s - (time.monotonic() - began), 0.0)
-            try:
-                return self._client.wait(job, progress, left, watch)
-            except WorkerLostError as error:
-                if timeout_s is not None and not left:
-                    raise SnapshotError(str(error)) from error
-                self._once(f"{error} Waiting for one.")
-                time.sleep(POLL_S)
+        patience_s = math.inf if timeout_s is None else timeout_s
+        return self._client.wait(job, progress, patience_s, watch)
 
     def take_back(self, job: str) -> bool:
         """Cancel a job that no worker has begun; return False if one has."""

@@ -39,7 +39,7 @@ from renderers.snapshots.request import (
     SnapshotResult,
     WoundsSpec,
 )
-from renderers.snapshots.spool import JobState, Spool
+from renderers.snapshots.spool import JobState, JobStatus, Spool
 from renderers.snapshots.volume_changes import FrozenSurface, Offsets, VolumeChanges
 from system import UserError, foreign_file
 
@@ -275,6 +275,20 @@ class SnapshotClient:
         """Ask for the best picture so far."""
         self.spool.ask_finish(job_id)
 
+    def lost(self, job_id: str) -> str:
+        """Return a sentence where the worker drawing a job fell silent, else ""."""
+        return self._lost(job_id, self.spool.status(job_id))
+
+    def _lost(self, job_id: str, status: JobStatus) -> str:
+        if status.state is not JobState.RUNNING or not self.spool.is_stale(
+            job_id, status, self._lease_s
+        ):
+            return ""
+        return (
+            f"The worker drawing snapshot {job_id} has given no sign of life for "
+            f"{self._lease_s:g} s; start another worker to take it over."
+        )
+
     def wait(
         self,
         job_id: str,
@@ -308,17 +322,12 @@ class SnapshotClient:
                     f"Snapshot {job_id} was {status.state.value}: {status.message}."
                 )
             waited_s = time.monotonic() - began
-            is_lost = status.state is JobState.RUNNING and self.spool.is_stale(
-                job_id, status, self._lease_s
-            )
-            if is_lost and waited_s > patience_s:
-                raise WorkerLostError(
-                    f"The worker drawing snapshot {job_id} has given no sign of life "
-                    f"for {self._lease_s:g} s; start another worker to take it over."
-                )
+            lost = self._lost(job_id, status)
+            if lost and waited_s > patience_s:
+                raise WorkerLostError(lost)
             if watch:
                 watch()
-            if timeout_s is not None and waited_s > timeout_s and not is_lost:
+            if timeout_s is not None and waited_s > timeout_s and not lost:
                 raise SnapshotError(
                     f"Snapshot {job_id} is still {status.state.value} after "
                     f"{timeout_s:g} s; is a worker serving {self.spool.folder}?"
