@@ -23,6 +23,7 @@ from benchmarks.ranks.mpi_frames import (
 from benchmarks.ranks.orbits import folded_scene, orbit, write_folds
 from benchmarks.schema import Setting
 from benchmarks.timing import Timing
+from renderers.art.cells.cell_size import sent_side
 from renderers.art.ranks.policy import Dataflow
 from renderers.snapshots.client import SnapshotClient
 from renderers.snapshots.launcher import find_launcher
@@ -94,7 +95,7 @@ class DataflowPlan(Plan, suite="art-dataflow"):
 
     def _orbit_of(self, side: int, size: int, ranks: int, way: Dataflow) -> Task:
         """Load, prepare and draw an orbit: how much more ranks bring than one."""
-        cell = 16 if way is Dataflow.SHARED else 8
+        cell = 16 if way is Dataflow.SHARED else sent_side(None)
 
         def run() -> Measured:
             client, scene = SnapshotClient(self._folder), folded_scene(side)

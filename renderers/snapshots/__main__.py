@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from renderers.art.crew import ALONE, MachineCrew
+from renderers.art.crew import ALONE, Crew, MachineCrew
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.transport import TransportError
 from renderers.snapshots.launcher import expect_company, launched_ranks
@@ -56,14 +56,14 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parsed(arguments)
     ending = _Ending(options.parent)
 
-    def serve(team: "Team | None" = None) -> None:
+    def serve(team: "Team | None" = None, threads: int = 2) -> None:
         from renderers.snapshots.worker import run_worker
 
         run_worker(
             options.spool,
             once=options.once,
             team=team,
-            threads=options.threads,
+            threads=options.threads or threads,
             lease_s=options.lease,
             keep_s=options.keep_days * DAY_S,
             save_every_s=options.save_every,
@@ -93,10 +93,12 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--once", action="store_true", help=told)
     told = "auto takes MPI when started by mpiexec with several ranks"
     add("--backend", choices=("auto", "serial", "mpi"), default="auto", help=told)
-    add("--threads", type=int, default=2, help="threads of a serial worker")
+    told = "threads of a serial worker, or of each machine's; 2, or all of a machine's"
+    add("--threads", type=int, help=told)
     add("--cache-cells", type=int, help="cells a rank keeps; all by default")
     told = (
-        "memory a rank may take beside the volume, GB; it says how many cells it keeps"
+        "memory a rank may take beside the volume, GB, or each of several machines; it "
+        "says how many cells are kept"
     )
     add("--memory-gb", type=float, help=told)
     flows = [flow.value for flow in Dataflow]
@@ -130,7 +132,9 @@ def _policy(options: argparse.Namespace, transport: "MpiTransport") -> CellPolic
     return CellPolicy(options.cache_cells, flow, options.from_file, bytes_)
 
 
-def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> int:
+def _run_ranks(
+    options: argparse.Namespace, serve: "Callable[[Team, int], None]"
+) -> int:
     try:
         from renderers.art.ranks.mpi import MpiTransport
     except ImportError as error:
@@ -138,15 +142,23 @@ def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> 
             f"MPI cannot be used: {error}; install the extra `mpi`."
         ) from error
     from renderers.art.ranks.rank import Rank
+    from renderers.scene.thread_pool import ThreadPool
     from renderers.snapshots.data_store import DataStore
     from renderers.snapshots.team import RankTeam, follow
 
-    transport = MpiTransport(folder=options.spool)
-    expect_company(transport.ranks)
-    rank = Rank(transport)
+    transport = MpiTransport(folder=options.spool, one_a_machine=True)
+    expect_company(transport.launched)
+    if transport.is_idle:
+        transport.close()
+        return 0
+    threads = 1
     policy, crew = _policy(options, transport), ALONE
     if policy.dataflow is Dataflow.SHARED:
         crew = MachineCrew(transport)
+    elif not transport.is_one_machine:
+        threads = options.threads or transport.processors
+        crew = Crew(ThreadPool(threads).map)
+    rank = Rank(transport, threads)
     status = 0
     try:
         if transport.rank > 0:
@@ -154,7 +166,7 @@ def _run_ranks(options: argparse.Namespace, serve: "Callable[[Team], None]") -> 
         else:
             team = RankTeam(rank, policy, crew)
             try:
-                serve(team)
+                serve(team, max(threads, 2))
             except SpoolError as error:
                 print(error, file=sys.stderr, flush=True)
                 team.dismiss()

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from renderers.art.cells.cell_size import SMALLEST_SIDE
+from renderers.art.cells.cell_size import SMALLEST_SIDE, sent_side
 from renderers.art.crew import ALONE, Crew
 from renderers.art.job_steps import Step, reached
 from renderers.art.march import FrameRays, March
@@ -249,9 +249,6 @@ class _Prepared:
             kept = replace(kept, scene=key, march=march)
         else:
             mode = mode_of(request)
-            # of what one rank fetches from another small cells are better
-            is_quick = self._crew.is_shared and mode == "classic"
-            side = None if is_quick else SMALLEST_SIDE
             march, node, work = make_node(
                 scene,
                 mode,
@@ -261,12 +258,20 @@ class _Prepared:
                 ranks=self._transport.ranks,
                 distances=self._transport.distances,
                 deflection=to_deflection(request.deflectors),
-                cell_side=side,
+                cell_side=self._side(mode),
                 crew=self._crew,
             )
             kept = _PreparedScene(key, family, march, node, work)
         self._kept = kept
         return kept.march, kept.node
+
+    def _side(self, mode: str) -> int | None:
+        """Choose cells; a number of cells that was asked for is one of small ones."""
+        if mode == "scope" or self._policy.cache_cells is not None:
+            return SMALLEST_SIDE
+        if self._crew.is_shared:
+            return None
+        return sent_side(self._policy.memory_bytes)
 
     def kept_cells(self) -> dict[str, int]:
         """Return how many cells this rank may keep, and the bytes of their bricks."""

@@ -3,7 +3,9 @@
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,7 @@ from benchmarks.ranks.orbits import folded_scene, orbit
 from renderers.art import ActiveRayTracer
 from renderers.art.regions import Gather
 from renderers.snapshots.client import SnapshotClient
-from tests.mpi.launching import LAUNCHER, NEEDS_RANKS
+from tests.mpi.launching import LAUNCHER, NEEDS_RANKS, running, wait_until_gone
 
 pytestmark = [*NEEDS_RANKS, pytest.mark.slow]
 
@@ -106,3 +108,34 @@ def test_ranks_on_two_hosts_draw_the_same_bits(
         gather = Gather(camera.width, camera.height)
         gather.value, gather.depth = image.rgba, image.depth_mm
         assert frame.digest == digest_of(gather)
+
+
+def test_one_rank_works_for_each_host_and_draws_the_same_bits(
+    tmp_path: Path, hosts: tuple[str, Path]
+) -> None:
+    """Four are started. With an edit between, and what was kept goes on."""
+    first, shell = hosts
+    scene, cameras = folded_scene(64), orbit(64, 96, 3)
+    values = scene.volume.values.copy()
+    values[8:19, 12:25, 10:22] = values.min()
+    edited = replace(scene, volume=scene.volume.with_values(values, values.min()))
+    client = SnapshotClient(tmp_path / "spool")
+    drawn = list(zip((scene, edited, scene), cameras, strict=True))
+    jobs = [client.submit(client.request_classic(*one)) for one in drawn]
+    assert LAUNCHER is not None
+    words = [sys.executable, "-m", "mpi4py", "-m", "renderers.snapshots", "--once"]
+    command = [*LAUNCHER.command(4, *placing(shell)), *words]
+    spool = str(client.spool.folder)
+    with running(["ip", "netns", "exec", first, *command, "--spool", spool]) as child:
+        snapshots = [client.wait(job, timeout_s=120) for job in jobs]
+        said, _ = child.communicate(timeout=30)
+    assert (said, child.returncode) == ("", 0)
+    for (one, camera), snapshot in zip(drawn, snapshots, strict=True):
+        expected = ActiveRayTracer(one, "snapshot", threads=1).render(camera)
+        assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+        counters = snapshot.result.counters
+        assert snapshot.result.ranks == 2
+        assert counters["threads"] == 2 * len(os.sched_getaffinity(0))
+        assert counters["cells_fetched"] > 0
+        assert counters["shared_memory"] == 0
+    wait_until_gone(client.spool.folder)

@@ -41,6 +41,12 @@ SLEEP_S = 50e-6
 
 IDLE_SHARE, LONGEST_SLEEP_S = 0.05, 1e-3
 
+IDLE_S = 0.1
+"""Between two looks of a rank that has nothing to do for good."""
+
+_MOST_PROCESSORS = 1 << 13
+"""Of one machine, by Linux's own limit."""
+
 STALL_S = 60.0
 """Time without an answer after which a rank that waits for one gives up. A rank may
 compile its kernels for half a minute before it first answers."""
@@ -79,20 +85,36 @@ def _told() -> Iterator[None]:
 
 
 class MpiTransport:
-    """Carry messages over a duplicate of the world's communicator; one thread only."""
+    """Carry messages between ranks that MPI started; one thread only."""
 
-    def __init__(self, *, folder: Path | None = None, stall_s: float = STALL_S) -> None:
+    def __init__(
+        self,
+        *,
+        folder: Path | None = None,
+        stall_s: float = STALL_S,
+        one_a_machine: bool = False,
+    ) -> None:
         """Join; all ranks together.
 
         folder: where a flight recorder is written when something is wrong; None for the
-        folder of temporary files. stall_s: as `STALL_S`.
+        folder of temporary files. stall_s: as `STALL_S`. one_a_machine: where there are
+        several machines, the first rank of each works for the others there, too, with
+        `processors` threads; those only wait, in `close`.
         """
-        self._comm = MPI.COMM_WORLD.Dup()
+        self._comm: MPI.Comm = MPI.COMM_WORLD.Dup()
+        self.is_idle = False
+        """Whether another rank of this machine does this one's work."""
+        self.processors = 1
+        """That this rank may have a thread on each of."""
+        self._near = self._ranks_of_this_node()
+        self.launched = len(self._near)
+        """Ranks that were started, idle ones included."""
+        if one_a_machine and not self.is_one_machine:
+            self._join_machine()
         self.rank = self._comm.Get_rank()
         self.ranks = self._comm.Get_size()
         self.sends = 0
         """Bundles handed to MPI."""
-        self._near = self._ranks_of_this_node()
         self._sent: Counter[int] = Counter()
         self._received: Counter[int] = Counter()
         self._arrived: deque[Message] = deque()
@@ -197,8 +219,21 @@ class MpiTransport:
 
     def close(self) -> None:
         """Leave together, when every message has left."""
-        self.meet()
+        left = MPI.COMM_WORLD.Ibarrier()
+        while self.is_idle and not left.Test():
+            time.sleep(IDLE_S)
+        self._await(left)
         self._comm.Free()
+
+    def _join_machine(self) -> None:
+        """Become the one rank of a machine that works, or an idle one."""
+        rank = self._comm.Get_rank()
+        self.is_idle = self._near[rank] != rank
+        self.processors = _processors(self._comm)
+        comm = self._comm.Split(int(self.is_idle), rank)
+        self._comm.Free()
+        self._comm = comm
+        self._near = self._ranks_of_this_node()
 
     def _flush(self) -> None:
         if self._outgoing:
@@ -279,9 +314,27 @@ class MpiTransport:
     def _ranks_of_this_node(self) -> list[int]:
         """Name each rank's machine by the lowest rank on it; all ranks together."""
         local = self._comm.Split_type(MPI.COMM_TYPE_SHARED)
-        lowest = np.array([self.rank], np.int64)
+        lowest = np.array([self._comm.Get_rank()], np.int64)
         local.Bcast(lowest)
         local.Free()
-        names = np.empty(self.ranks, np.int64)
+        names = np.empty(self._comm.Get_size(), np.int64)
         self._comm.Allgather(lowest, names)
         return [int(name) for name in names]
+
+
+def _processors(comm: MPI.Comm) -> int:
+    """Count a machine's processors that its ranks may use; this process may use all.
+
+    A launcher often binds each rank to one of its own.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return os.cpu_count() or 1
+    mine = np.zeros(_MOST_PROCESSORS, np.uint8)
+    mine[list(os.sched_getaffinity(0))] = 1
+    found = np.empty_like(mine)
+    local = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    local.Allreduce(mine, found, MPI.MAX)
+    local.Free()
+    usable = np.flatnonzero(found).tolist()
+    os.sched_setaffinity(0, usable)
+    return len(usable)

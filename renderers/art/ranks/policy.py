@@ -28,7 +28,7 @@ class CellPolicy:
     homes read from the volume's file, static ones each time they are asked, migrating
     ones where nobody has the cell. memory_bytes: that each rank may take beside the
     volume, which chooses cache_cells where that is None. None for half of the machine's
-    memory, for a lone rank or all together that share it.
+    memory, for all together that are on it.
     """
 
     cache_cells: int | None = None

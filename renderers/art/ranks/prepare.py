@@ -57,7 +57,7 @@ def slots_of(cells: int, ranks: int, wanted: int | None) -> tuple[int, int]:
     if slots < share + 1:
         raise ValueError(
             f"{cells} cells over {ranks} ranks need caches of at least {share + 1} "
-            f"cells each, got {slots}; take more ranks or larger caches"
+            f"cells each, got {slots}; take more ranks, larger caches or --from-file"
         )
     return slots, slots - min(MOST_WORKING, (slots - share + 1) // 2)
 
@@ -109,9 +109,9 @@ def make_node(
 ) -> tuple[March, MarchNode, MarchWork]:
     """Prepare one rank for a scene in mode `classic` or `scope`.
 
-    policy: without a number of cells a lone rank, or one of those that share memory,
-    keeps all that can be seen and there is room for; ValueError where there is room
-    for too few. distances: what separates ranks; None where it makes no difference.
+    policy: without a number of cells a rank keeps all that can be seen and there is
+    room for; ValueError where there is room for too few. distances: what separates
+    ranks; None where it makes no difference.
     cell_side: None for the quickest that keep a lit copy small. packet: rays that march
     together; None for the fastest way. deflection: deflects the rays. crew: prepares it
     together; all of them call this alike.
@@ -144,8 +144,10 @@ def make_node(
             policy, crew = CellPolicy(cells, from_file=True), Crew(crew.run)
             shares = False
     migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
-    chooses = policy.memory_bytes is not None and policy.cache_cells is None
-    if ranks > 1 and chooses and not shares:
+    if ranks > 1 and policy.cache_cells is None and not shares:
+        near = [far <= 1 for far in distances(rank)] if distances else []
+        if policy.memory_bytes is None:
+            limit //= max(sum(near), 1)
         policy = replace(policy, cache_cells=looked.budget(limit, raw=migrates).cells)
     cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
     is_full = cache.capacity >= int(np.count_nonzero(seen))

@@ -21,7 +21,8 @@ from renderers.art.ranks.transport import RankRefusedError, Transport
 from renderers.art.regions import Gather
 
 PACKETS_A_STEP = 1
-"""Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us."""
+"""Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us.
+Several threads each get two."""
 
 
 class FrameNode(Protocol):
@@ -71,8 +72,11 @@ class Rank:
     to begin has come. Those of a frame that ended are dropped.
     """
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(self, transport: Transport, threads: int = 1) -> None:
+        """Join. threads: that the nodes' work is shared out to."""
         self.transport = transport
+        self._threads = threads
+        self._packets = PACKETS_A_STEP if threads == 1 else 2 * threads
         self.frame = 0
         self.orders: deque[Message] = deque()
         self._node: FrameNode | None = None
@@ -127,12 +131,13 @@ class Rank:
             return worked
         if node.is_active:
             worked = True
-            self._send_all(node.advance(PACKETS_A_STEP))
+            self._send_all(node.advance(self._packets))
             reached(Step.RAYS_MOVED)
         if node.is_finished and not self._said_done:
             self._said_done = True
             after = node.tally()
             cost = {name: after[name] - self._before[name] for name in after}
+            cost["threads"] = self._threads
             self._say(MessageKind.DONE, 0, msgspec.json.encode(cost))
             reached(Step.RANK_DONE)
         return worked

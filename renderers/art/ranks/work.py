@@ -1,5 +1,6 @@
 """What a node has to do: rays to move, and the values of cells to hand on."""
 
+from collections import deque
 from collections.abc import Sequence
 from functools import partial
 from typing import Protocol
@@ -51,7 +52,7 @@ class Work(Protocol[P]):
         ...
 
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
-        """Take a cell that came; show it."""
+        """Take a cell that came; show it when rays run next, at the latest."""
         ...
 
     def show(self, cells: Sequence[int], slots: Sequence[int]) -> None:
@@ -92,6 +93,7 @@ class MarchWork:
         self.ended_early = 0
         self._march = look.march
         self._keeps_raw = keeps_raw
+        self._came: dict[int, tuple[int, NDArray[np.generic]]] = {}
         self._map: Run = map
         self._places: NDArray[np.int64] | None = None
         self._gather: Gather | None = None
@@ -167,6 +169,7 @@ class MarchWork:
 
     def run(self, packets: list[RayPacket], clock: int) -> list[list[int]]:
         """March each packet until its rays end or miss a cell."""
+        self._build()
         view, shift = self.bricks.view, self.bricks.grid.shift
 
         def march(packet: RayPacket) -> NDArray[np.int64]:
@@ -195,14 +198,17 @@ class MarchWork:
         return self.share.read(cell).tobytes()
 
     def fill(self, cell: int, slot: int, payload: bytes) -> None:
-        """Make a brick of a block that came; raise ProtocolError at a wrong size."""
+        """Keep a block that came until rays run; ProtocolError at a wrong size.
+
+        Then all that came meanwhile are made bricks together.
+        """
         try:
             block = self.share.decode(payload)
         except ValueError as error:
             raise ProtocolError(f"cell {cell} came damaged: {error}") from error
         if self._keeps_raw:
             self.share.put(cell, block)
-        self.bricks.show(cell, slot, block)
+        self._came[cell] = slot, block
 
     def show(self, cells: Sequence[int], slots: Sequence[int]) -> None:
         """Make bricks of blocks of this rank's own."""
@@ -219,11 +225,25 @@ class MarchWork:
 
     def hide(self, cell: int) -> None:
         """Take a brick away, and the block unless it is this rank's to keep."""
-        self.bricks.hide(cell)
+        self._hide(cell)
         if self._keeps_raw:
             self.share.drop(cell)
 
     def renew(self, cell: int) -> None:
         """Cut a block anew from the share's source."""
-        self.bricks.hide(cell)
+        self._hide(cell)
         self.share.renew(cell)
+
+    def _hide(self, cell: int) -> None:
+        self._came.pop(cell, None)
+        self.bricks.hide(cell)
+
+    def _build(self) -> None:
+        """Make bricks of what has come."""
+        if self._came:
+            came, self._came = self._came, {}
+
+            def build(cell: int) -> None:
+                self.bricks.show(cell, *came[cell])
+
+            deque(self._map(build, list(came)), 0)
