@@ -29,14 +29,18 @@ def test_a_job_on_a_cluster_has_what_its_group_is_given(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Of either kind of control groups, and of groups around it."""
-    monkeypatch.setattr(resources, "GROUPS", tmp_path)
-    (tmp_path / "memory").mkdir()
-    (tmp_path / "memory.max").write_text("max\n")
-    (tmp_path / "memory" / "memory.limit_in_bytes").write_text(f"{2**63 - 4096}\n")
-    whole = memory_bytes()
-    (tmp_path / "memory.max").write_text("400000000\n")
-    (tmp_path / "memory" / "memory.limit_in_bytes").write_text("400000000\n")
-    assert memory_bytes() == 400_000_000 < whole
+    found = []
+    for name, new, old in (
+        ("free", "max", f"{2**63 - 4096}"),
+        ("limited", "400000000", "400000000"),
+    ):
+        groups = tmp_path / name
+        (groups / "memory").mkdir(parents=True)
+        (groups / "memory.max").write_text(f"{new}\n")
+        (groups / "memory" / "memory.limit_in_bytes").write_text(f"{old}\n")
+        monkeypatch.setattr(resources, "GROUPS", groups)
+        found.append(memory_bytes())
+    assert found[1] == 400_000_000 < found[0]
 
 
 @linux_only
