@@ -73,5 +73,8 @@ class LoopBackEnd:
         """Take the next message, unless it is delayed."""
         return self._joint.take(self.rank)
 
+    def flush(self) -> None:
+        """Do nothing: all has left."""
+
     def rest(self, waiting: bool) -> None:
         """Do nothing: the other ranks run in this thread."""

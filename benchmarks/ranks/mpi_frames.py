@@ -13,15 +13,18 @@ import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
 from benchmarks.machine import ROOT
 from renderers.art.crew import ALONE, MachineCrew
 from renderers.art.march import FrameRays, March
+from renderers.art.ranks.picture_room import PictureRoom
 from renderers.art.ranks.policy import CellPolicy, Dataflow
 from renderers.art.ranks.prepare import make_node
 from renderers.art.ranks.rank import FrameNode, Rank
+from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera
 from renderers.snapshots.data_store import DataStore
@@ -29,6 +32,9 @@ from renderers.snapshots.launcher import Launcher, find_launcher
 from renderers.snapshots.request import SnapshotRequest
 from renderers.snapshots.scene_loader import load_scene
 from renderers.snapshots.team import mode_of, traced_camera
+
+if TYPE_CHECKING:
+    from renderers.art.ranks.mpi import MpiTransport
 
 LIMIT_S = 300.0
 """Longest run; what takes longer hangs."""
@@ -132,7 +138,8 @@ def main(words: Sequence[str]) -> int:
     made_s: list[float] = []
     is_shared = Dataflow(job.dataflow) is Dataflow.SHARED
     crew = MachineCrew(transport) if is_shared else ALONE
-    rank = Rank(transport)
+    room = PictureRoom(crew) if is_shared else None
+    rank = Rank(transport, packets=4 if is_shared else 1)
     frame = 0
     for _ in range(job.rounds):
         transport.meet()
@@ -159,7 +166,15 @@ def main(words: Sequence[str]) -> int:
             began = time.perf_counter()
             frame += 1
             camera = traced_camera(request)
-            gather = draw_frame(rank, march, node, camera, frame, job.region_px)
+            gather = draw_frame(
+                rank,
+                transport,
+                (march, node, work),
+                camera,
+                frame,
+                job.region_px,
+                room,
+            )
             wall_s = time.perf_counter() - began
             after = node.tally()
             reports.append(
@@ -167,7 +182,9 @@ def main(words: Sequence[str]) -> int:
                     wall_s=wall_s,
                     tally={name: after[name] - before[name] for name in after},
                     sends=transport.sends - sends,
-                    digest="" if gather is None else digest_of(gather),
+                    digest=""
+                    if transport.rank or gather is None
+                    else digest_of(gather),
                 )
             )
             own = max(own, own_bytes())
@@ -192,25 +209,44 @@ def main(words: Sequence[str]) -> int:
 
 def draw_frame(
     rank: Rank,
-    march: March,
-    node: FrameNode,
+    here: "MpiTransport",
+    made: tuple[March, FrameNode, MarchWork],
     camera: Camera,
     frame: int,
     region_px: int | None,
+    room: PictureRoom | None = None,
 ) -> Gather | None:
-    """Draw a frame with a node that is kept; rank 0 gets the picture, others None.
+    """Draw a frame with what is kept; rank 0 gets the picture, others None.
 
-    All ranks call it in the same order. region_px: see `deal_regions`.
+    All ranks call it in the same order. region_px: see `deal_regions`. room: in which
+    ranks that share memory gather.
     """
-    here, size = rank.transport, (camera.width, camera.height)
+    march, node, work = made
+    size = camera.width, camera.height
     rays = FrameRays.of(camera)
     regions = deal_regions(*size, here.rank, here.ranks, region_px)
-    packets = [march.start(region, rays) for region in regions]
-    gather = Gather(*size) if here.rank == 0 else None
-    rank.begin(frame, node, packets, gather)
+    is_first = here.rank == 0
+    gather = Gather(*size) if is_first or room is not None else None
+    if gather is not None and room is not None:
+        if not room.fits(gather):
+            room.make(gather)
+        if is_first:
+            room.begin(gather)
+        # stands for the order to draw
+        here.meet()
+        room.enter(gather)
+    work.deliver(gather)
+    turns, packets = None, []
+    if room is not None and march.drawer is not None:
+        turns = room.turns(here.rank, march.drawer, work, rays)
+    else:
+        packets = [march.start(region, rays) for region in regions]
+    rank.begin(frame, node, packets, gather if is_first else None, turns)
     while rank.is_drawing:
-        if gather is not None and rank.is_complete:
+        if is_first and rank.is_complete:
             rank.end()
+            if room is not None and gather is not None:
+                room.leave(gather)
         elif not rank.step():
             rank.rest()
     return gather

@@ -34,18 +34,24 @@ MOST_WAITING = 16
 """Blocks that wait for cells until a thread ends its turns, to have them fetched."""
 
 
+TURNS = 3
+"""Numbers by which a picture's blocks are shared out."""
+
+
 class Blocks:
     """Share out the blocks of a picture. Even threads begin at its top, odd ones below.
 
     So each stays where it is in the volume, and nobody waits before the end.
 
-    corners: int32 ``(n, 4)`` left, top, right and bottom pixel of each.
+    corners: int32 ``(n, 4)`` left, top, right and bottom pixel of each. most: that one
+    thread takes before it looks up.
     """
 
     def __init__(self, corners: NDArray[np.int32]) -> None:
         self.corners = corners
-        self.turns: NDArray[np.int64] = np.zeros(3, np.int64)
+        self.turns: NDArray[np.int64] = np.zeros(TURNS, np.int64)
         self.limit = 0
+        self.most = len(corners)
 
     @classmethod
     def of(
@@ -81,6 +87,10 @@ class Blocks:
         taken = len(self.corners) - self.left
         self.turns[0] = taken
         self.limit = min(taken + more, len(self.corners))
+
+    def join(self, turns: NDArray[np.int64], most: int) -> None:
+        """Take turns with others who have the same blocks, and none is held up."""
+        self.turns, self.limit, self.most = turns, len(self.corners), most
 
     def region(self, number: int) -> Region:
         """Return a block as a region."""
@@ -141,6 +151,7 @@ def draw_strip(
         blocks.corners,
         blocks.turns,
         blocks.limit,
+        blocks.most,
         who % 2 > 0,
         lens,
         setup,

@@ -155,6 +155,10 @@ class Gather:
             self.value[~self.done] = 0
             self.depth[~self.done] = np.inf
 
+    def count(self) -> None:
+        """Count the rays that are missing anew."""
+        self.missing = self.done.size - int(np.count_nonzero(self.done))
+
     def add(
         self,
         region: Region,

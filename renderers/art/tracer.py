@@ -270,7 +270,7 @@ class ActiveRayTracer:
                 packets = next_slice(packets, spent_s, threads, RAYS_A_BLOCK)
             else:
                 blocks.allow(self._pace)
-                node.add(work.draw(drawer, blocks, rays, threads))
+                node.add(work.draw(drawer, blocks, rays, range(threads)))
                 if not node.is_active:
                     many, spent_s = many - blocks.left, time.perf_counter() - looked
                     self._pace = next_blocks(many, spent_s, threads)

@@ -118,9 +118,9 @@ def _parsed(arguments: list[str] | None) -> argparse.Namespace:
 
 def _policy(options: argparse.Namespace, transport: "MpiTransport") -> CellPolicy:
     """Return how ranks share cells: as was said, else as is quickest."""
-    migrates = options.cache_cells is not None or options.from_file
+    moves = options.cache_cells is not None or options.from_file
     usual = Dataflow.MIGRATING
-    if transport.is_one_machine and not migrates:
+    if transport.is_one_machine and not moves:
         usual = Dataflow.SHARED
     flow = usual if options.dataflow is None else Dataflow(options.dataflow)
     if flow is Dataflow.SHARED and not transport.is_one_machine:
@@ -146,7 +146,9 @@ def _run_ranks(
     from renderers.snapshots.data_store import DataStore
     from renderers.snapshots.team import RankTeam, follow
 
-    transport = MpiTransport(folder=options.spool, one_a_machine=True)
+    transport = MpiTransport(
+        folder=options.spool, one_a_machine=options.dataflow is None
+    )
     expect_company(transport.launched)
     if transport.is_idle:
         transport.close()
@@ -158,7 +160,9 @@ def _run_ranks(
     elif not transport.is_one_machine:
         threads = options.threads or transport.processors
         crew = Crew(ThreadPool(threads).map)
-    rank = Rank(transport, threads)
+    # who shares memory, or has threads, need not look for messages all the time
+    packets = 4 if crew.is_shared else 2 * threads
+    rank = Rank(transport, threads, packets)
     status = 0
     try:
         if transport.rank > 0:

@@ -13,6 +13,7 @@ from renderers.art.crew import ALONE, Crew
 from renderers.art.job_steps import Step, reached
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.messages import MessageKind
+from renderers.art.ranks.picture_room import PictureRoom, Turns
 from renderers.art.ranks.policy import CellPolicy
 from renderers.art.ranks.prepare import MarchNode, edit_node, make_node
 from renderers.art.ranks.rank import FrameNode, Rank
@@ -225,6 +226,7 @@ class _Prepared:
         self._policy = policy or CellPolicy()
         self._crew = crew
         self._kept: _PreparedScene | None = None
+        self._room = PictureRoom(crew)
 
     def refuse(self) -> None:
         """Tell the others, who call `node`, that they prepare nothing together."""
@@ -265,6 +267,47 @@ class _Prepared:
         self._kept = kept
         return kept.march, kept.node
 
+    def begin(self, gather: Gather) -> bool:
+        """Begin a picture where all draw it, if there is room; before they are told."""
+        fits = self._room.fits(gather)
+        if fits and self._transport.rank == 0:
+            self._room.begin(gather)
+        return fits
+
+    def deliver(self, gather: Gather, *, is_begun: bool) -> None:
+        """Let finished rays go straight into a picture where they can.
+
+        is_begun: see `begin`; else all together.
+        """
+        assert self._kept is not None
+        here: Gather | None = gather
+        if self._crew.is_shared:
+            if not is_begun:
+                self._room.make(gather)
+            self._room.enter(gather)
+        elif self._transport.rank > 0:
+            here = None
+        self._kept.work.deliver(here)
+
+    def turns(self, rays: FrameRays, finished: NDArray[np.bool_]) -> Turns | None:
+        """Return what shares out a picture's blocks; None where it is dealt by regions.
+
+        finished: of `finished_squares`.
+        """
+        kept = self._kept
+        assert kept is not None
+        drawer = kept.march.drawer
+        if not self._crew.is_shared or drawer is None:
+            return None
+        height, width = rays.limit.shape
+        edge = np.ones((region_edge(self._transport.ranks),) * 2, np.bool_)
+        done = np.kron(finished, edge)[:height, :width] if finished.any() else None
+        return self._room.turns(self._transport.rank, drawer, kept.work, rays, done)
+
+    def take_back(self, gather: Gather) -> None:
+        """Have the picture for oneself again; rank 0."""
+        self._room.leave(gather)
+
     def _side(self, mode: str) -> int | None:
         """Choose cells; a number of cells that was asked for is one of small ones."""
         if mode == "scope" or self._policy.cache_cells is not None:
@@ -282,6 +325,8 @@ class _Prepared:
 
     def forget(self) -> None:
         self._kept = None
+        # a rank that was late for a frame's end may still write to it
+        self._room = PictureRoom(self._crew)
 
 
 class _Order(msgspec.Struct):
@@ -328,19 +373,25 @@ class RankTeam:
         order = _Order(
             msgspec.Raw(msgspec.json.encode(request)), np.packbits(finished).tobytes()
         )
+        begun = self._prepared.begin(gather)
         rank.order(MessageKind.BEGIN, frame, msgspec.json.encode(order))
         try:
             march, node = self._prepared.node(request, scene)
             reached(Step.SCENE_LOADED)
             rays = _rays(request, gather.solids)
-            packets = _packets(march, rays, 0, self.ranks, finished)
-            rank.begin(frame, node, packets, gather)
+            self._prepared.deliver(gather, is_begun=begun)
+            turns = self._prepared.turns(rays, finished)
+            packets = []
+            if turns is None:
+                packets = _packets(march, rays, 0, self.ranks, finished)
+            rank.begin(frame, node, packets, gather, turns)
             stopped = self._complete(gather, progress)
             reached(Step.FRAME_COMPLETE)
         finally:
             # Frame numbers are never used again, also when this one never began.
             rank.frame = frame
             rank.end()
+            self._prepared.take_back(gather)
             if rank.is_broken:
                 self._prepared.forget()
         found = found_by(request, scene, gather)
@@ -364,6 +415,7 @@ class RankTeam:
                 self._rank.rest()
             if not stopped and time.monotonic() - looked > _LOOK_S:
                 looked = time.monotonic()
+                gather.count()
                 if not progress(1 - gather.missing / gather.done.size):
                     stopped = True
                     self._rank.cancel()
@@ -398,6 +450,8 @@ def follow(
             finished = told.squares(rays.limit.shape, transport.ranks)
             scene = load_scene(data, request)
             march, node = prepared.node(request, scene)
+            gather = empty_gather(request)
+            prepared.deliver(gather, is_begun=prepared.begin(gather))
             reached(Step.SCENE_LOADED)
         except (ValueError, OSError, RankRefusedError) as error:
             if scene is None:
@@ -405,8 +459,10 @@ def follow(
             prepared.forget()
             rank.fail(order.frame, str(error))
             continue
-        packets = _packets(march, rays, transport.rank, transport.ranks, finished)
-        rank.begin(order.frame, node, packets)
+        turns, packets = prepared.turns(rays, finished), []
+        if turns is None:
+            packets = _packets(march, rays, transport.rank, transport.ranks, finished)
+        rank.begin(order.frame, node, packets, turns=turns)
 
 
 def _rays(request: SnapshotRequest, solids: GBuffer | None) -> FrameRays:

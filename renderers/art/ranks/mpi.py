@@ -32,7 +32,7 @@ from renderers.art.ranks.transport import TransportError
 
 _TAG = 1
 
-YIELD_S = 1e-3
+YIELD_S = 1e-4
 _yield = getattr(os, "sched_yield", partial(time.sleep, 0.0))
 """Time of yielding before sleeping. A bare spin costs 400 times on an oversubscribed
 machine (4 ranks on 2 cores: 8 ms a request against 20 us)."""
@@ -151,13 +151,13 @@ class MpiTransport:
     def poll(self) -> Message | None:
         """Take the next message, those that are here already first."""
         if not self._arrived:
-            self._flush()
+            self.flush()
             self._receive()
         return self._arrived.popleft() if self._arrived else None
 
     def rest(self, waiting: bool) -> None:
         """Yield the processor, then sleep; raise TransportError after long silence."""
-        self._flush()
+        self.flush()
         now = time.monotonic()
         if self._idle_since is None:
             self._idle_since = now
@@ -184,7 +184,7 @@ class MpiTransport:
 
     def _await(self, request: MPI.Request) -> None:
         """Wait for what all ranks do, and until what was sent has left."""
-        self._flush()
+        self.flush()
         begun = time.monotonic()
         while not request.Test() or self._sending:
             self._sending = [s for s in self._sending if not s[0].Test()]
@@ -235,7 +235,8 @@ class MpiTransport:
         self._comm = comm
         self._near = self._ranks_of_this_node()
 
-    def _flush(self) -> None:
+    def flush(self) -> None:
+        """Let what was sent leave now."""
         if self._outgoing:
             for target in list(self._outgoing):
                 self._post(target)
@@ -285,7 +286,7 @@ class MpiTransport:
             if target != self.rank:
                 kind = MessageKind.ABORT
                 self.send(Message(kind, self.rank, target, 0, 0, reason.encode()))
-        self._flush()
+        self.flush()
         deadline = time.monotonic() + FAREWELL_S
         while time.monotonic() < deadline:
             self._sending = [s for s in self._sending if not s[0].Test()]

@@ -196,8 +196,11 @@ class Node(Generic[P]):
                 self._stack.resume(packet)
             elif missing:
                 self._stop(packet, missing)
-            else:
-                messages.append(self._finished(packet))
+            elif payload := self.work.result(packet):
+                kind = MessageKind.REGION
+                messages.append(
+                    Message(kind, self.rank, 0, self.frame, payload=payload)
+                )
         if self._wanted:
             messages += self._fetch()
         if self._validate:
@@ -249,10 +252,6 @@ class Node(Generic[P]):
             self._stack.push(packet)
         else:
             self._stack.park(packet, missing)
-
-    def _finished(self, packet: P) -> Message:
-        payload = self.work.result(packet)
-        return Message(MessageKind.REGION, self.rank, 0, self.frame, payload=payload)
 
     def _say(
         self,

@@ -10,7 +10,7 @@ nodes know of cells is then worth nothing, and `is_broken` tells that.
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 import msgspec
@@ -21,8 +21,7 @@ from renderers.art.ranks.transport import RankRefusedError, Transport
 from renderers.art.regions import Gather
 
 PACKETS_A_STEP = 1
-"""Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us.
-Several threads each get two."""
+"""Packets run between two polls: about 1,000 rays, some .5 ms; a poll costs .5 us."""
 
 
 class FrameNode(Protocol):
@@ -51,6 +50,10 @@ class FrameNode(Protocol):
         """Start a frame with packets of whatever the node's work knows."""
         ...
 
+    def add(self, packets: Iterable[Any]) -> None:
+        """Take more packets of this frame."""
+        ...
+
     def advance(self, budget: int) -> list[Message]:
         """Move up to `budget` packets; return what is to be sent."""
         ...
@@ -72,15 +75,23 @@ class Rank:
     to begin has come. Those of a frame that ended are dropped.
     """
 
-    def __init__(self, transport: Transport, threads: int = 1) -> None:
-        """Join. threads: that the nodes' work is shared out to."""
+    def __init__(
+        self,
+        transport: Transport,
+        threads: int = 1,
+        packets: int = PACKETS_A_STEP,
+    ) -> None:
+        """Join. threads: that the nodes' work is shared out to. packets: run between
+        two polls.
+        """
         self.transport = transport
         self._threads = threads
-        self._packets = PACKETS_A_STEP if threads == 1 else 2 * threads
+        self._packets = packets
         self.frame = 0
         self.orders: deque[Message] = deque()
         self._node: FrameNode | None = None
         self._gather: Gather | None = None
+        self._turns: Callable[[], list[Any] | None] | None = None
         self._early: list[Message] = []
         self._before: dict[str, int] = {}
         self.cost: Counter[str] = Counter()
@@ -101,12 +112,18 @@ class Rank:
         node: FrameNode,
         packets: Iterable[Any],
         gather: Gather | None = None,
+        turns: Callable[[], list[Any] | None] | None = None,
     ) -> None:
-        """Start a frame; rank 0 brings the picture to gather."""
+        """Start a frame; rank 0, and no other, brings the picture to gather.
+
+        turns: called for more packets whenever there is nothing to do, until it
+        returns None.
+        """
         if (gather is not None) != (self.transport.rank == 0):
             raise ValueError("rank 0, and only rank 0, gathers the picture")
         node.begin(frame, packets)
         self.frame, self._node, self._gather = frame, node, gather
+        self._turns = turns
         self.is_broken = False
         self._before = node.tally()
         self.cost.clear()
@@ -133,7 +150,15 @@ class Rank:
             worked = True
             self._send_all(node.advance(self._packets))
             reached(Step.RAYS_MOVED)
-        if node.is_finished and not self._said_done:
+        elif self._turns is not None:
+            worked = True
+            packets = self._turns()
+            if packets is None:
+                self._turns = None
+            else:
+                node.add(packets)
+            reached(Step.RAYS_MOVED)
+        if self._turns is None and node.is_finished and not self._said_done:
             self._said_done = True
             after = node.tally()
             cost = {name: after[name] - self._before[name] for name in after}
@@ -154,12 +179,13 @@ class Rank:
             source = self.transport.rank
             message = Message(kind, source, target, frame, 0, payload, aux=aux)
             self.transport.send(message)
+        # nobody shall wait for what this rank does before it looks for messages
+        self.transport.flush()
 
     def cancel(self) -> None:
         """Return the frame's rays up everywhere; it still has to complete."""
         self.order(MessageKind.CANCEL, self.frame)
-        if self._node is not None:
-            self._node.cancel()
+        self._cancel()
 
     def end(self) -> None:
         """Leave the frame and take the others along; it breaks when not complete."""
@@ -172,8 +198,13 @@ class Rank:
         self.frame = frame
         self._say(MessageKind.FAILED, 0, reason.encode())
 
+    def _cancel(self) -> None:
+        self._turns = None
+        if self._node is not None:
+            self._node.cancel()
+
     def _leave(self) -> None:
-        self._node = None
+        self._node = self._turns = None
         self._gather = None
 
     def _say(self, kind: MessageKind, target: int, payload: bytes = b"") -> None:
@@ -197,7 +228,7 @@ class Rank:
         elif message.frame < self.frame or self._node is None:
             return
         elif kind is MessageKind.CANCEL:
-            self._node.cancel()
+            self._cancel()
         elif kind in CELL_KINDS:
             self._send_all(self._node.handle(message))
         elif self._gather is None:

@@ -36,7 +36,11 @@ class Transport(Protocol):
         ...
 
     def send(self, message: Message) -> None:
-        """Send without waiting."""
+        """Send without waiting; it may leave when messages are looked for next."""
+        ...
+
+    def flush(self) -> None:
+        """Let what was sent leave now."""
         ...
 
     def poll(self) -> Message | None:

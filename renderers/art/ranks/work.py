@@ -40,7 +40,7 @@ class Work(Protocol[P]):
         ...
 
     def result(self, packet: P) -> bytes:
-        """Write what a finished packet found."""
+        """Write what a finished packet found; nothing where rank 0 has it already."""
         ...
 
     def payload(self, cell: int) -> bytes:
@@ -146,11 +146,11 @@ class MarchWork:
         return list(self._map(partial(self._march.start, rays=rays), regions))
 
     def draw(
-        self, drawer: Drawer, blocks: Blocks, rays: FrameRays, threads: int
+        self, drawer: Drawer, blocks: Blocks, rays: FrameRays, threads: Sequence[int]
     ) -> list[RayPacket]:
         """Draw blocks at once, where `deliver` says; get what has to go on.
 
-        Only where nobody needs to know which cells are used.
+        Only where nobody needs to know which cells are used. threads: their numbers.
         """
         view, shift = self.bricks.view, self.bricks.grid.shift
         gather = self._gather
@@ -160,7 +160,7 @@ class MarchWork:
             return drawer(blocks, who, rays, gather, view, shift)
 
         packets = []
-        for strip in self._map(draw, range(threads)):
+        for strip in self._map(draw, threads):
             self.counters += strip.counters
             self.ended_early += strip.early
             packets += strip.packets

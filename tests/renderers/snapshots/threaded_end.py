@@ -27,6 +27,9 @@ class ThreadedEnd(LoopBackEnd):
         with self.lock:
             return super().poll()
 
+    def flush(self) -> None:
+        """Do nothing: all has left."""
+
     def rest(self, waiting: bool) -> None:
         threading.Event().wait(1e-4)
 
