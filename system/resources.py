@@ -17,25 +17,38 @@ def usable_cores() -> int:
     return len(asked(0)) if asked is not None else os.cpu_count() or 1
 
 
-def memory_bytes() -> int:
-    """Return the bytes of memory that this process may use, of this machine's.
+def memory_bytes(processes: int = 1) -> int:
+    """Return the bytes of memory that each of some processes may use.
 
-    Less where a control group, as of a container or a cluster's job, or a limit of the
-    process says so.
+    They share the machine's, or what a control group, as of a container or a cluster's
+    job, leaves of it. A limit of the process is each one's own, and what it takes now,
+    libraries and mapped files included, counts.
     """
     if sys.platform == "win32":
         import psutil
 
-        return int(psutil.virtual_memory().total)
+        return int(psutil.virtual_memory().total) // processes
     import resource
 
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    found = [machine, *_group_limits(GROUPS)]
-    for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA):
+    found = [min((machine, *_group_limits(GROUPS))) // processes]
+    for kind, name in (
+        (resource.RLIMIT_AS, "VmSize"),
+        (resource.RLIMIT_DATA, "VmData"),
+    ):
         most, _ = resource.getrlimit(kind)
         if most != resource.RLIM_INFINITY:
-            found.append(most)
+            found.append(max(most - _in_use(name), 0))
     return min(found)
+
+
+def _in_use(name: str) -> int:
+    """Return the bytes that a limit counts already, where the system tells."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+    except OSError:
+        return 0
+    return sum(1024 * int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 @cache

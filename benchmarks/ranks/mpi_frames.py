@@ -22,8 +22,8 @@ from renderers.art.crew import ALONE, MachineCrew
 from renderers.art.march import FrameRays, March
 from renderers.art.ranks.picture_room import PictureRoom
 from renderers.art.ranks.policy import CellPolicy, Dataflow
-from renderers.art.ranks.prepare import make_node
-from renderers.art.ranks.rank import FrameNode, Rank
+from renderers.art.ranks.prepare import MarchNode, make_node
+from renderers.art.ranks.rank import Rank
 from renderers.art.ranks.work import MarchWork
 from renderers.art.regions import Gather, deal_regions
 from renderers.scene import Camera
@@ -210,7 +210,7 @@ def main(words: Sequence[str]) -> int:
 def draw_frame(
     rank: Rank,
     here: "MpiTransport",
-    made: tuple[March, FrameNode, MarchWork],
+    made: tuple[March, MarchNode, MarchWork],
     camera: Camera,
     frame: int,
     region_px: int | None,
@@ -237,7 +237,7 @@ def draw_frame(
         room.enter(gather)
     work.deliver(gather)
     turns, packets = None, []
-    if room is not None and march.drawer is not None:
+    if room is not None and march.drawer is not None and not node.stamps:
         turns = room.turns(here.rank, march.drawer, work, rays)
     else:
         packets = [march.start(region, rays) for region in regions]

@@ -79,11 +79,11 @@ class MachineCrew(Crew):
     def __init__(self, company: Company, run: Run = map) -> None:
         """Take the other ranks."""
         super().__init__(run)
-        self._company = company
+        self.company = company
 
     def empty(self, shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         """Return room in memory that all of them map: zeros, until one writes to it."""
-        company, kind = self._company, np.dtype(dtype)
+        company, kind = self.company, np.dtype(dtype)
         size = max(math.prod(np.atleast_1d(shape)) * kind.itemsize, 1)
         first = company.rank == 0
         handle, name = _made(size) if first else (-1, "")
@@ -101,18 +101,18 @@ class MachineCrew(Crew):
 
     def share(self, work: Callable[[T], object], parts: Sequence[T]) -> None:
         """Do this rank's parts, then wait for the others."""
-        super().share(work, parts[self._company.rank :: self._company.ranks])
-        self._company.meet()
+        super().share(work, parts[self.company.rank :: self.company.ranks])
+        self.company.meet()
 
     def once(self, work: Callable[[], object]) -> None:
         """Let rank 0 do it."""
-        if self._company.rank == 0:
+        if self.company.rank == 0:
             work()
-        self._company.meet()
+        self.company.meet()
 
     def agree(self, yes: bool) -> bool:
         """Ask all ranks."""
-        return self._company.agree(yes)
+        return self.company.agree(yes)
 
 
 _HANDLES = "/proc/"

@@ -297,7 +297,8 @@ class _Prepared:
         kept = self._kept
         assert kept is not None
         drawer = kept.march.drawer
-        if not self._crew.is_shared or drawer is None:
+        # where cells may have to go it has to be known which are used
+        if not self._crew.is_shared or drawer is None or kept.node.stamps:
             return None
         height, width = rays.limit.shape
         edge = np.ones((region_edge(self._transport.ranks),) * 2, np.bool_)

@@ -15,7 +15,14 @@ from renderers.art import ActiveRayTracer
 from renderers.scene import Camera, Projection, Scene
 from renderers.snapshots.client import SnapshotClient, SnapshotError
 from renderers.snapshots.request import QualityName
-from tests.mpi.launching import NEEDS_RANKS, rank_process, ranks, wait_until_gone
+from tests.mpi.launching import (
+    NEEDS_RANKS,
+    rank_process,
+    ranks,
+    ranks_command,
+    running,
+    wait_until_gone,
+)
 
 pytestmark = NEEDS_RANKS
 
@@ -194,3 +201,29 @@ def test_the_memory_that_a_rank_may_take_says_how_many_cells_it_keeps(
                 side = 32 if way == "shared" else 8
                 assert counters["cache_bytes"] == cells * (side + 1) ** 3 * 8
             child.communicate(timeout=30)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of a process are Linux's")
+@pytest.mark.parametrize("options", [(), ("--from-file",)])
+def test_ranks_draw_from_its_file_what_none_of_them_could_hold(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    """Each may take 1.4 GB, libraries and the mapped volume included."""
+    side = 448
+    scene, (camera,) = folded_scene(side), orbit(side, 64, 1)
+    client = SnapshotClient(tmp_path / "spool")
+    job = client.submit(client.request_classic(scene, camera))
+    tracer = ActiveRayTracer(scene, "snapshot", threads=2)
+    expected = tracer.render(camera)
+    words = ["-m", "renderers.snapshots", "--spool", str(client.spool.folder)]
+    command = ranks_command(4, *words, "--once", *options)
+    limited = ["sh", "-c", 'ulimit -v "$0" && exec "$@"', "1400000", *command]
+    with running(limited) as child:
+        snapshot = client.wait(job, timeout_s=300)
+        said, _ = child.communicate(timeout=30)
+    assert (said, child.returncode) == ("", 0)
+    assert snapshot.radiance().tobytes() == expected.rgba.tobytes()
+    counters = snapshot.result.counters
+    assert counters["cache_bytes"] < 700e6
+    wait_until_gone(client.spool.folder)

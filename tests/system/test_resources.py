@@ -45,12 +45,16 @@ def test_a_job_on_a_cluster_has_what_its_group_is_given(
 
 @linux_only
 def test_a_process_has_what_it_is_limited_to() -> None:
+    """What it takes already is not there to be used."""
     code = (
-        "import resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, -1));"
-        "from system import memory_bytes; print(memory_bytes())"
+        "import mmap, resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, -1));"
+        "from system import memory_bytes; print(memory_bytes());"
+        "taken = mmap.mmap(-1, 1 << 30); print(memory_bytes())"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
-    assert int(said.stdout) == 2 << 30
+    before, after = map(int, said.stdout.split())
+    assert 1 << 30 < before < 2 << 30
+    assert before - after == pytest.approx(1 << 30, rel=0.01)
 
 
 def test_only_processors_that_this_process_may_use_count(

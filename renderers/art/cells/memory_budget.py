@@ -32,6 +32,16 @@ def require_distances(shape: tuple[int, int, int], limit: int) -> None:
         )
 
 
+def require_cache(cells: int, brick_bytes: int, limit: int) -> None:
+    """Raise UserError where a number of cells that was asked for takes too much."""
+    need = (cells + 1) * brick_bytes
+    if need > limit:
+        raise UserError(
+            f"keeping {cells:,} cells takes {need:,} bytes and at most {limit:,} may "
+            "be taken; keep fewer, or all that there is room for by naming no number"
+        )
+
+
 def budget_for(
     shape: tuple[int, int, int],
     seen: int,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderers.art.cells.bricks import Bricks
 from renderers.art.cells.cache import CellCache
 from renderers.art.cells.cells import CellShare
-from renderers.art.cells.memory_budget import LEAST_CELLS, require_distances
+from renderers.art.cells.memory_budget import require_cache, require_distances
 from renderers.art.classification import about_zero
 from renderers.art.crew import ALONE, Crew
 from renderers.art.march import March
@@ -136,19 +136,20 @@ def make_node(
     if shares:
         # each cell has its place
         policy = replace(policy, cache_cells=None, from_file=False)
-        budget = looked.budget(limit * (1 if policy.memory_bytes is None else ranks))
-        fits_whole = budget.whole
-        if budget.cells is not None:
+        together = limit * (1 if policy.memory_bytes is None else ranks)
+        fits_whole = crew.agree(looked.fits(together, whole=True))
+        shares = crew.agree(looked.fits(together))
+        if not shares:
             # not even together: each has its part of the memory, and the file the rest
-            cells = max(budget.cells // ranks, LEAST_CELLS)
-            policy, crew = CellPolicy(cells, from_file=True), Crew(crew.run)
-            shares = False
+            policy, crew = replace(policy, from_file=True), Crew(crew.run)
     migrates = policy.dataflow is Dataflow.MIGRATING and ranks > 1
     if ranks > 1 and policy.cache_cells is None and not shares:
         near = [far <= 1 for far in distances(rank)] if distances else []
-        if policy.memory_bytes is None:
-            limit //= max(sum(near), 1)
+        limit = policy.memory_bytes or memory_limit(max(sum(near), 1))
         policy = replace(policy, cache_cells=looked.budget(limit, raw=migrates).cells)
+    elif policy.cache_cells is not None:
+        kept = min(policy.cache_cells, int(np.count_nonzero(seen)))
+        require_cache(kept, looked.brick_bytes(raw=migrates), limit)
     cache, home, owner, mine = _share_out(seen, rank, ranks, policy, migrates)
     is_full = cache.capacity >= int(np.count_nonzero(seen))
     values = march.volume.values

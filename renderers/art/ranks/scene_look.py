@@ -21,6 +21,7 @@ from renderers.art.quality import Quality
 from renderers.art.step_estimation import StepEstimate
 from renderers.scene import Scene, Volume
 from renderers.scene.deflection import Deflection
+from system import UserError
 
 LARGEST_LEAP = 1 << 28
 """Voxels of the largest volume for which each cube's distance is kept, one byte each.
@@ -150,6 +151,13 @@ class SceneLook:
         """Return whether rays step through empty cells, since there are no leaps."""
         return not self.leap.any() and not self.seen.all()
 
+    def brick_bytes(self, *, raw: bool = False) -> int:
+        """Return the memory of a cell; raw: with its values, to be handed on."""
+        number = 4 if self.span is None else 2
+        channels = 4 if self.march.needs_gradients else 1
+        side = self.grid.side
+        return number * (channels * (side + 1) ** 3 + raw * (side + 3) ** 3)
+
     def budget(self, limit: int, *, raw: bool = False) -> MemoryBudget:
         """Fit what one rank draws with into so many bytes; ValueError if it cannot.
 
@@ -157,17 +165,23 @@ class SceneLook:
         """
         march, voxels = self.march, math.prod(self.grid.shape)
         number = 4 if self.span is None else 2
-        channels = 4 if march.needs_gradients else 1
         wanted = march.seeks_values and voxels < MOST_VOXELS
         return budget_for(
             self.grid.shape,
             int(np.count_nonzero(self.seen)),
-            (self.grid.side + 1) ** 3 * channels * number
-            + raw * (self.grid.side + 3) ** 3 * number,
+            self.brick_bytes(raw=raw),
             voxels * number if wanted else 0,
             limit,
             bricks=march.needs_gradients,
         )
+
+    def fits(self, limit: int, *, whole: bool = False) -> bool:
+        """Return whether all that can be seen fits, `whole` with the volume's copy."""
+        try:
+            budget = self.budget(limit)
+        except UserError:
+            return False
+        return budget.whole if whole else budget.cells is None
 
     def follow(
         self, scene: Scene, low: NDArray[np.int64], high: NDArray[np.int64]

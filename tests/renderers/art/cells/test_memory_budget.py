@@ -10,6 +10,7 @@ from renderers.art.cells.memory_budget import (
     LEAST_CELLS,
     MemoryBudget,
     budget_for,
+    require_cache,
     require_distances,
 )
 
@@ -56,3 +57,6 @@ def test_what_does_not_fit_is_refused_with_its_bytes() -> None:
     with pytest.raises(ValueError, match=r"needs 120,000 bytes.* at most 119,999"):
         require_distances(SHAPE, VOXELS - 1)
     require_distances(SHAPE, VOXELS)
+    with pytest.raises(ValueError, match=r"900 cells takes 90,100,000 bytes"):
+        require_cache(900, 100_000, 90_099_999)
+    require_cache(900, 100_000, 90_100_000)
