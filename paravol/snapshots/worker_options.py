@@ -25,8 +25,8 @@ class WorkerOptions:
     cache_cells: int | None = None
     """Cells that a rank keeps at most; all by default."""
     memory_gb: float | None = None
-    """Memory that a rank may take beside the volume, GB, which says how many cells it
-    keeps; half of the machine's by default."""
+    """Memory that a rank, or each of several machines, may take beside the volume, GB,
+    which says how many cells are kept; half of the machine's by default."""
     lease: float | None = None
     """Seconds of silence until a worker counts as dead, 15 by default; 60 on a network
     disk."""
