@@ -48,8 +48,8 @@ more than the RMS of what was added, some 1e-6, and where the signs are mixed by
 less: a thousandth covers depths in mm, whose eps is larger."""
 
 GUARDED = (
-    *("art", "art-classification", "fsr", "light", "look", "skipping", "splats"),
-    "visibility",
+    *("art", "art-classification", "art-ranks", "fsr", "light", "look", "skipping"),
+    *("splats", "visibility"),
 )
 """Suites of pictures: the same work at any time, on any machine."""
 
@@ -150,7 +150,8 @@ def run_guard(
 ) -> Verdict | None:
     """Compare with a release; None where `store` keeps what later ones are held to.
 
-    suites: names; empty for the release's, or those of pictures. file: the release's
+    suites: names; empty for the release's, or those of pictures. Where some are kept
+    the rows of others stay. file: the release's
     ratios, None for those kept beside the sources. Quick sizes are measured. Raises
     UserError for an unknown suite and for a file that is absent or none.
     """
@@ -169,6 +170,9 @@ def run_guard(
 
     if released is None:
         kept = middle_of([measure(None) for _ in range(ROUNDS)])
+        if suites and file.exists():
+            # the others stay as they were
+            kept += [r for r in load_ratios(file).rows if r.suite not in suites]
         save_ratios(Ratios(machine=machine(), commit=commit(), rows=kept), file)
         progress.say(f"{file}: {len(kept)} rows to compare later sources with.")
         return None

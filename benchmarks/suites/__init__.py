@@ -6,6 +6,7 @@ from benchmarks.suites.art_bent import BentPlan
 from benchmarks.suites.art_classification import ClassificationPlan
 from benchmarks.suites.art_dataflow import DataflowPlan
 from benchmarks.suites.art_growth import GrowthPlan
+from benchmarks.suites.art_ranks import RealRanksPlan
 from benchmarks.suites.art_scaling import ScalingPlan
 from benchmarks.suites.flight import FlightPlan
 from benchmarks.suites.fsr import FsrPlan
@@ -38,6 +39,7 @@ __all__ = [
     "JobsPlan",
     "LightPlan",
     "LookPlan",
+    "RealRanksPlan",
     "RefinementPlan",
     "ScalingPlan",
     "ScoringPlan",
