@@ -150,8 +150,8 @@ def run_guard(
 ) -> Verdict | None:
     """Compare with a release; None where `store` keeps what later ones are held to.
 
-    suites: names; empty for the release's, or those of pictures. Where some are kept
-    the rows of others stay. file: the release's
+    suites: names; empty for the release's, or those of pictures. Where rows of
+    some are kept all else in the file stays. file: the release's
     ratios, None for those kept beside the sources. Quick sizes are measured. Raises
     UserError for an unknown suite and for a file that is absent or none.
     """
@@ -170,10 +170,12 @@ def run_guard(
 
     if released is None:
         kept = middle_of([measure(None) for _ in range(ROUNDS)])
+        ratios = Ratios(machine=machine(), commit=commit(), rows=[])
         if suites and file.exists():
-            # the others stay as they were
-            kept += [r for r in load_ratios(file).rows if r.suite not in suites]
-        save_ratios(Ratios(machine=machine(), commit=commit(), rows=kept), file)
+            ratios = load_ratios(file)
+        rest = [row for row in ratios.rows if row.suite not in suites]
+        ratios.rows = kept + rest
+        save_ratios(ratios, file)
         progress.say(f"{file}: {len(kept)} rows to compare later sources with.")
         return None
     if not is_same_machine(released.machine, machine()):

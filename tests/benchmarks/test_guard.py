@@ -18,7 +18,7 @@ from benchmarks.guard import (
 )
 from benchmarks.losslessness import DIFFER
 from benchmarks.plan import Measured, Plan, Task
-from benchmarks.ratios import RMSE, load_ratios, ratios_of
+from benchmarks.ratios import RMSE, load_ratios, ratios_of, save_ratios
 from benchmarks.schema import Results, Row
 from benchmarks.timing import Timing
 from renderers.scene import ImageError
@@ -210,6 +210,15 @@ def test_a_release_is_stored_and_later_sources_are_held_to_it(
         assert verdict is not None
         assert (verdict.compared, len(verdict.failures)) == (2, changes)
     assert load_ratios(file).rows == kept
+    # one suite anew: what is kept of others stays
+    ratios = load_ratios(file)
+    ratios.rows.append(msgspec.structs.replace(kept[0], suite="three"))
+    ratios.commit = "that of the release"
+    save_ratios(ratios, file)
+    assert guard(True) is None
+    after = load_ratios(file)
+    assert [row.suite for row in after.rows] == ["two", "two", "three"]
+    assert after.commit == ratios.commit
 
 
 def test_an_unknown_suite_is_refused(tmp_path: Path) -> None:
