@@ -266,15 +266,15 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 15725,
     "app": 19136,
-    "benchmarks": 10889,
+    "benchmarks": 10966,
     "devices": 13292,
     "examples": 1787,
     "paravol": 27898,
-    "renderers": 37695,
+    "renderers": 38046,
     "scenarios": 12392,
     "surgery": 7294,
-    "system": 1159,
-    "tests": 94827,
+    "system": 1182,
+    "tests": 95029,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
