@@ -15,6 +15,8 @@ from anatomy.kernels import sweep_distance
 from anatomy.tissue import Label
 from renderers.scene import AirSurface, Volume
 from renderers.scene.cache_entries import kept_entry, read_arrays
+from surgery.kernels import peel_tissue
+from surgery.kernels.peel_tissue import peel
 from system import UserError
 
 Distance = NDArray[np.float32]
@@ -30,7 +32,13 @@ SHRINKS_MM = 1.0
 _SMOOTH_MM = 1.2
 """Over this the shrinkage fades where a turbinate joins the wall."""
 
-_LEFT_ON_BONE_MM = 0.3
+_LEFT_MM = 0.3
+"""Of mucosa on bone, and on the middle of what has none: with the voxel that this is, a
+plate of 1.1 mm, which the grid shows whole."""
+
+_LEFT_VOXELS = 0.25
+"""Of an edge, of a voxel that has to stay lest something come loose."""
+
 _CORE_SLOPE = 0.75
 """Where the distance grows more slowly than this, surfaces on both sides are as near:
 the middle of a plate, which stays whole."""
@@ -104,7 +112,7 @@ def _shrunk(
     """Return the distance, mm, that is left of `d`; voxels have edges of h mm."""
     swollen = np.isin(labels, _SHRINKING)
     here = _box(swollen, round(6.0 / h))
-    field = d[here].copy()
+    field = d[here]
     shrunk = np.minimum(
         field,
         np.maximum(
@@ -112,7 +120,7 @@ def _shrunk(
             _kept(field, labels[here], h),
         ),
     )
-    _drop_loose(shrunk, h)
+    _mend(field, shrunk, h)
     whole = d.copy()
     whole[here] = shrunk
     again = anatomy.redistance.redistance(whole, h)
@@ -122,7 +130,8 @@ def _shrunk(
 def _name(d: Distance, labels: NDArray[np.uint8], shrinks_mm: float) -> str:
     """Return the name of a file for the field of a head, by the present code."""
     digest = xxhash.xxh3_128(f"{d.shape} {shrinks_mm}".encode())
-    for source in (__file__, anatomy.redistance.__file__, sweep_distance.__file__):
+    sources = (anatomy.redistance, sweep_distance, peel_tissue)
+    for source in (__file__, *(str(module.__file__) for module in sources)):
         digest.update(Path(source).read_bytes())
     digest.update(d.tobytes())
     digest.update(labels.tobytes())
@@ -146,19 +155,14 @@ def _box(mask: NDArray[np.bool_], margin: int) -> tuple[slice, ...]:
     )
 
 
-def _drop_loose(field: NDArray[np.float32], h: float) -> None:
-    """Make air of what hangs on nothing in a box: tips shrink away.
-
-    What reaches a face of the box may hang on what lies beyond.
-    """
-    numbers, count = ndimage.label(field > 0, np.ones((3, 3, 3)))
-    if count > 1:
-        faces = np.ones_like(field, dtype=bool)
-        faces[1:-1, 1:-1, 1:-1] = False
-        loose = np.ones(count + 1, bool)
-        loose[numbers[faces]] = False
-        loose[[0, int(np.bincount(numbers[numbers > 0]).argmax())]] = False
-        field[loose[numbers]] = -0.1 * h
+def _mend(before: Distance, after: Distance, h: float) -> None:
+    """Leave tissue in place without which a piece or a hole would be more, or less."""
+    tissue = before > 0
+    places = np.argwhere(tissue & (after <= 0))
+    order = np.argsort(before[tuple(places.T)], kind="stable")
+    peel(tissue, places[order])
+    left = tissue & (after <= 0)
+    after[left] = np.minimum(before[left], np.float32(_LEFT_VOXELS * h))
 
 
 def _weight(
@@ -184,11 +188,9 @@ def _kept(
     field: NDArray[np.float32], labels: NDArray[np.uint8], h: float
 ) -> NDArray[np.float32]:
     """Return a field above 0 in what must not shrink."""
-    bone = labels == Label.TURBINATE_BONE
-    kept = np.full(field.shape, -np.inf, np.float32)
-    if bone.any():
-        away = ndimage.distance_transform_edt(~bone) * h - 0.5 * h
-        kept = (_LEFT_ON_BONE_MM - away).astype(np.float32)
     steep = np.sqrt(sum(g * g for g in np.gradient(field, h)))
     core = (field > 0) & (steep < _CORE_SLOPE)
-    return np.where(core, np.maximum(kept, np.float32(0.1 * h)), kept)
+    solid = core | (labels == Label.TURBINATE_BONE)
+    away = ndimage.distance_transform_edt(~solid) * h - 0.5 * h
+    kept: NDArray[np.float32] = (_LEFT_MM - away).astype(np.float32)
+    return kept
