@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -24,7 +25,7 @@ from devices.microscribe import MicroScribeEmulator
 from paravol.flight import flight_events as events
 from paravol.flight import flight_loop
 from paravol.flight.flight import Flight, FlightOrder, save_frame_view
-from paravol.flight.flight_loop import FrameEvent, FramePacing, fly
+from paravol.flight.flight_loop import DeadlineBatch, FrameEvent, FramePacing, fly
 from paravol.flight.picture_size import PictureSize
 from paravol.inputs import choose_input
 from paravol.inputs.flight_input import FlightInput
@@ -220,7 +221,11 @@ def played_scenario(file: Path) -> tuple[Scenario, ProbePath, FlightInput]:
 @pytest.fixture
 def never_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no pose be left out, and that be told, however slow the machine is."""
-    monkeypatch.setattr(flight_loop, "BEHIND_S", 600.0)
+
+    def patient(allowed_s: float) -> DeadlineBatch:
+        return DeadlineBatch(math.inf, math.inf)
+
+    monkeypatch.setattr(flight_loop, "DeadlineBatch", patient)
 
 
 def flight_order(scenario: Scenario, record: Path) -> FlightOrder:
