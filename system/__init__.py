@@ -12,7 +12,12 @@ from system.processes import (
     lower_priority,
     user_number,
 )
-from system.resources import memory_bytes, usable_cores
+from system.resources import (
+    memory_bytes,
+    usable_cores,
+    usable_processors,
+    use_processors,
+)
 from system.simple_itk import simple_itk
 from system.typed_text import typed_text
 from system.user_error import UserError
@@ -35,7 +40,9 @@ __all__ = [
     "simple_itk",
     "typed_text",
     "usable_cores",
+    "usable_processors",
     "use_c_numbers",
+    "use_processors",
     "user_number",
     "whole_file",
 ]

@@ -12,9 +12,21 @@ GROUPS = Path("/sys/fs/cgroup")
 
 def usable_cores() -> int:
     """Return the number of processors that this process may run on."""
+    return len(usable_processors())
+
+
+def usable_processors() -> list[int]:
+    """Return the numbers of the processors that this process may run on."""
     # Linux alone says; a container is often given fewer than there are
     asked = getattr(os, "sched_getaffinity", None)
-    return len(asked(0)) if asked is not None else os.cpu_count() or 1
+    return sorted(asked(0)) if asked else list(range(os.cpu_count() or 1))
+
+
+def use_processors(numbers: list[int]) -> None:
+    """Let this thread, and those that it starts, run on processors, where it can."""
+    set_ = getattr(os, "sched_setaffinity", None)
+    if set_ is not None:
+        set_(0, numbers)
 
 
 def memory_bytes(processes: int = 1) -> int:

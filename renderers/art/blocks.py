@@ -150,8 +150,7 @@ def draw_strip(
     kept, fresh, early = kernel(
         blocks.corners,
         blocks.turns,
-        blocks.limit,
-        blocks.most,
+        np.array([blocks.limit, blocks.most]),
         who % 2 > 0,
         lens,
         setup,

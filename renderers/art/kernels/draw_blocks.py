@@ -122,7 +122,7 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
 
     @njit(cache=True, nogil=True, error_model="numpy")
     def draw_blocks(
-        blocks: I32, turns: NDArray[np.int64], limit: int, most: int, from_end: bool,
+        blocks: I32, turns: NDArray[np.int64], most: NDArray[np.int64], from_end: bool,
         lens: LensRays, setup: RaySetUp, memory: BlockMemory, picture: PictureArrays,
         view: CellView, shift: int, shade: ShadeSettings | F32,
         counters: NDArray[np.int64],
@@ -130,9 +130,8 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
         """Draw block after block; count those kept, pixels now done, rays ended early.
 
         blocks: (n, 4) left, top, right, bottom pixel. turns: three numbers shared by
-        all threads: blocks taken from both ends, of which no more than `limit` are,
-        from the front and from the end. most: taken here. shade: in mode `scope` the
-        spacing.
+        all threads: blocks taken from both ends, from the front and from the end.
+        most: that all of them take, and this one. shade: in mode `scope` the spacing.
         """
         waiting, rays = memory.waiting, memory.rays
         wide = lens.limit.shape[1]
@@ -142,8 +141,9 @@ def strip_kernel(kind: int) -> Callable[..., tuple[int, int, int]]:
         straight = Deflectors(np.zeros((0, 9)), 1.0, False)
         order = np.empty(BLOCK, np.int32)
         width, height, kept, fresh, early = 0, 0, 0, 0, 0
-        while kept < len(waiting) and most > 0 and fetch_add(turns) < limit:
-            most -= 1
+        limit, left = most[0], most[1]
+        while kept < len(waiting) and left > 0 and fetch_add(turns) < limit:
+            left -= 1
             if from_end:
                 number = len(blocks) - 1 - fetch_add(turns[2:])
             else:

@@ -29,6 +29,7 @@ from renderers.art.ranks.messages import (
     split_records,
 )
 from renderers.art.ranks.transport import TransportError
+from system import usable_processors, use_processors
 
 _TAG = 1
 
@@ -328,14 +329,12 @@ def _processors(comm: MPI.Comm) -> int:
 
     A launcher often binds each rank to one of its own.
     """
-    if not hasattr(os, "sched_setaffinity"):
-        return os.cpu_count() or 1
     mine = np.zeros(_MOST_PROCESSORS, np.uint8)
-    mine[list(os.sched_getaffinity(0))] = 1
+    mine[usable_processors()] = 1
     found = np.empty_like(mine)
     local = comm.Split_type(MPI.COMM_TYPE_SHARED)
     local.Allreduce(mine, found, MPI.MAX)
     local.Free()
     usable = np.flatnonzero(found).tolist()
-    os.sched_setaffinity(0, usable)
+    use_processors(usable)
     return len(usable)
