@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 from numba import njit
 
+from anatomy.kernels.displace import displace
 from anatomy.kernels.evaluate_blocks import FAR, PART_ROWS, evaluate_block
 from anatomy.kernels.paint_ground import CLEAR, THICKEST
 from anatomy.kernels.stack_program import run_program, side_points
@@ -102,7 +103,12 @@ def _in_reach(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _middle(
-    origin: Longs, spacing: float, low: Longs, high: Longs, p: Floats
+    origin: Longs,
+    spacing: float,
+    spread: Floats,
+    low: Longs,
+    high: Longs,
+    p: Floats,
 ) -> np.float32:
     """Put the middle of voxels `low` to before `high` into p; give their radius."""
     square = 0.0
@@ -112,6 +118,7 @@ def _middle(
         sign = 1.0 if axis == 2 else -1.0
         p[axis, 0] = (origin[axis] + sign * middle) * spacing
         square += float(across * across)
+    displace(p, I1, spread)
     return np.float32(0.5 * spacing * math.sqrt(square))
 
 
@@ -135,7 +142,11 @@ def _fill_brick(
                 p[1, n] = (origin[1] - y) * spacing
                 p[2, n] = (origin[2] + z) * spacing
                 n += 1
+    displace(p, n, t.spread)
     layer = (high[0] - low[0]) * (high[1] - low[1])
+    if t.spread.shape[0] > 0:
+        # what has moved lies in no layers any more
+        layer = n
     evaluate_block(
         p,
         n,
@@ -201,7 +212,7 @@ def fill_groups(
             rest //= groups[axis]
         choice[0], seen[0] = True, True
         if skipping:
-            radius = _middle(origin, spacing, begin, end, p)
+            radius = _middle(origin, spacing, t.spread, begin, end, p)
             _in_reach(p, radius, band, sharp, t, work, fresh, choice[0], seen[0])
         for z in range(begin[2], end[2], edge):
             for y in range(begin[1], end[1], edge):
@@ -213,7 +224,7 @@ def fill_groups(
                     active, solid = choice[1], seen[1]
                     count = t.parts.shape[0]
                     if skipping:
-                        radius = _middle(origin, spacing, low, high, p)
+                        radius = _middle(origin, spacing, t.spread, low, high, p)
                         count = _in_reach(
                             p, radius, band, sharp, t, work, fresh, active, solid
                         )

@@ -21,6 +21,7 @@ class Tables(NamedTuple):
     parts ``(P, 4)``: first instruction, end, side, cavity (0: never opposite).
     reach ``(P, 2)``: Lipschitz constant and noise bound of each part.
     common ``(2,)``: span of the field that only leaves marks.
+    spread ``(1 + k, 7)``: how places differ from the average head's, see `displace`.
     septum ``(5,)``: deviation, centre y, 1 / extent y, centre z, 1 / extent z.
     octaves ``(k, 16)``, limits ``(2,)``, perm ``(256,)``, grad ``(256, 3)``: noise.
     grain ``(k, 16)``: octaves of the bone's density, row 0, and its trabeculae, row 1.
@@ -36,6 +37,7 @@ class Tables(NamedTuple):
     parts: Ints
     reach: Floats
     common: Ints
+    spread: Floats
     septum: Floats
     octaves: Floats
     limits: Floats

@@ -12,6 +12,7 @@ from scipy import ndimage
 from anatomy.frame import lps_from_ras
 from anatomy.kernels import evaluate_blocks as kernels
 from anatomy.kernels import fill_bricks as filling
+from anatomy.kernels.displace import displace
 from anatomy.kernels.tables import POINT_ROWS, Floats, Grids, Sampling, Scratch
 from anatomy.phantom.coverage import blur_mm
 from anatomy.phantom.lattice import Lattice
@@ -144,12 +145,13 @@ def blocks_of(
     """Cut ``(n, 3)`` RAS points into blocks, with scratch for the kernels.
 
     ras: mm of the unscaled head. Gives each block's place among the points, its points
-    ``(3, m)``, work, and marks that are `far`.
+    ``(3, m)`` in the average head, work, and marks that are `far`.
     """
     rows = POINT_ROWS + model.stack_depth
     for start in range(0, len(ras), _CHUNK):
         block = np.ascontiguousarray(ras[start : start + _CHUNK].T, dtype=np.float32)
         n = block.shape[1]
+        displace(block, n, model.tables.spread)
         work = np.zeros((rows, n), dtype=np.float32)
         marks = np.full((model.mark_rows, n), far, dtype=np.float32)
         yield slice(start, start + n), block, work, marks
@@ -223,6 +225,31 @@ def checked_points(points_mm: NDArray[np.floating]) -> NDArray[np.float64]:
     if points.shape[-1:] != (3,):
         raise UserError(f"points must have shape (..., 3), got {points.shape}")
     return points
+
+
+def part_cavities(
+    air: NDArray[np.float32], part: NDArray[np.uint8], cavities: list[int]
+) -> int:
+    """Put tissue between cavities that touch, in place; count the voxels.
+
+    cavities: of each part. Where a head's places are spread its thinnest walls may be
+    thinner than a voxel. The two sides' noses, which do join, and ducts are left.
+    """
+    table = np.zeros(256, np.uint8)
+    table[: len(cavities)] = cavities
+    cavity = np.where(air < 0, table[part], 0)
+    closed = np.zeros(air.shape, np.bool_)
+    for axis in range(3):
+        ends = [slice(None)] * 3, [slice(None)] * 3
+        ends[0][axis], ends[1][axis] = slice(None, -1), slice(1, None)
+        first, second = (tuple(end) for end in ends)
+        a, b = cavity[first], cavity[second]
+        touch = (a > 0) & (b > 0) & (a != b) & ~((a % 10 == 1) & (b % 10 == 1))
+        shallow = air[first] > air[second]
+        closed[first] |= touch & shallow
+        closed[second] |= touch & ~shallow
+    air[closed] = -air[closed]
+    return int(np.count_nonzero(closed))
 
 
 LARGEST_SLIVER_ML = 0.08

@@ -11,6 +11,7 @@ from anatomy.phantom.parts import Part, side_parts
 from anatomy.phantom.plates import Plate, plates
 from anatomy.phantom.program import Encoder, Row
 from anatomy.phantom.shapes import Field, Mark, smooth_min
+from anatomy.phantom.spread import spread_waves, steepness
 from anatomy.phantom.surroundings import Solid, common_marks, solids
 from anatomy.phantom.wall_noise import noise_tables
 from anatomy.tissue import TISSUES, Side
@@ -64,7 +65,8 @@ def build_model(parameters: PhantomParameters) -> Model:
     octaves, limits, permutation, gradients, grain = noise_tables(
         parameters.seed, parameters.unevenness
     )
-    bend = 1 + 0.1 * abs(parameters.septal_deviation_mm)
+    spread = spread_waves(parameters)
+    bend = (1 + 0.1 * abs(parameters.septal_deviation_mm)) * (1 + steepness(spread))
     tables = Tables(
         code=program.code,
         constants=program.constants,
@@ -79,6 +81,7 @@ def build_model(parameters: PhantomParameters) -> Model:
             [[p.steepness * bend, p.noise_mm] for p in parts], dtype=np.float32
         ),
         common=common,
+        spread=spread,
         septum=np.array(
             [parameters.septal_deviation_mm, -22, 1 / 14, 16, 1 / 12], dtype=np.float32
         ),

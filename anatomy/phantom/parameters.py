@@ -157,6 +157,8 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
     seed: draws the ethmoid cells, the outlines of the sinuses and the unevenness of
     the walls.
     head_scale: size of the whole head; sex and stature move it.
+    spread_mm: standard deviation of places against the average head's, along an axis
+    and far from the anterior nasal spine; drawn by the seed.
     septal_deviation_mm: largest sideways bend of the septum, positive to the right.
     roof_mm: height of the ethmoid's roof above the average.
     keros_mm: depth of the right olfactory fossa below the ethmoid roof.
@@ -183,6 +185,7 @@ class PhantomParameters(msgspec.Struct, frozen=True, kw_only=True):
 
     seed: int = 1
     head_scale: float = 1.0
+    spread_mm: float = 0.0
     septal_deviation_mm: float = 0.6
     roof_mm: float = 0.0
     keros_mm: float = 5.3

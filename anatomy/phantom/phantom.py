@@ -16,6 +16,7 @@ from anatomy.phantom.lattice import Box, Lattice, field_for
 from anatomy.phantom.model import build_model
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.sphenoid import rear_mm
+from anatomy.phantom.spread import around_spread, spread_waves
 from anatomy.phantom.walls import wall_layers
 from anatomy.queries.hazards import sample_hazards
 from anatomy.queries.landmarks import Landmark, landmarks
@@ -86,6 +87,8 @@ def build_phantom(
     grids, _ = air.evaluate_lattice(
         model, lattice, workers, progress=report("evaluating the air function")
     )
+    if parameters.spread_mm:
+        air.part_cavities(grids.air, grids.part, [p.cavity for p in model.parts])
     remove_slivers(grids.air, grids.part, spacing_mm)
     if progress is not None:
         progress("measuring distances", 0.0)
@@ -131,7 +134,11 @@ def whole_field(parameters: PhantomParameters) -> Box:
     """Choose LPS ranges of x, y, z that hold the nose and all sinuses."""
     tallest = max(parameters.scale("frontal", side) for side in (Side.LEFT, Side.RIGHT))
     rear = min(rear_mm(parameters, side) for side in (Side.LEFT, Side.RIGHT))
-    return field_for(parameters.head_scale, tallest, -rear)
+    return around_spread(
+        field_for(parameters.head_scale, tallest, -rear),
+        parameters.head_scale,
+        spread_waves(parameters),
+    )
 
 
 def distance_at(

@@ -11,6 +11,10 @@ from anatomy.tissue import Side
 _FRONTAL_APLASIA = 0.04
 """Share of heads without frontal sinuses; published figures are 3-5 %."""
 
+_SPREAD_MM = 2.2
+"""Of places: distances from the nasal spine have standard deviations of 4.4 to 5.0 mm
+(140 CTs, `tests/accuracy/test_phantom.py`), of which size accounts for 1.5 to 1.9."""
+
 _KEROS = (5.4, 1.7)
 """Mean and standard deviation of the olfactory fossa's depth, mm (1200 CTs, PMID
 30662198; Keskek 2021, 770 sides)."""
@@ -20,7 +24,7 @@ _KEROS_CORRELATION = 0.85
 
 
 def draw_parameters(seed: int) -> PhantomParameters:
-    """Draw one adult: sizes of both sides, septum, skull base, cells and variants.
+    """Draw one adult: sizes of both sides, places, septum, skull base, cells, variants.
 
     Left and right are correlated (0.6). The same seed gives the same patient.
     """
@@ -46,6 +50,7 @@ def draw_parameters(seed: int) -> PhantomParameters:
     drawn = PhantomParameters(
         seed=seed,
         head_scale=float(np.clip(rng.normal(1.0, 0.03), 0.93, 1.06).round(4)),
+        spread_mm=_SPREAD_MM,
         septal_deviation_mm=float(np.round(bend * rng.choice([-1.0, 1.0]), 3)),
         roof_mm=float(np.clip(rng.normal(0.0, 1.5), -2.8, 2.8).round(3)),
         keros_mm=float(np.clip(rng.normal(*_KEROS), 1.5, 11.5).round(3)),

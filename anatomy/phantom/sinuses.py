@@ -87,7 +87,8 @@ def frontal(parameters: PhantomParameters, side: Side) -> Field | None:
     septum = 0.9 + (z - base) * lean - u
     if parameters.has("frontal-septal-cell", side):
         wall = 2 * parameters.mucosa_mm + 0.3
-        lobes = smooth_max(1.0, lobes, wall - SHAPES["septal cell"])
+        for name in ("septal cell", "septal cell outlet"):
+            lobes = smooth_max(1.0, lobes, wall - SHAPES[name])
     return smooth_max(1.0, lobes, septum)
 
 

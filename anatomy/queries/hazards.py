@@ -21,6 +21,7 @@ from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.plates import skull_base
 from anatomy.phantom.program import Encoder
 from anatomy.phantom.shapes import Chain, Field, u, z
+from anatomy.phantom.spread import MOST_MM
 from anatomy.redistance import signed_distance
 from anatomy.tissue import Side
 from renderers.scene.volume import Volume
@@ -39,7 +40,8 @@ EXACT = frozenset(
         "maxillary nerve",
     )
 )
-"""Tubes are exact distances; other values are divided by their gradient's norm."""
+"""Tubes of an average head are exact distances; other values are divided by their
+gradient's norm."""
 
 _ONE_FOR_BOTH = frozenset(("skull base",))
 """What is described by the distance from the midline, on either side of it."""
@@ -80,7 +82,7 @@ def hazard_distances(
     for side in _SIDES:
         for name in hazard_fields(parameters, side):
             value = _evaluate(parameters, side, name, ras).astype(np.float64)
-            if name not in EXACT:
+            if name not in EXACT or parameters.spread_mm:
                 square = np.zeros_like(value)
                 for axis in range(3):
                     step = np.zeros(3)
@@ -90,7 +92,11 @@ def hazard_distances(
                         for s in (1.0, -1.0)
                     )
                     square += ((ahead - behind) / (2 * _STEP_MM)) ** 2
-                value = value / np.sqrt(np.maximum(square, 0.05))
+                norm = np.sqrt(np.maximum(square, 0.05))
+                if name in EXACT:
+                    # 1 but for the spread, and none on a tube's axis
+                    norm[value < 0] = 1
+                value = value / norm
             distance = (parameters.head_scale * value).reshape(points.shape[:-1])
             distance = np.where(depth > 0, np.maximum(distance, depth), distance)
             found[f"{name}, {side.name.lower()}"] = distance
@@ -102,7 +108,8 @@ def hazard_values(
 ) -> NDArray[np.float32]:
     """Evaluate the field of one structure, mm, at ``(n, 3)`` RAS points of the head.
 
-    A distance for the names in `EXACT`, else only its sign is one's.
+    A distance for the names in `EXACT` where places are the average head's, else only
+    its sign is one's.
     """
     scale = parameters.head_scale
     return np.float32(scale) * _evaluate(parameters, side, name, ras / scale)
@@ -165,46 +172,38 @@ def sample_hazards(
         for a, n in enumerate(distance.shape[::-1])
     ]
     air = -np.asarray(distance.values)
-    volumes = {}
+
+    def measure(name: str, field: Field) -> Volume:
+        values = np.full(distance.shape, np.float32(1e3))
+        for side in _SIDES:
+            columns, rows, layers = _near(axes, side, field, parameters)
+            size = 3, len(axes[1][rows]), len(axes[0][columns])
+            ras = np.empty(size, np.float32)
+            ras[0], ras[1] = -axes[0][columns], -axes[1][rows][:, None]
+            for layer in range(layers.start, layers.stop):
+                ras[2] = axes[2][layer]
+                found = hazard_values(parameters, side, name, ras.reshape(3, -1).T)
+                plane = values[layer, rows, columns]
+                np.minimum(plane, found.reshape(plane.shape), out=plane)
+        if name not in EXACT or parameters.spread_mm:
+            values = signed_distance(values, spacing, FARTHEST_MM, FARTHEST_MM)
+        # Where a structure and a sinus claim one place, the air has it.
+        np.maximum(values, air, out=values, where=air > 0)
+        np.clip(values, -FARTHEST_MM, FARTHEST_MM, out=values)
+        steps = np.rint(values / np.float32(UNIT_MM)).astype(np.int16)
+        return distance.with_values(steps, FARTHEST_MM / UNIT_MM)
+
+    fields = hazard_fields(parameters, Side.RIGHT)
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for name, field in hazard_fields(parameters, Side.RIGHT).items():
-            values = np.full(distance.shape, np.float32(1e3))
-            boxes = [
-                (side, _near(axes, side, field, parameters.head_scale))
-                for side in _SIDES
-            ]
-
-            def fill(
-                z: int,
-                name: str = name,
-                values: NDArray[np.float32] = values,
-                boxes: list[tuple[Side, tuple[slice, ...]]] = boxes,
-            ) -> None:
-                for side, (columns, rows, layers) in boxes:
-                    if not layers.start <= z < layers.stop:
-                        continue
-                    size = 3, len(axes[1][rows]), len(axes[0][columns])
-                    ras = np.empty(size, np.float32)
-                    ras[0], ras[2] = -axes[0][columns], axes[2][z]
-                    ras[1] = -axes[1][rows][:, None]
-                    found = hazard_values(parameters, side, name, ras.reshape(3, -1).T)
-                    plane = values[z, rows, columns]
-                    np.minimum(plane, found.reshape(plane.shape), out=plane)
-
-            list(pool.map(fill, range(len(axes[2]))))
-            if name not in EXACT:
-                limits = FARTHEST_MM, FARTHEST_MM
-                values = signed_distance(values, spacing, *limits, threads)
-            # Where a structure and a sinus claim one place, the air has it.
-            np.maximum(values, air, out=values, where=air > 0)
-            np.clip(values, -FARTHEST_MM, FARTHEST_MM, out=values)
-            steps = np.rint(values / np.float32(UNIT_MM)).astype(np.int16)
-            volumes[name] = distance.with_values(steps, FARTHEST_MM / UNIT_MM)
-    return HazardVolumes(volumes)
+        volumes = pool.map(measure, fields, fields.values())
+        return HazardVolumes(dict(zip(fields, volumes, strict=True)))
 
 
 def _near(
-    axes: list[NDArray[np.float64]], side: Side, field: Field, head_scale: float
+    axes: list[NDArray[np.float64]],
+    side: Side,
+    field: Field,
+    parameters: PhantomParameters,
 ) -> tuple[slice, ...]:
     """Return the columns, rows and layers that a side's structure is near.
 
@@ -213,8 +212,10 @@ def _near(
     """
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     if isinstance(field, Chain):
+        head_scale = parameters.head_scale
         points = np.array(field.points) * head_scale
         room = FARTHEST_MM + head_scale * max(field.radii) + np.array([BENT_MM, 0, 0])
+        room += 2 * head_scale * MOST_MM if parameters.spread_mm else 0
         low, high = points.min(axis=0) - room, points.max(axis=0) + room
     # LPS y points backwards, x to the patient's left.
     low[1], high[1] = -high[1], -low[1]

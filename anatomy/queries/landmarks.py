@@ -12,6 +12,7 @@ from anatomy.phantom.fixed_shapes import middle_of
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.sinuses import accessory_place
 from anatomy.phantom.sphenoid import pneumatization, sphenoid_middle
+from anatomy.phantom.spread import spread_waves, unmoved
 from anatomy.table_file import read_table
 from anatomy.tissue import Side
 
@@ -154,4 +155,5 @@ def septal_shift(
     deviation = 0.0 if side == Side.MIDLINE else parameters.septal_deviation_mm
     shift = deviation * np.exp(-(((y + 22) / 14) ** 2) - ((z - 16) / 12) ** 2)
     placed[..., 0] = placed[..., 0] * (-1.0 if side == Side.LEFT else 1.0) + shift
-    return lps_from_ras(parameters.head_scale * placed)
+    flat = unmoved(placed.reshape(-1, 3), spread_waves(parameters))
+    return lps_from_ras(parameters.head_scale * flat.reshape(placed.shape))

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from anatomy.frame import lps_from_ras
 from anatomy.phantom.ethmoid import basal_lamella, fovea
 from anatomy.phantom.parameters import PhantomParameters
 from anatomy.phantom.phantom import Phantom, distance_at
+from anatomy.phantom.spread import moved, spread_waves, unmoved
 from anatomy.queries.landmarks import Landmark
 from anatomy.tissue import Label, Side
 from system import UserError
@@ -56,35 +58,45 @@ def leaks(phantom: Phantom, plug_mm: dict[str, float] | None = None) -> list[str
     """List sinuses that do not drain through their ostium alone.
 
     A ball is put into each ostium, an accessory one too; what then still joins the
-    nose, or was no air at the sinus's middle, is named. plug_mm: radii of the balls,
-    `PLUG_MM` if None. A missing frontal sinus is passed over. Raise UserError for a
-    volume that does not hold the sinuses.
+    nose, or was no air at the sinus's middle, is named. plug_mm: radii of the balls in
+    the average head, `PLUG_MM` if None. A missing frontal sinus is passed over. Raise
+    UserError for a volume that does not hold the sinuses.
     """
     air = phantom.distance.values < 0
-    axes = (
-        start + phantom.spacing_mm * np.arange(n)
-        for start, n in zip(phantom.ct.origin_mm[::-1], air.shape, strict=True)
-    )
-    z, y, x = np.meshgrid(*axes, indexing="ij", sparse=True)
     marks = phantom.landmarks
     found = []
     for (sinus, reach), side in itertools.product((plug_mm or PLUG_MM).items(), SIDES):
         if sinus == "frontal" and phantom.parameters.scale("frontal", side) == 0:
             continue
         name = side.name.lower()
-        radius = reach * phantom.parameters.head_scale
-        rest = air
+        rest = air.copy()
         for ostium in (f"{sinus} ostium, {name}", f"accessory {sinus} ostium, {name}"):
             if ostium in marks:
-                a, b, c = marks[ostium].position_mm
-                square = (x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2
-                rest = rest & (square > radius**2)
+                _plug(phantom, marks[ostium], reach, rest)
         pieces, _ = ndimage.label(rest)
         inside = pieces[_voxel(phantom, marks[f"{sinus} sinus, {name}"])]
         nose = pieces[_voxel(phantom, marks["nasopharynx"])]
         if inside == 0 or nose == 0 or inside == nose:
             found.append(f"{sinus} {name}")
     return found
+
+
+def _plug(
+    phantom: Phantom, ostium: Landmark, radius_mm: float, air: NDArray[np.bool_]
+) -> None:
+    """Put a ball of the average head into an ostium."""
+    scale = phantom.parameters.head_scale
+    waves = spread_waves(phantom.parameters)
+    middle = np.array(_voxel(phantom, ostium))
+    most = int(2 * radius_mm * scale / phantom.spacing_mm) + 1
+    low = np.maximum(middle - most, 0)
+    high = np.minimum(middle + most + 1, air.shape)
+    index = np.indices(high - low).reshape(3, -1).T + low
+    places = phantom.ct.origin_mm + phantom.spacing_mm * index[:, ::-1]
+    both = np.vstack([ostium.position_mm, places])
+    at = moved(lps_from_ras(both) / scale, waves)
+    inside = np.linalg.norm(at[1:] - at[0], axis=1) <= radius_mm
+    air[tuple(index[inside].T)] = False
 
 
 def _voxel(phantom: Phantom, landmark: Landmark) -> tuple[int, ...]:
@@ -101,25 +113,32 @@ def _voxel(phantom: Phantom, landmark: Landmark) -> tuple[int, ...]:
 def spine_distances_mm(parameters: PhantomParameters) -> dict[str, float]:
     """Measure from the anterior nasal spine to what a surgeon looks for, mm.
 
-    The line to the nearest point of the basal lamella is followed to the skull base.
+    The line to the basal lamella, where it is nearest in the average head, is followed
+    to the skull base.
     """
+    waves = spread_waves(parameters)
     z = np.linspace(24, 46, 400)
     plate = np.stack([np.full_like(z, 9.0), np.zeros_like(z), z])
     plate[1] = basal_lamella(parameters, Side.RIGHT).evaluate(plate)
-    length = np.linalg.norm(plate, axis=0)
-    nearest = int(np.argmin(length))
-    line = plate[:, nearest, None] / length[nearest] * np.linspace(40, 90, 2000)
+    nearest = int(np.argmin(np.linalg.norm(plate, axis=0)))
+    lamella = unmoved(plate.T[[nearest]], waves)[0]
+    length = np.linalg.norm(lamella)
+    along = np.linspace(40, 90, 2000)
+    line = moved(lamella / length * along[:, None], waves).T
     over = np.argmax(line[2] > fovea(parameters).evaluate(line))
     recess = np.array([[8.0], [-13.0], [50.0]])
     top = float(fovea(parameters).evaluate(recess)[0])
-    scale = parameters.head_scale
-    return {
-        "basal lamella": scale * float(length[nearest]),
-        "skull base behind it": scale * float(np.linalg.norm(line[:, over])),
-        "skull base at the recess": scale * float(np.hypot(13.0, top)),
-        "sphenoid face": scale * float(np.linalg.norm([3.6, -54.0, 34.5])),
-        "nasofrontal beak": scale * float(np.hypot(3.0, 51.0)),
+    marks = np.array([[8, -13, top], [3.6, -54.0, 34.5], [0, -3.0, 51.0]])
+    far = np.linalg.norm(unmoved(marks, waves) * [0, 1, 1], axis=1)
+    face = unmoved(marks, waves)[1]
+    found = {
+        "basal lamella": length,
+        "skull base behind it": along[over],
+        "skull base at the recess": far[0],
+        "sphenoid face": np.linalg.norm(face),
+        "nasofrontal beak": far[2],
     }
+    return {name: parameters.head_scale * float(mm) for name, mm in found.items()}
 
 
 def surface_errors_mm(phantom: Phantom, count: int = 4000) -> NDArray[np.float64]:
