@@ -264,17 +264,17 @@ def test_every_source_says_what_it_is() -> None:
 
 
 BUDGET = {
-    "anatomy": 15725,
+    "anatomy": 15959,
     "app": 19136,
-    "benchmarks": 10966,
+    "benchmarks": 10985,
     "devices": 13292,
     "examples": 1787,
     "paravol": 27898,
-    "renderers": 38046,
+    "renderers": 38044,
     "scenarios": 12392,
-    "surgery": 7294,
-    "system": 1182,
-    "tests": 95029,
+    "surgery": 7384,
+    "system": 1201,
+    "tests": 95241,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""
