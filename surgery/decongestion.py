@@ -36,11 +36,8 @@ _LEFT_MM = 0.3
 """Of mucosa on bone, and on the middle of what has none: with the voxel that this is, a
 plate of 1.1 mm, which the grid shows whole."""
 
-_ROUND_VOXELS = 0.9
-"""Standard deviation over which what is left is rounded."""
-
 _LEFT_VOXELS = 0.25
-"""Of an edge, of a voxel that has to stay lest something come loose or be bare."""
+"""Of an edge, of a voxel that has to stay lest something come loose."""
 
 _CORE_SLOPE = 0.75
 """Where the distance grows more slowly than this, surfaces on both sides are as near:
@@ -116,15 +113,14 @@ def _shrunk(
     swollen = np.isin(labels, _SHRINKING)
     here = _box(swollen, round(6.0 / h))
     field = d[here]
-    weight = _weight(swollen[here], field > 0, h)
-    wanted = np.maximum(field - shrinks_mm * weight, _kept(field, labels[here], h))
-    # what is cut out of voxels has their corners
-    smooth = ndimage.gaussian_filter(wanted, _ROUND_VOXELS, truncate=3.0)
-    share = np.minimum(4 * weight, 1)
-    smooth = share * np.maximum(smooth, field - shrinks_mm) + (1 - share) * field
-    shrunk = np.minimum(field, smooth)
-    cover = ndimage.binary_dilation(labels[here] == Label.TURBINATE_BONE)
-    _mend(field, shrunk, cover, h)
+    shrunk = np.minimum(
+        field,
+        np.maximum(
+            field - shrinks_mm * _weight(swollen[here], field > 0, h),
+            _kept(field, labels[here], h),
+        ),
+    )
+    _mend(field, shrunk, h)
     whole = d.copy()
     whole[here] = shrunk
     again = anatomy.redistance.redistance(whole, h)
@@ -159,12 +155,10 @@ def _box(mask: NDArray[np.bool_], margin: int) -> tuple[slice, ...]:
     )
 
 
-def _mend(
-    before: Distance, after: Distance, cover: NDArray[np.bool_], h: float
-) -> None:
-    """Leave tissue that covers bone, holds pieces together or keeps holes shut."""
+def _mend(before: Distance, after: Distance, h: float) -> None:
+    """Leave tissue in place without which a piece or a hole would be more, or less."""
     tissue = before > 0
-    places = np.argwhere(tissue & (after <= 0) & ~cover)
+    places = np.argwhere(tissue & (after <= 0))
     order = np.argsort(before[tuple(places.T)], kind="stable")
     peel(tissue, places[order])
     left = tissue & (after <= 0)
@@ -186,11 +180,8 @@ def _weight(
     )
     owned = swollen[tuple(nearest)]
     weight = np.clip(2.0 * share - 1.0, 0.0, 1.0)
-    weight = np.where(owned, weight, 0.0).astype(np.float32)
-    weight = ndimage.gaussian_filter(weight, 0.7 * sigma, truncate=3.0)
-    away = ndimage.distance_transform_edt(~swollen) * h
-    result: NDArray[np.float32] = weight * np.clip(2.0 - 2.0 * away, 0.0, 1.0)
-    return result.astype(np.float32)
+    result: NDArray[np.float32] = np.where(owned, weight, 0.0).astype(np.float32)
+    return result
 
 
 def _kept(
@@ -201,5 +192,5 @@ def _kept(
     core = (field > 0) & (steep < _CORE_SLOPE)
     solid = core | (labels == Label.TURBINATE_BONE)
     away = ndimage.distance_transform_edt(~solid) * h - 0.5 * h
-    kept: NDArray[np.float32] = np.maximum(_LEFT_MM - away, -3.0).astype(np.float32)
+    kept: NDArray[np.float32] = (_LEFT_MM - away).astype(np.float32)
     return kept

@@ -272,7 +272,7 @@ BUDGET = {
     "paravol": 27898,
     "renderers": 38044,
     "scenarios": 12392,
-    "surgery": 7393,
+    "surgery": 7384,
     "system": 1201,
     "tests": 95241,
 }
