@@ -274,7 +274,7 @@ BUDGET = {
     "scenarios": 12392,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95241,
+    "tests": 95260,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

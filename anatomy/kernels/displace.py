@@ -32,7 +32,7 @@ def displace(p: Floats, n: int, waves: Floats) -> None:
         for i in range(n):
             cycles = a * px[i] + b * py[i] + c * pz[i] + d
             at = F2 * (cycles - np.floor(cycles)) - F1
-            # within a thousandth of a sine: two parabolas, rounded
+            # two parabolas, rounded: a sine but for .0011
             wave = F4 * at * (F1 - abs(at))
             wave *= _FLAT + _ROUND * abs(wave)
             dx[i] += ax * wave

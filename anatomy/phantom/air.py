@@ -227,13 +227,15 @@ def checked_points(points_mm: NDArray[np.floating]) -> NDArray[np.float64]:
     return points
 
 
-def part_cavities(
-    air: NDArray[np.float32], part: NDArray[np.uint8], cavities: list[int]
-) -> int:
-    """Put tissue between cavities that touch, in place; count the voxels.
+_NOSE = 1  # the last digit of a nasal cavity's number
 
-    cavities: of each part. Where a head's places are spread its thinnest walls may be
-    thinner than a voxel. The two sides' noses, which do join, and ducts are left.
+
+def seal_cavities(
+    air: NDArray[np.float32], part: NDArray[np.uint8], cavities: list[int]
+) -> None:
+    """Put tissue between cavities that touch: walls thinner than a voxel, in place.
+
+    cavities: of each part. The two sides' noses and ducts, which do join, are left.
     """
     table = np.zeros(256, np.uint8)
     table[: len(cavities)] = cavities
@@ -244,12 +246,11 @@ def part_cavities(
         ends[0][axis], ends[1][axis] = slice(None, -1), slice(1, None)
         first, second = (tuple(end) for end in ends)
         a, b = cavity[first], cavity[second]
-        touch = (a > 0) & (b > 0) & (a != b) & ~((a % 10 == 1) & (b % 10 == 1))
+        touch = (a > 0) & (b > 0) & (a != b) & ~((a % 10 == _NOSE) & (b % 10 == _NOSE))
         shallow = air[first] > air[second]
         closed[first] |= touch & shallow
         closed[second] |= touch & ~shallow
     air[closed] = -air[closed]
-    return int(np.count_nonzero(closed))
 
 
 LARGEST_SLIVER_ML = 0.08

@@ -88,7 +88,7 @@ def build_phantom(
         model, lattice, workers, progress=report("evaluating the air function")
     )
     if parameters.spread_mm:
-        air.part_cavities(grids.air, grids.part, [p.cavity for p in model.parts])
+        air.seal_cavities(grids.air, grids.part, [p.cavity for p in model.parts])
     remove_slivers(grids.air, grids.part, spacing_mm)
     if progress is not None:
         progress("measuring distances", 0.0)

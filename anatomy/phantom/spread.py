@@ -25,7 +25,7 @@ MOST_MM = 8.0
 """Nothing moves farther."""
 
 STEEPEST = 0.6
-"""Change of the move over a millimetre, at most; more is drawn again, weaker."""
+"""Change of the move over a millimetre, at most; where it is more all is weakened."""
 
 _MARKS_RAS = np.array([[9.0, -33.7, 38.2], [11.5, -42.9, 48.6], [3.6, -54.0, 34.5]])
 _SEEN_MM = np.array([[38.6, 59.8], [51.3, 73.5], [50.4, 73.6]])
@@ -33,7 +33,6 @@ _SEEN_MM = np.array([[38.6, 59.8], [51.3, 73.5], [50.4, 73.6]])
 CTs had them from the spine: a spread that leads beyond, less 2 mm for heads of which
 other parts vary, too, is weakened."""
 
-_SPINE = np.zeros((3, 1), np.float32)
 _BOX_MM = ((-45.0, 45.0), (-85.0, 25.0), (-15.0, 80.0))
 
 
@@ -55,9 +54,9 @@ def spread_waves(parameters: PhantomParameters) -> NDArray[np.float32]:
         # at the spine sideways moves have faded, whatever they are
         still = waves.copy()
         still[0, 3] = 1e6
-        moved = _SPINE + np.float32(1e-3)
-        displace(moved, 1, still)
-        waves[0, :3] = -(moved - _SPINE)[:, 0]
+        spine = np.full((3, 1), 1e-3, np.float32)
+        displace(spine, 1, still)
+        waves[0, :3] = -spine[:, 0]
         steep, far = _steepest(waves)
         excess = max(steep / STEEPEST, far / MOST_MM)
         roof = np.array([0.0, 0.0, parameters.roof_mm])

@@ -2,7 +2,12 @@ import numpy as np
 import pytest
 
 from anatomy.kernels.tables import Grids
-from anatomy.phantom.air import distance_at_points, evaluate_lattice, remove_slivers
+from anatomy.phantom.air import (
+    distance_at_points,
+    evaluate_lattice,
+    remove_slivers,
+    seal_cavities,
+)
 from anatomy.phantom.lattice import Lattice
 from anatomy.phantom.model import BAND_MM, Model, build_model
 from anatomy.phantom.parameters import PhantomParameters
@@ -103,3 +108,17 @@ def test_a_piece_that_the_field_of_view_cuts_stays() -> None:
     assert remove_slivers(air, np.zeros(air.shape, dtype=np.uint8), 1.0) == 1
     assert air[15, 15, 19] == -0.25
     assert air[15, 2, 2] == 0.25
+
+
+def test_cavities_that_touch_are_parted_where_they_are_shallow() -> None:
+    """By one voxel; ducts, the two noses, and what touches nothing stay as they are."""
+    air = np.full((3, 3, 8), 1.0, np.float32)
+    air[1, 1, :] = [-1, -0.4, -0.9, -1, -1, -1, -1, -1]
+    part = np.zeros(air.shape, np.uint8)
+    part[1, 1, :] = [0, 0, 1, 1, 2, 3, 3, 4]
+    after = air.copy()
+    # a sinus, a cell of the same side, a duct, and the noses of both sides
+    seal_cavities(after, part, [23, 25, 0, 21, 11])
+    changed = np.argwhere(after != air)
+    assert changed.tolist() == [[1, 1, 1]]
+    assert after[1, 1, 1] > 0
