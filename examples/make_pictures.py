@@ -182,7 +182,7 @@ def scope_view(
     """Draw what the scope sees in one head."""
     words = findings.split()
     patient = paravol.phantom(
-        seed=1,
+        average=True,
         spacing_mm=ANATOMY_MM,
         variants=tuple(word for word in words if "=" not in word),
         disease=tuple(word for word in words if "=" in word),
@@ -321,7 +321,7 @@ def first_operation() -> Panels:
     """Operate up to the moments; the gain settles at each."""
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
-    patient, operation = setup.operate_on(load_phantom())
+    patient, operation = setup.operate_on(load_phantom(average=True))
     size = (LIVE_PX, LIVE_PX)
     session = setup.build_session(scenario, patient, np.eye(4), size, operation)
     view = trainees_view(scenario, patient)

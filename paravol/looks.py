@@ -18,7 +18,7 @@ from paravol.patient import (
     no_progress,
     thread_count,
 )
-from paravol.sessions.session_setup import LIVE_TIER, SEED
+from paravol.sessions.session_setup import LIVE_TIER
 from paravol.snapshots.comparison import Difference, difference
 from paravol.snapshots.rendering_service import running_worker
 from paravol.snapshots.spool_folder import own_spool
@@ -136,7 +136,7 @@ class Patient(PatientScene):
                 self.surface,
                 look.camera,
                 ring_radius_mm=Endoscope().ring_radius_mm,
-                seed=SEED,
+                seed=self.detail_seed,
                 gain=look.gain,
                 instruments=tools,
             )
@@ -177,7 +177,7 @@ class Patient(PatientScene):
             ring_radius_mm=Endoscope().ring_radius_mm,
             has_instrument=True,
             tier=Tier[LIVE_TIER],
-            seed=SEED,
+            seed=self.detail_seed,
             threads=thread_count(),
             visible_sets=False,
         )

@@ -7,11 +7,17 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from platformdirs import user_cache_dir
 
-from anatomy import PhantomParameters, classic_transfer_function, sinus_phantom
+from anatomy import (
+    PhantomParameters,
+    classic_transfer_function,
+    draw_parameters,
+    sinus_phantom,
+)
 from anatomy.abstract import LABELS, build_scene
 from anatomy.case import read_case
 from anatomy.hazard_volumes import HazardVolumes
@@ -60,6 +66,7 @@ class PatientScene:
     layers: what lies behind the surface; None where nobody knows.
     hazards: distances to what must not be hurt; None where nobody knows.
     blood_bias: factor on how it bleeds; its surface has the blood that it shows.
+    detail_seed: of the tissue's fine detail: its vessels, mottle and hairs.
     """
 
     scene: Scene
@@ -72,6 +79,7 @@ class PatientScene:
     layers: WallLayers | None = None
     hazards: HazardVolumes | None = None
     blood_bias: float = 1.0
+    detail_seed: int = 1
 
     @property
     def surface(self) -> AirSurface:
@@ -143,12 +151,13 @@ def load_patient(scenario: Scenario, progress: Progress) -> PatientScene:
         patient = load_scene(head.scene, head.seed, head.spacing_mm, progress)
     else:
         patient = load_phantom(
-            head.seed,
+            head.number,
             head.spacing_mm,
             progress,
             variants=head.variants,
             polyps=(head.polyps_right, head.polyps_left),
             disease=head.disease,
+            average=not head.patients,
         )
     return decongested(patient) if head.decongested else patient
 
@@ -183,20 +192,24 @@ def load_phantom(
     variants: tuple[str, ...] = (),
     polyps: tuple[int, int] = (0, 0),
     disease: tuple[str, ...] = (),
+    average: bool = False,
 ) -> PatientScene:
-    """Return a virtual patient, from the user's cache or built in about a minute.
+    """Return a virtual patient, from the user's cache or built in some 10 s.
 
-    seed: decides the anatomy; 1 is the patient of the bundled flight. spacing_mm: of
-    the voxels. progress: called with what is being done and the share, 0 to 1.
-    variants: of its anatomy, as ``"onodi:left"`` or ``"concha-bullosa"``. polyps: their
-    grades 0 to 4, right and left. disease: what else fills sinuses and what surgery
-    left, as ``"fluid:maxillary:left=0.4"``, see `anatomy.phantom.variants`. UserError
+    seed: draws a patient: sizes, places, septum, skull base, cells and variants.
+    average: take the average adult instead, whose cells alone the seed draws; with seed
+    1 it is the patient of the bundled flights. spacing_mm: of the voxels. progress:
+    called with what is being done and the share, 0 to 1. variants: added to its
+    anatomy, as ``"onodi:left"`` or ``"concha-bullosa"``. polyps: their grades 0 to 4,
+    right and left. disease: what else fills sinuses and what surgery left, as
+    ``"fluid:maxillary:left=0.4"``, see `anatomy.phantom.variants`. UserError
     for an unknown variant or word.
     """
     right, left = polyps
     opacity = Opacity(polyps=right), Opacity(polyps=left)
-    parameters = with_variants(PhantomParameters(seed=seed, opacity=opacity), variants)
-    parameters = with_findings(parameters, disease)
+    parameters = PhantomParameters(seed=seed) if average else draw_parameters(seed)
+    parameters = msgspec.structs.replace(parameters, opacity=opacity)
+    parameters = with_findings(with_variants(parameters, variants), disease)
     phantom = sinus_phantom(
         parameters,
         spacing_mm=spacing_mm,
@@ -219,6 +232,7 @@ def load_phantom(
         face=partial(head_skin, phantom.parameters, SKIN_MM),
         layers=phantom.layers,
         hazards=phantom.hazards,
+        detail_seed=seed,
     )
 
 
@@ -281,16 +295,18 @@ def load_case(folder: StrPath, progress: Progress = no_progress) -> PatientScene
     others = {name: volumes[name] for name in SECOND if name in volumes}
     label_names = {int(v): name for v, name in case.record.label_names.items()}
     skin = volumes.get("face")
+    digest = surface_hash(surface)
     return PatientScene(
         scene,
         landmarks,
-        surface_hash(surface),
+        digest,
         way_in,
         others,
         Structures.of(surface.distance, case.labels, label_names, landmarks),
         None if skin is None else lambda: skin,
         case.layers,
         case.hazards,
+        detail_seed=int(digest[:7], 16),
     )
 
 

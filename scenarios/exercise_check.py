@@ -165,9 +165,9 @@ def _start_problems(scenario: "Scenario") -> Iterator[Problem]:
         yield Problem(("start", "axis"), "The axis of the start has no length.")
     head = scenario.head
     has_polyps = head.polyps_right or head.polyps_left
-    has_parameters = head.variants or has_polyps or head.disease
+    has_parameters = head.variants or has_polyps or head.disease or head.patients
     if (head.case or head.scene) and has_parameters:
-        text = "Only a phantom can be given variants and disease; leave them out."
+        text = "Only a phantom is drawn and has variants and disease; leave them out."
         yield Problem(("head", "case" if head.case else "scene"), text)
     if head.scene:
         yield from _unknown(("head", "scene"), "scene", SCENES, head.scene)

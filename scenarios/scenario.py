@@ -52,6 +52,8 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     variants: of a phantom's anatomy, names of `anatomy.phantom.variants`.
     polyps_right, polyps_left: grades 0 to 4 of a phantom's polyps.
     disease: of a phantom, words of `anatomy.phantom.variants`.
+    patients: seeds of drawn patients, for one attempt after the other; none: the
+    average adult, whose cells alone the seed draws.
     """
 
     seed: int = 1
@@ -63,6 +65,32 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     polyps_left: Annotated[int, msgspec.Meta(ge=0, le=4)] = 0
     scene: str = ""
     disease: tuple[str, ...] = ()
+    patients: tuple[Annotated[int, msgspec.Meta(ge=0, lt=2**31)], ...] = ()
+
+    @property
+    def number(self) -> int:
+        """Return the seed of the first patient, or of whatever else it is."""
+        return self.patients[0] if self.patients else self.seed
+
+    def of_attempt(self, attempt: int) -> "Head":
+        """Return the head of a trainee's attempt, 1 for the first, for good."""
+        if not self.patients:
+            return self
+        return self.of_patient(self.patients[(attempt - 1) % len(self.patients)])
+
+    def of_patient(self, number: int) -> "Head":
+        """Return the head of one patient in each attempt; as it is without any."""
+        if self.case or self.scene:
+            return self
+        return msgspec.structs.replace(self, patients=(number,))
+
+    def words(self) -> str:
+        """Return whose head it is, in a few words."""
+        if self.case:
+            return f"case {Path(self.case).name}"
+        if self.scene:
+            return f"scene {self.scene} {self.seed}"
+        return f"{'patient' if self.patients else 'phantom'} {self.number}"
 
 
 ANGLES_DEG = (0.0, 30.0, 45.0, 70.0)

@@ -265,16 +265,16 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15959,
-    "app": 19136,
+    "app": 19168,
     "benchmarks": 10985,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27898,
+    "paravol": 27938,
     "renderers": 38044,
-    "scenarios": 12392,
+    "scenarios": 12420,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95260,
+    "tests": 95318,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import paravol
-from paravol.patient import load_phantom, no_progress
+from paravol.patient import load_phantom
 from paravol.sessions.session_setup import build_session, build_view
 from scenarios import Sample, Scenario
 from scenarios.instrument_state import EMPTY_HAND
@@ -24,7 +24,7 @@ SIZE = 48
 def record_flight(folder: Path, frames: int = 3) -> None:
     """Record a few frames along the bundled path, as a flight does."""
     scenario = Scenario("short", "Short", head=Head(seed=1, spacing_mm=1.0))
-    flight = Flight(scenario, load_phantom(1, 1.0, no_progress), size=SIZE)
+    flight = Flight(scenario, load_phantom(1, 1.0, average=True), size=SIZE)
     with flight.recorded(folder):
         for number in range(frames):
             pose, _ = paravol.flight_pose(9.0 + 0.1 * number)
@@ -65,7 +65,7 @@ def test_what_a_page_says_runs(
 
 def test_a_look_is_the_trainers_own_picture() -> None:
     """To the bit: the same splats, light, tool and camera."""
-    patient = paravol.phantom(seed=1, spacing_mm=1.0)
+    patient = paravol.phantom(average=True, spacing_mm=1.0)
     pose, tool = paravol.flight_pose(9.5)
     scenario = Scenario("same", "Same", "none")
     view = build_view(scenario, patient, threads=1)
@@ -92,7 +92,7 @@ def test_a_face_loads_nothing_before_it_is_used() -> None:
 
 
 def test_mistakes_are_told_in_a_sentence(tmp_path: Path) -> None:
-    patient = paravol.phantom(seed=1, spacing_mm=1.0)
+    patient = paravol.phantom(average=True, spacing_mm=1.0)
     with pytest.raises(ValueError, match="no landmark 'nose'; it has: "):
         patient.pose("nose", "nasopharynx")
     with pytest.raises(ValueError, match="one place"):

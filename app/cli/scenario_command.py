@@ -210,9 +210,9 @@ def _door(rung: "LadderStep") -> str:
 
 def _head(scenario: "Scenario") -> str:
     head = scenario.head
-    if head.case or head.scene:
-        return head.case or f"scene {head.scene}, seed {head.seed}"
-    parts = [f"phantom of seed {head.seed}", *head.variants, *head.disease]
+    parts = [head.words(), *head.variants, *head.disease]
+    if others := ", ".join(map(str, head.patients[1:])):
+        parts.insert(1, f"then {others}")
     for side, grade in (("right", head.polyps_right), ("left", head.polyps_left)):
         if grade:
             parts.append(f"polyps of grade {grade}, {side}")

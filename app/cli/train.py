@@ -65,7 +65,7 @@ def _train(
         order = setup.order_for_case(options.case)
     else:
         # without a name a trial: what was typed wrongly is told before a window opens
-        order = setup.order(options.scenario or TRIAL)
+        order = setup.order(options.scenario or TRIAL, partial(_attempts, options))
     require_port(options.device)
     opened = OpenedWindow(trial(), options.screenshot, chosen_looks(options))
 
@@ -104,6 +104,13 @@ def _train(
                 keep_session(flown.end.record, flown.trainee)
     opened.raise_problem(desk.error)
     return 0
+
+
+def _attempts(options: TrainOptions, exercise: str) -> int:
+    """Return how many attempts at an exercise are kept of who is named."""
+    from paravol.trainee.record import attempts_of
+
+    return 0 if options.no_store else attempts_of(options.trainee, exercise)
 
 
 def chosen_looks(options: TrainOptions) -> "WindowPreferences":
@@ -168,6 +175,7 @@ def training_setup(
         record=options.record,
         stream_igtl=options.stream_igtl,
         watcher=watcher,
+        patient=options.patient,
     )
 
 

@@ -79,6 +79,9 @@ class TrainOptions:
         U switches them, too.
     volume
         Of the sound, 0 to 1.
+    patient
+        Seed of the patient, the same in each attempt, as for an examination. Without
+        it attempts have the exercise's own, one after the other.
     trainee
         A name that you made up, under which paravol progress keeps the session. None
         is needed.
@@ -109,6 +112,7 @@ class TrainOptions:
     screenshot: Path | None = None
     sound: Literal["on", "off"] = "on"
     volume: Annotated[float, Parameter(validator=Number(gte=0, lte=1))] = 1.0
+    patient: Annotated[int | None, Parameter(validator=Number(gte=0, lt=2**31))] = None
     trainee: str = ""
     no_store: Flag = False
     theme: Literal["dark", "light", "high-contrast"] | None = None

@@ -23,6 +23,7 @@ from app.window.main_window import MainWindow
 from app.window.opened_file import open_file
 from app.window.page import Page, TextPage
 from app.window.result.debrief_process import write_beside
+from app.window.session_page import with_patient
 from app.window.texts import later, tr
 from app.window.tour import Tour
 from paravol.exercises.training_setup import TrainingSetup
@@ -316,8 +317,9 @@ class Navigator(QObject):
         def work(progress: Progress) -> tuple[str, list[Scan]]:
             import_module(VOLUME_PAGE)
             if entry.exercise is not None:
-                title = entry.exercise.scenario.title
-                patient = load_patient(entry.exercise.scenario, progress)
+                wanted_next = entry.exercise.next_attempt
+                title = with_patient(wanted_next)
+                patient = load_patient(wanted_next, progress)
             else:
                 assert entry.case is not None
                 title = entry.case.title
@@ -358,7 +360,15 @@ class Navigator(QObject):
             self._remember(exercise=exercise)
             self.take_off(order, partial(self.fly, exercise))
 
-        self._prepare(lambda: self._setup.order(exercise), take_off)
+        self._prepare(lambda: self._setup.order(exercise, self._attempts), take_off)
+
+    def _attempts(self, exercise: str) -> int:
+        """Return how many attempts at an exercise are kept of who trains here."""
+        from paravol.trainee.record import attempts_of
+
+        if not self._order.has_store:
+            return 0
+        return attempts_of(self._trainee, exercise, self._order.store)
 
     def fly_case(self, folder: Path) -> None:
         """Prepare a flight through a case and fly it."""

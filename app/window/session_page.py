@@ -27,6 +27,14 @@ from paravol.slices.side_letters import looks_towards, side_letters
 from scenarios import FrameState, InstrumentState, Scenario
 
 
+def with_patient(scenario: Scenario) -> str:
+    """Return an exercise's title, with the patient's number where one is drawn."""
+    title = tr(scenario.title)
+    if not scenario.head.patients:
+        return title
+    return tr("{title} · patient {number}", title=title, number=scenario.head.number)
+
+
 class SessionSide(QWidget):
     """What stands beside the picture of a flight, and of a replay."""
 
@@ -38,7 +46,7 @@ class SessionSide(QWidget):
         self.slices = SlicesView()
         self.moments = MomentView()
         self.tasks = TaskPanel(scenario)
-        self.title = PlainLabel(tr(scenario.title), "title", wraps=True)
+        self.title = PlainLabel(with_patient(scenario), "title", wraps=True)
         self._tool = PlainLabel(name="tool", wraps=True)
         self._info = PlainLabel(name="status", wraps=True)
         self.slices.told.connect(self._info.setText)

@@ -87,7 +87,7 @@ def _wounded() -> Scene:
     flown, _ = nasal_views.bundled_flight()
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
-    head = load_phantom(flown.head.seed, flown.head.spacing_mm)
+    head = load_phantom(flown.head.seed, flown.head.spacing_mm, average=True)
     patient, operation = operate_on(head)
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     for sample in operated_samples(path, scenario.scope.endoscope()):

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -120,15 +119,10 @@ def nearest_gaps(findings: Findings) -> dict[str, NDArray[np.float64]]:
 
 def _head_words(findings: Findings) -> str:
     head, scope = findings.scenario.head, findings.scenario.scope
-    patient = f"phantom {head.seed}"
-    if head.scene:
-        patient = f"scene {head.scene} {head.seed}"
-    if head.case:
-        patient = f"case {Path(head.case).name}"
     changes = findings.metrics.measured.scope_changes
     angles = dict.fromkeys((scope.angle_deg, *(angle for _, angle in changes)))
     told = ", ".join(f"{angle:g}°" for angle in angles)
-    return f"{patient}; scope {told}, {scope.diameter_mm:g} mm"
+    return f"{head.words()}; scope {told}, {scope.diameter_mm:g} mm"
 
 
 def _removed(findings: Findings) -> dict[str, Any] | None:

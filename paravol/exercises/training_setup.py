@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
+
 from devices import ProbePath
 from paravol.exercises.case_scenario import scenario_of_case
 from paravol.exercises.exercise_path import recorded_path, recorded_path_file
@@ -96,6 +98,8 @@ class TrainingSetup:
     folder of the recording; None keeps the newest in `sessions`. stream_igtl: the words
     of `--stream-igtl`. watcher: makes who looks on at each flight; None where nobody
     does. sessions: where flights are recorded without being asked.
+    patient: seed of who is flown in every exercise with a phantom's head; None for the
+    exercise's own.
     """
 
     devices: DeviceSetup
@@ -105,13 +109,23 @@ class TrainingSetup:
     stream_igtl: str | None = None
     watcher: Callable[[Scenario], Hear] | None = None
     sessions: SessionStore = field(default_factory=SessionStore.of_the_user)
+    patient: int | None = None
 
-    def order(self, scenario: str) -> FlightOrder:
+    def order(
+        self, scenario: str, attempts: Callable[[str], int] = lambda name: 0
+    ) -> FlightOrder:
         """Return the order for an exercise: a bundled one's name, or a file.
 
+        attempts: tells how many there were of the exercise so named.
         Raises UserError for what cannot be flown, DeviceError for a missing device.
         """
         exercise, folder = load_scenario(scenario)
+        head = exercise.head
+        if self.patient is not None:
+            head = head.of_patient(self.patient)
+        elif len(head.patients) > 1:
+            head = head.of_attempt(attempts(exercise.name) + 1)
+        exercise = msgspec.structs.replace(exercise, head=head)
         path_file = recorded_path_file(exercise, folder)
         path = None if path_file is None else recorded_path(exercise, folder)
         stream = None

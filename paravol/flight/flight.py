@@ -51,7 +51,6 @@ from paravol.patient import PatientScene, load_patient
 from paravol.registration.at_start import register_by_touch
 from paravol.sessions.keyframes import Keyframes, save_keyframes
 from paravol.sessions.session_setup import (
-    SEED,
     build_session,
     build_view,
     coverage_watch,
@@ -546,7 +545,6 @@ def save_frame_view(
         gain=event.frame.gain,
         number=event.number,
         operated=mark_of(event.tissue, order.record, time_s),
-        seed=SEED,
         has_instrument=True,
         lens=event.frame.lens,
     )

@@ -16,7 +16,6 @@ from paravol.inputs.pointed_tool import PointedTool
 from paravol.patient import PatientScene, Progress
 from paravol.sessions.session_setup import (
     LIVE_TIER,
-    SEED,
     aimless,
     build_session,
     operate_on,
@@ -93,7 +92,7 @@ def rehearse(
         ring_radius_mm=scenario.scope.ring_radius_mm,
         has_instrument=True,
         tier=Tier[LIVE_TIER],
-        seed=SEED,
+        seed=operated.detail_seed,
         threads=1,
     )
     for number, sample in enumerate(samples[len(steps) :]):

@@ -39,9 +39,6 @@ from system import UserError
 
 OnePatient = TypeVar("OnePatient", bound=PatientScene)
 
-SEED = 1
-"""Of the tissue's fine detail: the same patient looks the same in every session."""
-
 LIVE_TIER = "FLIGHT"
 
 TOOL_AHEAD_MM, TOOL_ASIDE_MM = 12.0, 3.0
@@ -62,7 +59,7 @@ def describe_session(
         scenario=msgspec.json.encode(scenario).decode(),
         picture_size=(size, size),
         tier=LIVE_TIER,
-        seed=SEED,
+        seed=patient.detail_seed,
         world_from_device=registration.world_from_device.ravel().tolist(),
         registration_rms_mm=registration.residual_rms_mm,
         surface_sha256=patient.surface_sha256,
@@ -253,7 +250,7 @@ def build_view(
     *,
     threads: int,
     tier: str = LIVE_TIER,
-    seed: int = SEED,
+    seed: int | None = None,
     has_instrument: bool = True,
     progress: Progress | None = None,
     visible_sets: bool = False,
@@ -262,6 +259,7 @@ def build_view(
 
     With visible sets it takes 20 s for a head that is new.
 
+    seed: of the tissue's fine detail, None for the patient's own.
     has_instrument, visible_sets: see `EndoscopeView`.
     """
     return EndoscopeView(
@@ -269,7 +267,7 @@ def build_view(
         ring_radius_mm=scenario.scope.ring_radius_mm,
         has_instrument=has_instrument,
         tier=Tier[tier],
-        seed=seed,
+        seed=patient.detail_seed if seed is None else seed,
         threads=threads,
         progress=progress,
         visible_sets=visible_sets,
@@ -318,7 +316,8 @@ def flight_pose(
 
     time_s: seconds from the path's beginning, held within it. scenario: a bundled name
     or a ``.toml`` file. Return ``world_from_tip`` and ``world_from_instrument``, 4x4;
-    they belong to the scenario's own patient, ``phantom(seed=1)`` for the bundled one.
+    they belong to the scenario's own patient, ``phantom(average=True)`` for the bundled
+    one.
     """
     described, folder = load_scenario(scenario)
     at = recorded_path(described, folder).sample(time_s)

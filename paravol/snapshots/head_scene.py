@@ -89,6 +89,7 @@ class HeadScene:
                 variants=head.variants,
                 polyps=(head.polyps_right, head.polyps_left),
                 disease=head.disease,
+                average=not head.drawn,
             )
         if isinstance(head, CaseHead | PhantomHead) and head.decongested:
             patient = decongested(patient)

@@ -45,7 +45,7 @@ class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
     """Look at a virtual patient, built when it is needed.
 
     variants, polyps_right, polyps_left, decongested, disease: see
-    `scenarios.scenario.Head`.
+    `scenarios.scenario.Head`. drawn: it is no average adult.
     """
 
     seed: Annotated[int, Meta(ge=0, lt=2**31)] = 1
@@ -55,6 +55,7 @@ class PhantomHead(_Strict, frozen=True, tag="phantom", tag_field="kind"):
     polyps_left: Annotated[int, Meta(ge=0, le=4)] = 0
     decongested: bool = False
     disease: tuple[str, ...] = ()
+    drawn: bool = False
 
 
 class SceneHead(_Strict, frozen=True, tag="scene", tag_field="kind"):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from paravol.exercises.case_scenario import scenario_of_case
 from paravol.exercises.exercise_path import recorded_path
 from paravol.patient import PatientScene, Progress, load_patient
-from paravol.sessions.session_setup import SEED, flown_scenario, path_view
+from paravol.sessions.session_setup import flown_scenario, path_view
 from paravol.sessions.session_timeline import GRACE_S, SessionTimeline
 from paravol.snapshots.head_scene import HeadScene
 from paravol.snapshots.operated_head import OperatedHead
@@ -151,6 +151,7 @@ def placed_view(
 ) -> ViewFile:
     """Return the view from a place to a place; UserError where one cannot look so."""
     extent = math.radians(FIELD_DEG / 2)
+    detail = head.seed if isinstance(head, PhantomHead) else 1
     if lens == "orthographic":
         extent = half_side_mm
     view = ViewFile(
@@ -165,7 +166,7 @@ def placed_view(
             distortion=distortion,
         ),
         size_px=(size, size),
-        look=ClassicLook() if classic else ScopeLook(1.45, seed=SEED),
+        look=ClassicLook() if classic else ScopeLook(1.45, seed=detail),
     )
     camera = ViewCamera.of(view.to_camera())
     return msgspec.structs.replace(view, camera=camera)
@@ -179,20 +180,21 @@ def view_of(
     gain: float | None = None,
     number: int = 0,
     operated: OperatedMark | None = None,
-    seed: int = SEED,
+    seed: int | None = None,
     has_instrument: bool = False,
     lens: LensState = CLEAN,
 ) -> ViewFile:
     """Describe a view of a session, so that it can be saved and drawn later."""
     flown = scenario.head
     head: Head = PhantomHead(
-        flown.seed,
+        flown.number,
         flown.spacing_mm,
         flown.variants,
         flown.polyps_right,
         flown.polyps_left,
         flown.decongested,
         flown.disease,
+        bool(flown.patients),
     )
     if flown.case:
         head = CaseHead(str(Path(flown.case).resolve()), flown.decongested)
@@ -212,7 +214,7 @@ def view_of(
         size_px=(view.camera.width, view.camera.height),
         look=ScopeLook(
             scenario.scope.ring_radius_mm,
-            seed=seed,
+            seed=patient.detail_seed if seed is None else seed,
             gain=gain,
             frame_number=number,
         ).through(lens),

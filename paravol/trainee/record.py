@@ -23,6 +23,14 @@ class TraineeRecord:
     told: str = ""
 
 
+def attempts_of(trainee: str, exercise: str, store: Path | None = None) -> int:
+    """Return how many attempts at an exercise are kept; none in an unusable store."""
+    try:
+        return len(ProgressStore(store).sessions(trainee=trainee, exercise=exercise))
+    except (UserError, OSError):
+        return 0
+
+
 def record_of(trainee: str, store: Path | None = None) -> TraineeRecord:
     """Return a trainee's record; a store that cannot be used is told and counts as new.
 

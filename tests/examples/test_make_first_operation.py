@@ -29,7 +29,7 @@ def operated() -> tuple[Operation, OperationFigures]:
     """Step all samples, without any picture."""
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
-    patient, operation = operate_on(load_phantom())
+    patient, operation = operate_on(load_phantom(average=True))
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     for sample in operated_samples(path, scenario.scope.endoscope()):
         session.step(sample)
@@ -56,7 +56,7 @@ def test_the_natural_ostium_is_wider(
     operated: tuple[Operation, OperationFigures],
 ) -> None:
     operation, _ = operated
-    at = np.asarray(load_phantom().landmarks[OSTIUM])
+    at = np.asarray(load_phantom(average=True).landmarks[OSTIUM])
     before = ostium_mm2(operation.patient.pristine.distance, at)
     after = ostium_mm2(operation.patient.surface.distance, at)
     assert after > 1.5 * before
@@ -92,7 +92,7 @@ def test_generated_experts_take_about_as_much(
 def test_the_path_is_what_the_script_makes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(EXAMPLES))
     made = runpy.run_path(str(EXAMPLES / "make_first_operation.py"))
-    places = {n: np.asarray(p) for n, p in load_phantom().landmarks.items()}
+    places = {n: np.asarray(p) for n, p in load_phantom(average=True).landmarks.items()}
     path = load_probe_path(EXAMPLES / "first_operation.path.json")
     tips, buttons = made["instrument"](path.t_s, places)
     # the file has the hand's tremor besides

@@ -39,11 +39,18 @@ def test_the_ladder_has_steps_of_every_level() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in NAMES]
+    ("name", "attempt"),
+    [
+        (n, k) if n in FAST else pytest.param(n, k, marks=pytest.mark.slow)
+        for n in NAMES
+        for k in range(1, 1 + (len(load_scenario(n)[0].head.patients) or 1))
+    ],
 )
 @pytest.mark.timeout(900)
-def test_an_exercise_can_be_done(name: str) -> None:
+def test_an_exercise_can_be_done(name: str, attempt: int) -> None:
     scenario, _ = load_scenario(name)
+    head = scenario.head.of_attempt(attempt)
+    scenario = msgspec.structs.replace(scenario, head=head)
     patient = load_patient(scenario, no_progress)
     check_fit(scenario, patient)
     hand = ScriptedHand(scenario, patient, operates=bool(scenario.tools))

@@ -5,6 +5,7 @@ import pytest
 
 from scenarios import Scenario, load_scenario
 from scenarios.exercise_check import HeadNames, head_problems
+from scenarios.scenario import Head
 from scenarios.tasks.task import KeepAway, Limits, Reach, Remove, Survey, Task
 from system import UserError
 
@@ -38,6 +39,24 @@ def test_a_file_of_ones_own_loads(tmp_path: Path) -> None:
     assert scenario.moments[0].time_s == 2.5
     assert scenario.head.seed == 1
     assert scenario.fiducial_positions()["b"].tolist() == [9, 0, 0]
+
+
+def test_attempts_have_patients_of_their_own_and_an_examination_has_one() -> None:
+    anew = Head(seed=1, patients=(5, 2, 9), variants=("haller:right",))
+    heads = [anew.of_attempt(attempt) for attempt in (1, 2, 3, 4)]
+    assert [head.number for head in heads] == [5, 2, 9, 5]
+    assert heads[2] == Head(patients=(9,), variants=("haller:right",))
+    assert anew.of_patient(7).number == anew.of_patient(7).of_attempt(3).number == 7
+    assert Head(seed=5).of_attempt(3) == Head(seed=5)
+    for own in (Head(scene="hoops"), Head(case="/case")):
+        assert own.of_attempt(3) == own.of_patient(9) == own
+
+
+def test_a_scene_is_not_drawn(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(GOOD + '[head]\nscene = "hoops"\npatients = [3]\n')
+    with pytest.raises(UserError, match="phantom"):
+        load_scenario(str(file))
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ from app.window.keyboard.actions import GESTURES, STEERING, Act, Group, rows
 from app.window.keyboard.key_map import KEYS
 from app.window.keyboard.page_commands import Command, Commands
 from app.window.scaling import lay
-from app.window.session_page import SessionPage
+from app.window.session_page import SessionPage, with_patient
 from app.window.session_thread import FrameReady, HeadModelled, SlicesReady
 from app.window.texts import later, tr
 from paravol.feedback import NO_SIGNS, TouchSigns
@@ -114,7 +114,7 @@ class FlightPage(SessionPage):
         self._begins_by_s = math.inf
         self._is_under_way = False
         self._may_leave = False
-        self.title = f"PARAVOL: {tr(order.scenario.title)}"
+        self.title = f"PARAVOL: {with_patient(order.scenario)}"
         self._side = SideColumn(order, edge_samples)
         self._take_side(self._side)
         self._overview, self._slices = self._side.overview, self._side.slices

@@ -33,7 +33,6 @@ from paravol.guide.scope_place import ScopePlaces, ScopePose
 from paravol.inputs.asked_tissue import spared_by
 from paravol.inputs.hand import limits_about, nostril_fulcrum
 from paravol.patient import PatientScene
-from paravol.sessions.session_setup import SEED
 from paravol.slices.cutaway import cutter
 from paravol.snapshots.moments import SnapshotRequestFactory
 from paravol.snapshots.snapshot_queue import (
@@ -248,7 +247,7 @@ class FlightThread(SessionThread[DisplayedFrame]):
         requests = SnapshotRequestFactory(
             self._patient.surface,
             order.scenario.scope.ring_radius_mm,
-            SEED,
+            self._patient.detail_seed,
             has_instrument=True,
         )
         # It goes on after the flight, as long as the window.

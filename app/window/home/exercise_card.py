@@ -87,6 +87,9 @@ class ExerciseCard(QFrame):
             facts += (
                 tr(" · 1 task") if tasks == 1 else tr(" · {tasks} tasks", tasks=tasks)
             )
+        if len(scenario.head.patients) > 1:
+            patient = exercise.next_attempt.head.number
+            facts += tr(" · patient {number}, then another", number=patient)
         waits = ""
         if exercise.door is ExerciseStatus.LOCKED:
             waits = tr(

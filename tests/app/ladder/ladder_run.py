@@ -12,6 +12,7 @@ import json
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TextIO
@@ -94,8 +95,10 @@ def unlock(store: Path) -> None:
 class CoarseSetup(TrainingSetup):
     """Train in heads that are built in a few seconds; all else is as it is."""
 
-    def order(self, scenario: str) -> FlightOrder:
-        order = super().order(scenario)
+    def order(
+        self, scenario: str, attempts: Callable[[str], int] = lambda name: 0
+    ) -> FlightOrder:
+        order = super().order(scenario, attempts)
         if order.scenario.head.scene or order.scenario.head.case:
             return order
         head = msgspec.structs.replace(order.scenario.head, spacing_mm=COARSE_MM)
