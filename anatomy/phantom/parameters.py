@@ -302,8 +302,8 @@ ANTROSTOMY_MM2 = 20.0, 140.0
 between the orbit's floor and the inferior turbinate."""
 
 UNCINATE_ENDS = ("uncinate-cribriform", "uncinate-skull-base", "uncinate-turbinate")
-"""Variants of the upper end of the uncinate process that exclude each other; without one
-it reaches the lamina papyracea."""
+"""Variants of the uncinate process's upper end that exclude each other; without one it
+reaches the lamina papyracea."""
 
 EXCLUSIVE = (
     SPHENOID_KINDS,

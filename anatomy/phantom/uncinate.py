@@ -24,10 +24,10 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.tissue import Side
 
-HALF_MM = 0.92
+HALF_MM = 0.86
 """Half its thickness with the mucosa of both faces."""
 
-WIDTH_MM = 5.2
+WIDTH_MM = 4.9
 """From its attachment in front to its free edge."""
 
 SLIT_MM = 1.9
