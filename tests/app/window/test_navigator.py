@@ -226,9 +226,9 @@ home = shown(HomePage)
 assert window.isVisible()
 until("a ladder", lambda: home.go_on.text())
 order = type(desk._setup).order
-def slow(setup, name):
+def slow(setup, name, *more):
     time.sleep(1.0)
-    return order(setup, name)
+    return order(setup, name, *more)
 type(desk._setup).order = slow
 press(Key.Key_Return)
 assert "Preparing" in home.stage.text()
