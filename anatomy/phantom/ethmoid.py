@@ -151,7 +151,7 @@ def _recess(parameters: PhantomParameters, side: Side) -> Field:
     """
     rng = np.random.default_rng([parameters.seed, int(side), 0x6D77])
     drawn = rng.uniform(0.0, RECESS_MM, 6)
-    taper = np.array([1.3, 1.3, 0.3, 0.0, 0.0, 0.3])
+    taper = np.array([1.5, 1.4, 0.4, 0.0, 0.0, 0.3])
     course = depth_table([16, 22, 29, 36, 43, 51], (taper + drawn).tolist(), 2.5)
     return course * height_table([25, 29, 40, 45], [0.3, 1.0, 1.0, 0.0], 2.0)
 
@@ -174,7 +174,7 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     # Below, no wall meets the next one in a corner.
     block = smooth_max(3.0, block, bottom - z)
     front = height_table(
-        [26, 30, 34, 38, 44, 52], [-27.4, -26.4, -24.8, -22.2, -17.2, -15.4], 2.0
+        [26, 30, 34, 38, 44, 52], [-26.7, -25.7, -24.0, -20.8, -16.0, -14.8], 2.0
     )
     # The cells reach farthest back halfway between nose and orbit.
     rear = Table(U, (5.0, 9.5, 13.0, 17.0), (1.2, 0.0, 0.0, 2.0), 2.5) - 52.5

@@ -24,7 +24,7 @@ from anatomy.phantom.shapes import (
 )
 from anatomy.tissue import Side
 
-HALF_MM = 0.86
+HALF_MM = 0.9
 """Half its thickness with the mucosa of both faces."""
 
 WIDTH_MM = 4.9
@@ -61,12 +61,14 @@ def middle(parameters: PhantomParameters, side: Side) -> Field:
     heights, values = zip(*_ENDS[upper_end(parameters, side)], strict=True)
     course = height_table(
         [15, 18, 21, 24, 28, 32, 36, *heights],
-        [12.9, 12.4, 11.5, 10.7, 10.2, 10.0, 10.0, *values],
+        [13.2, 12.8, 12.0, 11.1, 10.3, 10.0, 10.0, *values],
         2.0,
     )
     # in front it comes off the side wall, and behind it the wall falls back
     return course + depth_table(
-        [8, 11, 14, 17, 20, 26, 30, 33], [3.0, 2.0, 1.0, 0.2, 0.0, 0.0, 0.6, 2.5], 2.0
+        [8, 11, 14, 17, 20, 26, 29, 31, 33],
+        [3.0, 2.0, 1.0, 0.2, 0.0, 0.0, 0.5, 1.8, 2.8],
+        2.0,
     )
 
 
@@ -74,7 +76,7 @@ def free_edge() -> Field:
     """Return the depth y of its free edge over the height."""
     return height_table(
         [15, 18, 20, 22.5, 25, 28, 32, 36, 40],
-        [-33.0, -32.3, -31.0, -29.2, -27.3, -24.6, -22.8, -21.8, -21.2],
+        [-31.6, -30.8, -29.8, -28.6, -27.2, -24.6, -22.8, -21.8, -21.2],
         2.0,
     )
 
