@@ -269,7 +269,7 @@ BUDGET = {
     "benchmarks": 10985,
     "devices": 13292,
     "examples": 1787,
-    "paravol": 27938,
+    "paravol": 27949,
     "renderers": 38044,
     "scenarios": 12420,
     "surgery": 7384,

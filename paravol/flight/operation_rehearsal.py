@@ -33,6 +33,9 @@ SIDE = 40
 VIEW_MM = 6.0
 """From the lens to what is cut."""
 
+METAL_MM = np.array([2.2, 4.0, 0.0])
+"""From the lens to a tool beside it that no wall hides."""
+
 TOOLS = ("straight forceps", "microdebrider", "curette")
 """Of each kind of cut one."""
 
@@ -101,6 +104,14 @@ def rehearse(
         if number % 3 == 1:
             view.draw(session.view(sample), number=number, elapsed_s=0.1)
         progress(STAGE, (len(steps) + number) / len(samples))
+    # wherever walls lie in this head: metal before the lens, in what air there is
+    distance = operated.surface.distance
+    deepest = np.unravel_index(int(np.argmin(distance.values)), distance.shape)
+    clear = (distance.world_from_voxel @ np.array([*deepest[::-1], 1.0]))[:3]
+    state = InstrumentState(TOOLS[0], 0.0, 1.0)
+    last_s, tip = samples[-1].time_s + 0.2, clear + METAL_MM
+    metal = Sample(last_s, tip_frame(clear, forward), 0.0, tip, forward, 0, state)
+    view.draw(session.view(metal), number=len(samples), elapsed_s=0.1)
     operation.patient.warm_up()
     change = operation.patient.undo()
     if change is not None:
