@@ -265,7 +265,7 @@ def test_every_source_says_what_it_is() -> None:
 
 BUDGET = {
     "anatomy": 15959,
-    "app": 19168,
+    "app": 19171,
     "benchmarks": 10985,
     "devices": 13292,
     "examples": 1787,
@@ -274,7 +274,7 @@ BUDGET = {
     "scenarios": 12420,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95318,
+    "tests": 95320,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

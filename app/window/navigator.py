@@ -166,6 +166,7 @@ class Navigator(QObject):
         """Show the home page; problem: what is to be told there."""
         self._has_home = True
         page = HomePage()
+        page.card.names_patients = self._setup.patient is None
         page.left.connect(self._window.shut)
         page.given_up.connect(self._give_up)
         page.exercise_wanted.connect(self.fly)
@@ -317,9 +318,9 @@ class Navigator(QObject):
         def work(progress: Progress) -> tuple[str, list[Scan]]:
             import_module(VOLUME_PAGE)
             if entry.exercise is not None:
-                wanted_next = entry.exercise.next_attempt
-                title = with_patient(wanted_next)
-                patient = load_patient(wanted_next, progress)
+                done = len(entry.exercise.attempts)
+                flown = self._setup.attempt(entry.exercise.scenario, done + 1)
+                title, patient = with_patient(flown), load_patient(flown, progress)
             else:
                 assert entry.case is not None
                 title = entry.case.title

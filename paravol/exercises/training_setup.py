@@ -120,12 +120,10 @@ class TrainingSetup:
         Raises UserError for what cannot be flown, DeviceError for a missing device.
         """
         exercise, folder = load_scenario(scenario)
-        head = exercise.head
-        if self.patient is not None:
-            head = head.of_patient(self.patient)
-        elif len(head.patients) > 1:
-            head = head.of_attempt(attempts(exercise.name) + 1)
-        exercise = msgspec.structs.replace(exercise, head=head)
+        # with a patient for all nobody looks into the store
+        is_next = self.patient is None and len(exercise.head.patients) > 1
+        done = attempts(exercise.name) if is_next else 0
+        exercise = self.attempt(exercise, done + 1)
         path_file = recorded_path_file(exercise, folder)
         path = None if path_file is None else recorded_path(exercise, folder)
         stream = None
@@ -145,6 +143,16 @@ class TrainingSetup:
             watchers=() if self.watcher is None else (self.watcher(exercise),),
             follows_window=True,
         )
+
+    def attempt(self, exercise: Scenario, number: int) -> Scenario:
+        """Return an exercise with the patient of an attempt, 1 for the first.
+
+        A recorded path belongs to its own head, which stays.
+        """
+        head = exercise.head.of_attempt(number)
+        if self.patient is not None and not exercise.path:
+            head = exercise.head.of_patient(self.patient)
+        return msgspec.structs.replace(exercise, head=head)
 
     def order_for_case(self, case: Path) -> FlightOrder:
         """Return the order for a flight through a case folder."""

@@ -4,8 +4,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import msgspec
-
 from scenarios import Scenario, load_scenario
 from scenarios.ladder import ExerciseStatus, LadderStep, rungs
 from scenarios.passing import goals_of
@@ -58,12 +56,6 @@ class Exercise:
     def name(self) -> str:
         """Return the name that `load_scenario` knows it by."""
         return self.scenario.name
-
-    @property
-    def next_attempt(self) -> Scenario:
-        """Return the exercise with the patient of the next attempt."""
-        head = self.scenario.head.of_attempt(len(self.attempts) + 1)
-        return msgspec.structs.replace(self.scenario, head=head)
 
     @property
     def door(self) -> ExerciseStatus:

@@ -30,6 +30,8 @@ class ExerciseCard(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("card")
+        self.names_patients = True
+        """Each attempt has another patient: nobody has chosen one for all."""
         self._labels = [PlainLabel() for _ in range(6)]
         title, facts, about, learnt, waits, results = self._labels
         title.setObjectName("heading")
@@ -87,8 +89,8 @@ class ExerciseCard(QFrame):
             facts += (
                 tr(" · 1 task") if tasks == 1 else tr(" · {tasks} tasks", tasks=tasks)
             )
-        if len(scenario.head.patients) > 1:
-            patient = exercise.next_attempt.head.number
+        if self.names_patients and len(scenario.head.patients) > 1:
+            patient = scenario.head.of_attempt(len(exercise.attempts) + 1).number
             facts += tr(" · patient {number}, then another", number=patient)
         waits = ""
         if exercise.door is ExerciseStatus.LOCKED:

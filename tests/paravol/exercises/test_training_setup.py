@@ -52,3 +52,5 @@ def test_attempts_are_at_one_patient_after_another() -> None:
     for _ in range(2):
         assert examined.order("uncinectomy", attempts).scenario.head.number == 77
     assert len(asked) == len(patients) + 1
+    # a recorded path leads through its own head alone
+    assert not examined.order("first_flight").scenario.head.patients
