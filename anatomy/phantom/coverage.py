@@ -41,14 +41,14 @@ _SHELL_FREE = (
     Label.SPHENOPALATINE_ARTERY,
 )
 
-UNCINATE_MM = 0.3
+UNCINATE_MM = 0.36
 
 # mucosa mm, bone mm, air label, mucosa label, bone label
 _STRUCTURES: dict[int, tuple[float, float, int, int, int]] = {
     Row.INFERIOR: (0.6, 0.0, Label.NASAL_AIR, Label.INFERIOR_TURBINATE, 0),
     Row.MIDDLE: (0.5, 0.0, Label.NASAL_AIR, Label.MIDDLE_TURBINATE, 0),
     Row.SUPERIOR: (0.4, 0.0, Label.NASAL_AIR, Label.SUPERIOR_TURBINATE, 0),
-    Row.UNCINATE: (0.8, UNCINATE_MM, Label.NASAL_AIR, Label.UNCINATE, Label.UNCINATE),
+    Row.UNCINATE: (0.72, UNCINATE_MM, Label.NASAL_AIR, Label.UNCINATE, Label.UNCINATE),
     Row.POLYP: (0.3, 0.0, Label.NASAL_AIR, Label.POLYP, 0),
     Row.TORUS: (1.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),
     PHARYNX_ROW: (2.0, 0.0, Label.NASOPHARYNX_AIR, Label.MUCOSA, 0),

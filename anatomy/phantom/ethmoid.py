@@ -31,7 +31,7 @@ from anatomy.phantom.shapes import (
 from anatomy.tissue import Side
 
 BULLA = middle_of("bulla outlet")
-BULLA_REACH_MM = 2.2
+BULLA_REACH_MM = 2.6
 """The bulla is the largest cell of the anterior group."""
 RETROBULBAR = middle_of("retrobulbar outlet")
 POSTERIOR_ROOT = course("posterior outlet").points[-1]
@@ -151,8 +151,8 @@ def _recess(parameters: PhantomParameters, side: Side) -> Field:
     """
     rng = np.random.default_rng([parameters.seed, int(side), 0x6D77])
     drawn = rng.uniform(0.0, RECESS_MM, 6)
-    taper = np.array([1.3, 0.5, 0.0, 0.0, 0.0, 0.3])
-    course = depth_table([16, 22, 29, 36, 43, 51], (taper + drawn).tolist(), 2.5)
+    taper = np.array([1.8, 1.4, 0.2, 0.0, 0.0, 0.3])
+    course = depth_table([18, 24, 30, 37, 44, 51], (taper + drawn).tolist(), 2.5)
     return course * height_table([25, 29, 40, 45], [0.3, 1.0, 1.0, 0.0], 2.0)
 
 
@@ -173,7 +173,9 @@ def ethmoid_block(parameters: PhantomParameters, side: Side) -> Field:
     )
     # Below, no wall meets the next one in a corner.
     block = smooth_max(3.0, block, bottom - z)
-    front = height_table([30, 38, 44, 52], [-20, -19.0, -16.5, -15.0])
+    front = height_table(
+        [26, 30, 34, 38, 44, 52], [-26.5, -25.5, -23.8, -20.2, -15.6, -14.6], 2.0
+    )
     # The cells reach farthest back halfway between nose and orbit.
     rear = Table(U, (5.0, 9.5, 13.0, 17.0), (1.2, 0.0, 0.0, 2.0), 2.5) - 52.5
     block = smooth_max(2.2, block, smooth_max(1.2, y - front, rear - y))
@@ -215,7 +217,7 @@ def ethmoid(parameters: PhantomParameters, side: Side) -> Ethmoid:
             named.append((place, 0.0))
         else:
             lacking.append(place)
-    low, high = np.array((6.5, -31, 27)), np.array((12.5 + wide, -18, 49))
+    low, high = np.array((6.5, -33, 27)), np.array((12.5 + wide, -18, 49))
     seeds = _draw_seeds(
         rng, _Drawing(fore, parameters.anterior_cells, named, lacking, low, high)
     )

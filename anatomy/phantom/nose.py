@@ -4,6 +4,7 @@ Coordinates and sizes follow radiological averages of adult noses; where none wa
 found they were chosen so that the views of a nasal endoscopy come out.
 """
 
+from anatomy.phantom import uncinate
 from anatomy.phantom.disease import polyps
 from anatomy.phantom.ethmoid import ethmoid_roof, lateral_wall
 from anatomy.phantom.fixed_shapes import SHAPES, course
@@ -28,12 +29,15 @@ from anatomy.phantom.shapes import (
     z,
 )
 from anatomy.phantom.sphenoid import sphenoid_face
-from anatomy.phantom.turbinates import turbinates
+from anatomy.phantom.turbinates import middle_bow, middle_lean, turbinates
 from anatomy.tissue import Side
 
 SPUR_MM = 2.6
 """How far a septal spur stands out."""
 
+
+DUCT_MUCOSA_MM = 0.8
+"""Over the bone of the nasolacrimal canal."""
 
 CONGESTED_MM = 0.35
 """How far the mucosa of walls and septum swells at full congestion; the turbinates do
@@ -62,6 +66,8 @@ def cavity(parameters: PhantomParameters, side: Side) -> Field:
         lateral_wall(),
         depth_table([-14, -6, 0, 6, 14, 60], [3.8, 4.6, 5.4, 9.6, 14, 14], 1.0),
     )
+    # Beside the uncinate process the meatus is as wide as its course.
+    wall = smooth_min(1.0, wall, uncinate.middle(parameters, side) + 0.6)
     # The floor rises towards both walls as a shallow gutter.
     floor = depth_table([-12, -4, 2, 10, 55], [-0.8, -1.0, -0.8, 0.2, 1.0]) + Table(
         U, (-4, 0, 3, 6, 9, 12, 14), (5.5, 2.0, 0.5, 0.0, 0.5, 2.0, 3.5), 1.5
@@ -106,6 +112,9 @@ def nasal_air(parameters: PhantomParameters, side: Side) -> Field:
     pharynx = Mark(Row.PHARYNX, nasopharynx() + Unevenness(1, 1.0))
     air = smooth_min(2.0, cavity(parameters, side), pharynx)
     air = smooth_min(2.5, air, smooth_max(0.8, SHAPES["vestibule"], 1.3 - u))
+    lamella = middle_lean(parameters, side) + middle_bow(parameters, side)
+    air = smooth_min(1.0, air, uncinate.medial_slit(parameters, side, lamella))
+    air = smooth_max(1.5, air, DUCT_MUCOSA_MM - uncinate.duct_wall())
     air = smooth_max(0.8, air, -solids.inferior)
     air = smooth_max(0.8, air, -solids.middle)
     air = smooth_max(0.5, air, -solids.superior)

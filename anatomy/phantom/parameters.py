@@ -301,8 +301,13 @@ ANTROSTOMY_MM2 = 20.0, 140.0
 """Areas that an antrostomy can have: that of a natural ostium and more, up to the space
 between the orbit's floor and the inferior turbinate."""
 
+UNCINATE_ENDS = ("uncinate-cribriform", "uncinate-skull-base", "uncinate-turbinate")
+"""Variants of the uncinate process's upper end that exclude each other; without one it
+reaches the lamina papyracea."""
+
 EXCLUSIVE = (
     SPHENOID_KINDS,
+    UNCINATE_ENDS,
     ("conchal-sphenoid", "lateral-recess"),
     ("medialised-turbinate", "lateralised-turbinate", "concha-bullosa"),
 )

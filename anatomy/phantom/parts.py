@@ -25,6 +25,7 @@ from anatomy.phantom.sphenoid import (
     sphenoid_body,
     wall_over,
 )
+from anatomy.phantom.uncinate import duct_wall, infundibulum
 from anatomy.phantom.wall_noise import LIMITS_MM
 from anatomy.table_file import read_table
 from anatomy.tissue import Label, Side
@@ -84,13 +85,12 @@ def healthy_parts(parameters: PhantomParameters, side: Side) -> list[Part]:
         "small": Wall(0.5, 0.25),
         "face": Wall(t, 0.3, Label.SPHENOID_WALL),
         "septa": Wall(t, parameters.cell_bone_mm, Label.ETHMOID_SEPTUM),
-        "uncinate": Wall(0.5, 0.25, Label.UNCINATE),
         "recess": Wall(t, 0.3),
         "membrane": Wall(0.5, 0.0),
         "frontal": Wall(t, 1.5),
     }
     # The bulla's face has no hole into the gutter before it.
-    apart = t + walls["septa"].bone_mm + walls["uncinate"].mucosa_mm
+    apart = t + walls["septa"].bone_mm + walls["small"].mucosa_mm
     fields: dict[str, Field | None] = {
         **SHAPES,
         **_main_fields(parameters, side, apart),
@@ -118,13 +118,17 @@ def _main_fields(
     nerve = CANAL_WALL_MM + t - SHAPES["maxillary nerve"]
     hollow = sinuses.lining(sphenoid_body(parameters, side))
     front, back = Mark(Row.SINUS, cells.anterior), Mark(Row.SINUS, cells.posterior)
-    gutter = (apart_mm - SHAPES[name] for name in ("infundibulum", "hiatus"))
+    gutter = infundibulum(parameters, side)
+    duct = t - duct_wall()
     canal = wall_over(parameters, side, "dehiscent-optic")
     return {
         "nose": nasal_air(parameters, side),
-        "maxillary sinus": _kept_off(antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve),
+        "maxillary sinus": _kept_off(
+            antrum, t + FLOOR_BONE_MM - orbit_walls(), nerve, duct
+        ),
         "sphenoid sinus": _kept_off(hollow, *canal_walls(parameters, side)),
-        "anterior ethmoid": _kept_off(front, *gutter),
+        "anterior ethmoid": _kept_off(front, apart_mm - gutter),
+        "infundibulum": gutter,
         "posterior ethmoid": _kept_off(back, canal - SHAPES["optic nerve"]),
         "frontal recess": frontal_recess(parameters, side),
     }

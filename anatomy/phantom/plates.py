@@ -76,7 +76,10 @@ def plates(parameters: PhantomParameters) -> tuple[Plate, ...]:
     for side, sign in ((Side.RIGHT, 1.0), (Side.LEFT, -1.0)):
         wall = lamina_papyracea(parameters, side)
         block = ethmoid_block(parameters, side)
-        sheet = smooth_max(0.0, abs(u - wall) - 2.0, block - 2.0)
+        # before the cells the infundibulum lies beside it, as far as the lacrimal bone
+        front = smooth_max(0.0, y + 13.0, -28.0 - y, 27.0 - z, z - 42.0)
+        beside = smooth_min(0.0, block - 2.0, front)
+        sheet = smooth_max(0.0, abs(u - wall) - 2.0, beside)
         lamina.append(one_side(sheet, sign))
         if parameters.has("dehiscent-lamina", side):
             hole = smooth_max(0.0, sheet, SHAPES["lamina gap"])
@@ -134,7 +137,7 @@ def behind_roof(parameters: PhantomParameters) -> Field:
 def fovea_zone(parameters: PhantomParameters) -> Field:
     """Build where walls are the fovea ethmoidalis."""
     # The corners of cells are rounded: their roof begins lower.
-    below = below_base(parameters) - (UNDER_MM + 0.4)
+    below = below_base(parameters) - (UNDER_MM + 0.8)
     return smooth_max(0.0, roofed(parameters) - 1.5, below)
 
 

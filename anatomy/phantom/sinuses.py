@@ -22,6 +22,7 @@ from anatomy.phantom.shapes import (
     u,
     z,
 )
+from anatomy.phantom.uncinate import recess_end
 from anatomy.tissue import Side
 
 SINUS_UNEVENNESS = 0.4
@@ -104,9 +105,9 @@ def frontal_recess(parameters: PhantomParameters, side: Side) -> Field:
             (8.0, -11.5, 54.5),
             (7.8, -13.0, 48.5),
             (8.2, -15.5, 42.5),
-            (8.6, -17.5, 38),
+            *recess_end(parameters, side),
         ),
-        (3.4, 2.4, 2.3, 2.0, 1.7),
+        (3.4, 2.4, 2.3, 2.0, 1.7, 1.3),
     )
 
 

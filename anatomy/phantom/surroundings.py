@@ -177,7 +177,7 @@ def _head(parameters: PhantomParameters) -> Shapes:
     diploe = smooth_max(1.0, vault + 2.2, 2.2 - inner)
     return {
         "everywhere": Affine(-50.0),
-        "uncinate ledge": Row.UNCINATE,
+        "uncinate process": Row.UNCINATE,
         "fat": lower_face.fat(face),
         "facial sheet": lower_face.facial_sheet(face),
         "parotid": askew(SHAPES["parotid"]),
@@ -250,9 +250,12 @@ def _midface(parameters: PhantomParameters) -> Shapes:
     beak = smooth_max(2.0, abs(u - 8.5) - 4.5, smooth_max(2.0, abs(y + 9) - 9, 40 - z))
     beak = smooth_max(2.0, beak, z - 58.0, -below_base(parameters) - 1.2)
     lacrimal = smooth_max(
-        2.0, abs(u - 9.5) - 3.5, smooth_max(2, abs(y + 12) - 8, z - 40)
+        2.0, abs(u - 9.9) - 3.9, smooth_max(2.0, abs(y + 18) - 15, 14.0 - z)
     )
-    lacrimal = smooth_max(2.0, lacrimal, 14.0 - z)
+    lacrimal = smooth_max(2.0, lacrimal, z - depth_table([20, 26], [42.0, 25.0]))
+    # The frontal process and the lacrimal bone bear the sac between nose and orbit.
+    bearing = smooth_max(1.5, abs(u - 11.2) - 2.2, abs(y + 9.0) - 5.5)
+    bearing = smooth_max(1.5, bearing, abs(z - 27.0) - 15.0)
     roof = ethmoid_roof(parameters)
     # The septum ends under the cribriform plate.
     top = z - roof + keros_depth(parameters)
@@ -273,6 +276,7 @@ def _midface(parameters: PhantomParameters) -> Shapes:
         "zygoma": lower_face.askew(SHAPES["zygoma"], parameters),
         "zygomatic suture": lower_face.askew(lower_face.zygomatic_suture(), parameters),
         "lacrimal region": lacrimal,
+        "lacrimal crest": bearing,
         "nasofrontal beak": beak,
         "nasal pyramid": pyramid,
         "alar cartilage": alar,

@@ -20,6 +20,7 @@ from anatomy.phantom.shapes import (
     y,
     z,
 )
+from anatomy.phantom.uncinate import process
 from anatomy.tissue import Side
 
 
@@ -84,7 +85,7 @@ def turbinates(parameters: PhantomParameters, side: Side) -> Turbinates:
         Mark(Row.INFERIOR, _inferior(parameters)),
         Mark(Row.MIDDLE, _middle(parameters, side)),
         Mark(Row.SUPERIOR, _superior()),
-        Mark(Row.UNCINATE, _uncinate(parameters.is_operated(side))),
+        Mark(Row.UNCINATE, process(parameters, side)),
     )
 
 
@@ -161,26 +162,3 @@ def _superior() -> Field:
         smooth_max(1.0, depth_table([38, 52], [37, 33]) - z, abs(y + 46) - 6.5),
     )
     return smooth_min(1.0, flange_tube, plate)
-
-
-def _uncinate(is_removed: bool) -> Field:
-    # The uncinate process is a curved sheet with a free rear edge in front of the
-    # hiatus, on a smooth ledge of the lateral wall.
-    free_edge = height_table(
-        [16, 20, 24, 28, 34, 40], [-32, -29.5, -26, -23.2, -20.5, -18.5], 2.0
-    )
-    sheet = depth_table([6, 10, 14, 18, 22, 26], [13.9, 11.9, 10.5, 9.5, 9.2, 9.2], 2.0)
-    uncinate = smooth_max(
-        1.2,
-        abs(u - sheet - 0.9) - 1.25,
-        smooth_max(1.5, free_edge - y, abs(z - 28) - 13),
-    )
-    uncinate = smooth_max(2.0, uncinate, y + 11)
-    ledge = smooth_max(
-        2.0,
-        smooth_max(2.0, abs(u - 12.7) - 2.5, abs(y + 20) - 9.5),
-        smooth_max(2.0, 16.0 - z, z - depth_table([12, 22, 30], [40, 25, 20], 2.0)),
-    )
-    if is_removed:
-        return smooth_max(1.5, ledge, y + 19.5)
-    return smooth_min(1.5, uncinate, ledge)

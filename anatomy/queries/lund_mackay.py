@@ -66,7 +66,7 @@ def lund_mackay(phantom: Phantom, twin: Phantom | None = None) -> dict[Side, Opa
 
 def _is_open(phantom: Phantom, side: Side) -> bool:
     """Return whether there is air along the lower infundibulum."""
-    ends = np.array(course("infundibulum").points[-2:])
+    ends = np.array(course("maxillary ostium").points)
     along = np.linspace(0, 1, 25)[:, None]
     way = ends[0] * (1 - along) + ends[1] * along
     labels = phantom.labels.nearest(septal_shift(phantom.parameters, way, side))

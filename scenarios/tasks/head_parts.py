@@ -1,7 +1,6 @@
 """Parts of a head by name and side: what is to be taken, or spared, of how much.
 
-A structure is a part of its own. Of the uncinate process only the sheet counts, not the
-ledge of the side wall that it stands on. The ethmoid's are the walls between its cells
+A structure is a part of its own. The ethmoid's are the walls between its cells
 and to the nose: those of the bulla, and of all other cells before the basal lamella, of
 which those behind the bulla's middle are a part of their own.
 """
@@ -16,13 +15,6 @@ from scipy import ndimage
 from renderers.scene import Volume
 from scenarios.coverage.sites import SIDES, middle_of
 from scenarios.structures import NAMES, Structures
-
-UNCINATE = "uncinate process"
-SHEET_MM, STEP_MM = 2.5, 0.5
-"""So thick the uncinate process is, looked at from the nose; steps of that look."""
-
-GUTTER_MM = 8.0
-"""What has the process itself so near before it is the far wall of the infundibulum."""
 
 BULLA, CELLS = "ethmoid bulla", "anterior ethmoid cells"
 RETROBULLAR = "retrobullar cells"
@@ -115,20 +107,7 @@ class Head:
         names = self.structures.names
         values = [value for value, name in names.items() if name == what]
         labelled = np.isin(self.structures.labels.values, values)
-        chosen = self._on(side, np.flatnonzero(labelled))
-        if what != UNCINATE or not len(chosen):
-            return chosen
-        inwards = np.array([-1.0 if side == "left" else 1.0, 0.0, 0.0])
-        depths = np.arange(STEP_MM, GUTTER_MM, STEP_MM)
-        before = self.places(chosen)[:, None] + depths[:, None] * inwards
-        flat = before.reshape(-1, 3)
-        is_air = (self.distance.sample(flat) < 0.0).reshape(before.shape[:2])
-        again = np.isin(self.structures.labels.nearest(flat, 0), values)
-        again = again.reshape(is_air.shape) & ~is_air
-        is_behind = (again & np.logical_or.accumulate(is_air, axis=1)).any(axis=1)
-        is_sheet = is_air[:, depths <= SHEET_MM].any(axis=1)
-        sheet: Voxels = chosen[is_sheet & ~is_behind]
-        return sheet
+        return self._on(side, np.flatnonzero(labelled))
 
     def _cell_walls(self, what: str, side: str) -> Voxels:
         """Return the walls of the bulla, or of other cells before the lamella."""

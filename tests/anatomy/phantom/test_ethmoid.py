@@ -48,8 +48,8 @@ def test_both_its_walls_taper(side: Side) -> None:
     for seed in range(20):
         parameters = draw_parameters(seed)
         ends = []
-        for depth in (20.0, 42.0):
-            across = ACROSS_MM[inside(parameters, side, depth, 36.0)]
+        for depth in (22.0, 42.0):
+            across = ACROSS_MM[inside(parameters, side, depth, 40.0)]
             ends.append((across[0], across[-1]))
         (front_inner, front_outer), (rear_inner, rear_outer) = ends
         assert front_inner > rear_inner + 0.5
@@ -59,7 +59,7 @@ def test_both_its_walls_taper(side: Side) -> None:
 def test_sides_are_not_mirrored() -> None:
     """Even where both are as wide as each other, their walls take other courses."""
     parameters = PhantomParameters()
-    depths = np.arange(20.0, 50.0, 2.0)
+    depths = np.arange(26.0, 50.0, 2.0)
     courses = []
     for side in (Side.RIGHT, Side.LEFT):
         walls = [ACROSS_MM[inside(parameters, side, d, 36.0)] for d in depths]
