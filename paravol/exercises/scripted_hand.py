@@ -311,7 +311,7 @@ class ScriptedHand:
 
     def _bites(
         self, targets: Doubles, random: np.random.Generator
-    ) -> "tuple[list[_Bite], Doubles]":
+    ) -> "tuple[list[Bite], Doubles]":
         """Return bites of some targets, by tools that get there through air.
 
         Only what a tool bites it lies in, so far as tissue is that thin. And what is in
@@ -336,7 +336,7 @@ class ScriptedHand:
                     turns = np.ascontiguousarray(frames[:, :3, :3])
                     tips = some - np.einsum("nab,nb->na", turns, grips)
                     ways = tips + turns @ off - entries
-                middle = _middle(off)
+                middle = middle_of(off)
                 line = tips[:, None] + middle @ turns.transpose(0, 2, 1)
                 depths = self.distance.sample(line)
                 is_bitten = np.linalg.norm(middle, axis=1) < BITTEN_MM
@@ -346,14 +346,14 @@ class ScriptedHand:
                 pressed_mm = depths.max(axis=1) + thickness_mm(name)
                 for n in np.flatnonzero(pressed_mm < PRESSED_MM):
                     frame = tip_frame(tips[n], ways[n], rolls[n])
-                    found.append(_Bite(name, frame, rolls[n], jaw))
+                    found.append(Bite(name, frame, rolls[n], jaw))
                 is_blocked = (pressed_mm >= PRESSED_MM) & (pressed_mm < BLOCKED_MM)
                 is_blocked &= np.linalg.norm(middle[deepest], axis=1) < NEAR_MM
                 in_the_way.append(line[is_blocked, deepest[is_blocked]])
         found = [found[n] for n in random.permutation(len(found))[:COMPARED]]
         return found, random.permutation(np.concatenate(in_the_way))[:COMPARED]
 
-    def _worth(self, bite: "_Bite", wanted: Doubles, price: float) -> float:
+    def _worth(self, bite: "Bite", wanted: Doubles, price: float) -> float:
         """Return what share of what is wanted a bite takes, less what it harms.
 
         price: of what uses up all that is allowed of anything.
@@ -390,7 +390,7 @@ class ScriptedHand:
                         harm += used if used < 1.0 else math.inf
         return math.inf if self._operation.injured else harm
 
-    def _close(self, bite: "_Bite") -> bool:
+    def _close(self, bite: "Bite") -> bool:
         """Make a bite; take it back where it does harm. Return whether it was made."""
         time_s, count, before = (
             self.time_s,
@@ -504,7 +504,7 @@ class ScriptedHand:
 
 
 @dataclass(frozen=True)
-class _Bite:
+class Bite:
     """A bite: tool, pose, and how wide its jaws are."""
 
     name: str
@@ -531,7 +531,7 @@ def _held(name: str, jaw: float) -> Doubles:
     return rows
 
 
-def _middle(off: Doubles) -> Doubles:
+def middle_of(off: Doubles) -> Doubles:
     """Return places along a tool's middle in its own frame; off: of its shaft."""
     bend = off + np.array([0.0, 0.0, np.linalg.norm(off)])
     share = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None]
