@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,16 +39,18 @@ SCOPE_MM_S, TOOL_MM_S, TURN_DEG_S = 30.0, 60.0, 90.0
 LEAST_S = 0.3
 """No movement is shorter."""
 
-CLEAR_MM, BESIDE_MM = 0.3, 0.3
+CLEAR_MM, BESIDE_MM = 0.3, -0.4
 """So much air a scope has about its shaft; and so far it lies from the tool's."""
-NEAREST_MM, FARTHEST_MM, BEST_MM = 6.0, 22.0, 13.0
+NEAREST_MM, FARTHEST_MM, BEST_MM = 6.0, 26.0, 13.0
 """A scope looks at a tool from so far; and best from so far."""
 ROOM_MM = 1.0
 """More air about a scope is not better."""
 MOVED, NEARER, ASIDE = 0.02, 0.03, 0.01
 """What a place of the scope loses for each mm that it has to be moved and that it is
 off the best distance, and for each degree off the middle of the picture."""
-RIM_DEG = 8.0
+SEEN_MM = 3.0
+"""So far behind a tool's tip its shaft is seen."""
+RIM_DEG = 5.0
 """What is looked at keeps so far from the rim of the field."""
 BACK_MM = 0.0, 3.0, 6.0, 10.0, 15.0, 22.0, 32.0, 45.0
 """So far a shaft is drawn back before it is turned: what suffices is taken."""
@@ -55,9 +58,9 @@ WAITS_MM = 6.0
 """Jaws open so far before what they bite."""
 STUCK_MM = 0.5
 """A tool passes walls so deep, at most, on its way."""
-MOST_N = 16.0
+MOST_N = 18.0
 """More force is not brought to tissue: bone cracks at 5 to 15 N."""
-OTHER = 0.4
+OTHER = 0.6
 """Another tool than the one in hand is worth so much less."""
 WITHDRAWN_MM = 14.0
 """While tools are changed the scope waits so far back, and sees them come."""
@@ -115,6 +118,7 @@ class ModelHand(ScriptedHand):
     """Do a scenario's tasks as a film of them should show it."""
 
     scope_deg: float | None = None
+    pressed_mm: ClassVar[float] = 1.3
     _name: str = field(default=NO_TOOL, init=False)
     _jaw: float = field(default=1.0, init=False)
     _works: bool = field(default=False, init=False)
@@ -182,6 +186,7 @@ class ModelHand(ScriptedHand):
         operation.take_injuries()
         touch = operation.touch
         if touch.size_n > MOST_N or touch.broken or operation.injured:
+            self.why = f"{self._name} {self.phase} works {self._works} force {touch.size_n > MOST_N} {touch.wall} broken {touch.broken} hurt {operation.injured}"
             raise _TooHardError
 
     @contextmanager
@@ -200,6 +205,7 @@ class ModelHand(ScriptedHand):
         try:
             yield failed
             if math.isinf(self._harm()):
+                self.why = "harm"
                 raise _TooHardError
         except _TooHardError:
             failed.append(True)
@@ -304,9 +310,9 @@ class ModelHand(ScriptedHand):
         angle = self._scope.at(self.scope_deg).angle_deg
         widest = self._scope.field_of_view_deg / 2 - RIM_DEG
         radius = self._scope.diameter_mm / 2
-        tips = self._random.normal(size=(4000, 3))
+        tips = self._random.normal(size=(8000, 3))
         tips /= np.linalg.norm(tips, axis=1, keepdims=True)
-        tips = place + self._random.uniform(near_mm, far_mm, (4000, 1)) * tips
+        tips = place + self._random.uniform(near_mm, far_mm, (8000, 1)) * tips
         tips = np.vstack([self._scope_at.tip, tips])
         is_free = self.distance.sample(tips) < -radius - CLEAR_MM
         is_free &= (tips - self._pivot) @ self._axis > 5.0
@@ -377,14 +383,16 @@ class ModelHand(ScriptedHand):
 
         Return whether that pressed nowhere too hard; else it did not happen.
         """
-        sight = target.drawn(1.0).tip
-        tool = name, target
+        off = target.frame[:3, :3] @ shaft_mm(name)
+        sight, tool = target.drawn(SEEN_MM).tip + off, (name, target)
         scope = self._scope_at
         if not self._sees(target.tip, sight, tool):
             found = self._seeing(target.tip, sight, tool)
             if found is None:
+                self.why = name + " unseen"
                 return False
             scope = found
+        self.phase="begin"
         with self._tried() as failed:
             wait = target.drawn(WAITS_MM)
             if name != self._name:
@@ -392,8 +400,6 @@ class ModelHand(ScriptedHand):
                 self._bring(name, wait, scope)
             else:
                 if scope is not self._scope_at:
-                    drawn = self._tool_at.drawn(WAITS_MM)
-                    self._move(self._tool_at.seconds(drawn, TOOL_MM_S), tool=drawn)
                     self._lay(scope)
                 roll = self._tool_at.roll_deg
                 roll += math.remainder(wait.roll_deg - roll, 360.0)
@@ -402,15 +408,28 @@ class ModelHand(ScriptedHand):
                 def depth(held: _Held) -> float:
                     return self._tool_depth_mm(held, name)
 
+                self.phase="way"
                 for corner in self._way(self._tool_at, wait, depth, STUCK_MM):
                     self._move(self._tool_at.seconds(corner, TOOL_MM_S), tool=corner)
+            self.phase="into"
             self._into(target, work)
-            self._move(self._tool_at.seconds(wait, TOOL_MM_S), tool=wait)
+            self.phase="out"
+            free = next(
+                (
+                    held
+                    for held in map(target.drawn, BACK_MM[3:])
+                    if self._tool_depth_mm(held, name) < 0.0
+                ),
+                wait,
+            )
+            self._move(target.seconds(free, TOOL_MM_S), tool=free)
         return not failed
 
     def _into(self, target: _Held, work: Callable[[], None]) -> None:
+        self.phase="opens"
         if self._opens is not None:
             self._move(OPENING_S * (1.0 - self._opens), jaw=self._opens)
+        self.phase="into"
         self._move(self._tool_at.seconds(target, TOOL_MM_S / 3), tool=target)
         work()
 

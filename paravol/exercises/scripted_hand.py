@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from scenarios.instruments.catalogue import instrument_named
 from scenarios.instruments.contact_shape import shaft_mm
 from scenarios.instruments.parts import moved
 from scenarios.tasks import Status
+from scenarios.tasks.neck import STEP_MM as NECK_MM
 from scenarios.tasks.neck import Neck
 from scenarios.tasks.rules import is_in_sight
 from scenarios.tasks.task import (
@@ -58,8 +60,6 @@ BITTEN_MM = 5.0
 """The last part of a bite's way lies in what is bitten, at most."""
 SPARED_MM = 0.2
 """What is bitten keeps so far from what must not be hurt."""
-PRESSED_MM = BITES_MM + TOUCH_MM
-"""So deep a tool that works presses tissue aside, at most, as in the window."""
 BLOCKED_MM, NEAR_MM = 3.0, 12.0
 """What has to be pressed farther, but not farther than this, is taken out of the way
 where it is so near to the tip."""
@@ -79,6 +79,9 @@ WASTE = 0.05
 """What is taken besides counts so much of what is wanted as harm."""
 THROUGH_MM = 1.5
 """Thickness of the wall before a neck."""
+WIDER, SAFE_MM = 1.3, 1.2
+"""Of a neck so many times what is asked for is thought of, as far from what must not
+be hurt."""
 LOOKS = 60
 """At most, for a site of a survey."""
 LINE_POINTS = 60
@@ -98,6 +101,8 @@ class ScriptedHand:
     scenario: Scenario
     patient: PatientScene
     operates: bool = True
+    pressed_mm: ClassVar[float] = BITES_MM + TOUCH_MM
+    """So deep a tool that works presses tissue aside, at most, as in the window."""
     session: Session = field(init=False)
     time_s: float = 0.0
     samples: list[Sample] = field(default_factory=list)
@@ -302,7 +307,11 @@ class ScriptedHand:
             wanted = wanted[self.distance.sample(wanted) > 0.0]
             if not len(wanted):
                 return
-            aims = np.concatenate([wanted, in_the_way]) if vain else wanted
+            # what is nearest to a neck comes first: an opening grows from its rim
+            count = len(wanted) // 4 + 40 if isinstance(task, Open) else len(wanted)
+            aims = wanted[:count]
+            if vain:
+                aims = np.concatenate([aims, in_the_way])
             bites, in_the_way = self._bites(aims, random)
             price = CHEAPER**vain
             worths = np.array([self._worth(bite, aims, price) for bite in bites])
@@ -344,10 +353,10 @@ class ScriptedHand:
                 depths[is_outside | (is_bitten & in_capsules(rows, middle))] = -np.inf
                 deepest = depths.argmax(axis=1)
                 pressed_mm = depths.max(axis=1) + thickness_mm(name)
-                for n in np.flatnonzero(pressed_mm < PRESSED_MM):
+                for n in np.flatnonzero(pressed_mm < self.pressed_mm):
                     frame = tip_frame(tips[n], ways[n], rolls[n])
                     found.append(Bite(name, frame, rolls[n], jaw))
-                is_blocked = (pressed_mm >= PRESSED_MM) & (pressed_mm < BLOCKED_MM)
+                is_blocked = (pressed_mm >= self.pressed_mm) & (pressed_mm < BLOCKED_MM)
                 is_blocked &= np.linalg.norm(middle[deepest], axis=1) < NEAR_MM
                 in_the_way.append(line[is_blocked, deepest[is_blocked]])
         found = [found[n] for n in random.permutation(len(found))[:COMPARED]]
@@ -428,10 +437,16 @@ class ScriptedHand:
                 [head.places(part.voxels) for part in found if part is not None]
             )
         neck = Neck.between(head.distance, self.place(task.start), self.place(task.end))
-        wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
-        is_near = np.linalg.norm(neck.points - neck.middle, axis=2) < wide_mm
-        is_near &= np.isfinite(neck.behind_mm)
-        near, behind_mm = neck.points[is_near][::4], neck.behind_mm[is_near][::4]
+        is_open = np.isfinite(neck.behind_mm) & ~neck.was_air
+        places, behind_mm = neck.points[is_open], neck.behind_mm[is_open]
+        if self.patient.hazards is not None:
+            gaps = self.patient.hazards.nearest.sample(places) * UNIT_MM
+            places, behind_mm = places[gaps > SAFE_MM], behind_mm[gaps > SAFE_MM]
+        away = np.linalg.norm(places - neck.middle, axis=1) + behind_mm
+        area = max(task.area_mm2, math.pi * task.radius_mm**2)
+        count = round(WIDER * area / NECK_MM**2)
+        order = np.argsort(away)[:count]
+        near, behind_mm = places[order][::4], behind_mm[order][::4]
         depths = np.arange(-THROUGH_MM, behind_mm.max(), 0.5)
         walls = near[:, None] + depths[:, None] * neck.normal
         chosen: Doubles = walls[depths < behind_mm[:, None]]
