@@ -218,7 +218,7 @@ def record(
     with SessionRecorder(bundle, info) as recorder:
         for held in run(path, skill, number, has_hand=bool(scenario.path)):
             tool = held.instrument
-            closed = jaw.at(held.time_s, tool.is_working)
+            closed = max(jaw.at(held.time_s, tool.is_working), tool.jaw)
             sample = replace(held, instrument=replace(tool, jaw=closed))
             session.step(sample)
             recorder.add(SampleRecord.of(sample, session.reading))
@@ -259,6 +259,7 @@ def run(
             on.instrument_axis,
             0,
             path_instrument(on) if has_hand else EMPTY_HAND,
+            scope_deg=on.scope_deg,
         )
 
 

@@ -34,6 +34,9 @@ COLUMNS = (
     "buttons",
 )
 
+SECOND_HAND = ("instrument_roll_deg", "jaw")
+"""Columns that follow in a path whose second hand turns its tool and moves its jaws."""
+
 # A path file of an hour at 100 Hz is about 60 MB; more is a mistaken file name.
 LARGEST_FILE_BYTES = 200_000_000
 
@@ -48,6 +51,7 @@ class _PathFile(msgspec.Struct, forbid_unknown_fields=True):
     columns: tuple[str, ...]
     rows: list[tuple[float, ...]]
     tools: tuple[tuple[float, str], ...] = ()
+    scopes: tuple[tuple[float, float | None], ...] = ()
 
 
 def load_probe_path(file: Path | str) -> ProbePath:
@@ -63,11 +67,15 @@ def load_probe_path(file: Path | str) -> ProbePath:
         ) from error
     read = decode_json(raw, _PathFile, file, "a probe path")
     with foreign_file(file, "a probe path"):
-        if read.columns != COLUMNS:
-            raise UserError(f"its columns must be {', '.join(COLUMNS)}")
-        if any(len(row) != len(COLUMNS) for row in read.rows):
-            raise UserError(f"each row must have {len(COLUMNS)} values")
-        table = np.array(read.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
+        if read.columns not in (COLUMNS, COLUMNS + SECOND_HAND):
+            raise UserError(
+                f"its columns must be {', '.join(COLUMNS)}, and may be "
+                f"{' and '.join(SECOND_HAND)} besides"
+            )
+        count = len(read.columns)
+        if any(len(row) != count for row in read.rows):
+            raise UserError(f"each row must have {count} values")
+        table = np.array(read.rows, dtype=np.float64).reshape(-1, count)
         return _path_from_table(read, table)
 
 
@@ -85,6 +93,13 @@ def save_probe_path(path: ProbePath, file: Path | str) -> None:
     }
     if path.tools:
         said["tools"] = path.tools
+    if path.scopes:
+        said["scopes"] = path.scopes
+    second = np.column_stack((path.instrument_roll_deg, path.jaw))
+    if second.any():
+        said["columns"] = COLUMNS + SECOND_HAND
+    else:
+        second = second[:, :0]
     header = msgspec.json.encode(said)
     table = np.column_stack(
         (
@@ -97,8 +112,10 @@ def save_probe_path(path: ProbePath, file: Path | str) -> None:
         )
     ).tolist()
     rows = b",\n".join(
-        msgspec.json.encode([*row, button])
-        for row, button in zip(table, path.buttons.tolist(), strict=True)
+        msgspec.json.encode([*row, button, *hand])
+        for row, button, hand in zip(
+            table, path.buttons.tolist(), second.tolist(), strict=True
+        )
     )
     with whole_file(file, makes_folder=False) as beside:
         beside.write_bytes(header[:-1] + b',"rows":[\n' + rows + b"\n]}\n")
@@ -119,4 +136,7 @@ def _path_from_table(read: _PathFile, table: NDArray[np.float64]) -> ProbePath:
         instrument_tip_mm=table[:, 8:11],
         instrument_axis=table[:, 11:14],
         buttons=buttons,
+        scopes=read.scopes,
+        instrument_roll_deg=table[:, 15:16].ravel(),
+        jaw=table[:, 16:17].ravel(),
     )

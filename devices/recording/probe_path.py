@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from system import UserError
+
+Held = TypeVar("Held")
 
 # Axes rounded to six decimals in a file are at most this far from unit length.
 UNIT_TOLERANCE = 1e-5
@@ -16,11 +19,17 @@ UNIT_TOLERANCE = 1e-5
 LARGEST_ROLL_STEP_DEG = 90.0
 
 
+def _nothing() -> NDArray[np.float64]:
+    return np.zeros(0)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeSample:
     """State of scope, instrument and pedals at one moment; patient LPS, mm.
 
-    tool: name of the instrument in hand, "" where the path names none.
+    tool: name of the instrument in hand, "" for none, None where the path does not say.
+    instrument_roll_deg: its turn about its axis, right-handed about where it points.
+    jaw: 0 open to 1 closed. scope_deg: angle of the scope in hand, None for the usual.
     """
 
     t_s: float
@@ -30,7 +39,10 @@ class ProbeSample:
     instrument_tip_mm: NDArray[np.float64]
     instrument_axis: NDArray[np.float64]
     buttons: int
-    tool: str = ""
+    tool: str | None = None
+    instrument_roll_deg: float = 0.0
+    jaw: float = 0.0
+    scope_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +74,13 @@ class ProbePath:
     source: str = field(default="")
     """How the path was made, for a person."""
     tools: tuple[tuple[float, str], ...] = ()
-    """Times from which on an instrument is in hand, and its name; in order."""
+    """Times from which on an instrument is in hand, and its name, "" for none."""
+    instrument_roll_deg: NDArray[np.float64] = field(default_factory=_nothing)
+    """(n,) continuous, as roll_deg; none: 0 throughout."""
+    jaw: NDArray[np.float64] = field(default_factory=_nothing)
+    """(n,) 0 open to 1 closed, beside what the pedal closes; none: 0 throughout."""
+    scopes: tuple[tuple[float, float | None], ...] = ()
+    """Times from which on a scope of that angle is in hand, None for the usual one."""
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -75,6 +93,10 @@ class ProbePath:
         for key in ("instrument_tip_mm", "instrument_axis"):
             self._freeze(key, count, 3)
         self._freeze("buttons", count, 0)
+        for key in ("instrument_roll_deg", "jaw"):
+            if not len(getattr(self, key)):
+                object.__setattr__(self, key, np.zeros(count))
+            self._freeze(key, count, 0)
         if self.t_s[0] != 0.0 or (np.diff(self.t_s) <= 0.0).any():
             raise UserError("t_s must rise strictly from 0")
         for key in ("axis", "instrument_axis"):
@@ -85,15 +107,19 @@ class ProbePath:
                     f"{key} must hold unit vectors, sample {worst} has length "
                     f"{length[worst]:.6g}"
                 )
-        step = np.abs(np.diff(self.roll_deg))
-        if step.max() > LARGEST_ROLL_STEP_DEG:
-            raise UserError(
-                f"roll_deg must be continuous, it jumps by {step.max():.4g} degrees "
-                f"after sample {int(np.argmax(step))}"
-            )
-        changes_s = [time_s for time_s, _ in self.tools]
-        if changes_s != sorted(changes_s) or not all(map(math.isfinite, changes_s)):
-            raise UserError(f"tools must be in order of time, got {changes_s}")
+        for key in ("roll_deg", "instrument_roll_deg"):
+            step = np.abs(np.diff(getattr(self, key)))
+            if step.max() > LARGEST_ROLL_STEP_DEG:
+                raise UserError(
+                    f"{key} must be continuous, it jumps by {step.max():.4g} degrees "
+                    f"after sample {int(np.argmax(step))}"
+                )
+        if self.jaw.min() < 0.0 or self.jaw.max() > 1.0:
+            raise UserError("jaw must lie in 0..1")
+        for key in ("tools", "scopes"):
+            changes_s = [time_s for time_s, _ in getattr(self, key)]
+            if changes_s != sorted(changes_s) or not all(map(math.isfinite, changes_s)):
+                raise UserError(f"{key} must be in order of time, got {changes_s}")
         if self.buttons.min() < 0 or self.buttons.max() > 127:
             raise UserError("buttons must lie in 0..127")
 
@@ -136,19 +162,17 @@ class ProbePath:
             t_s=t,
             tip_mm=_lerp(self.tip_mm, i, u),
             axis=slerp(self.axis[i], self.axis[i + 1], u),
-            roll_deg=float((1.0 - u) * self.roll_deg[i] + u * self.roll_deg[i + 1]),
+            roll_deg=_mix(self.roll_deg, i, u),
             instrument_tip_mm=_lerp(self.instrument_tip_mm, i, u),
             instrument_axis=slerp(
                 self.instrument_axis[i], self.instrument_axis[i + 1], u
             ),
             buttons=int(self.buttons[i + 1] if u == 1.0 else self.buttons[i]),
-            tool=self.tool_at(t),
+            tool=_last(self.tools, t),
+            instrument_roll_deg=_mix(self.instrument_roll_deg, i, u),
+            jaw=_mix(self.jaw, i, u),
+            scope_deg=_last(self.scopes, t),
         )
-
-    def tool_at(self, t_s: float) -> str:
-        """Return the name of the instrument in hand, "" where the path names none."""
-        held = [name for time_s, name in self.tools if time_s <= t_s]
-        return held[-1] if held else ""
 
 
 def slerp(
@@ -175,3 +199,13 @@ def slerp(
 def _lerp(values: NDArray[np.float64], i: int, u: float) -> NDArray[np.float64]:
     mixed: NDArray[np.float64] = (1.0 - u) * values[i] + u * values[i + 1]
     return mixed
+
+
+def _mix(values: NDArray[np.float64], i: int, u: float) -> float:
+    return float((1.0 - u) * values[i] + u * values[i + 1])
+
+
+def _last(changes: tuple[tuple[float, Held], ...], t_s: float) -> Held | None:
+    """Return what is in hand at a time; None before the first change."""
+    held = [what for time_s, what in changes if time_s <= t_s]
+    return held[-1] if held else None

@@ -64,6 +64,9 @@ OTHER = 0.6
 """Another tool than the one in hand is worth so much less."""
 WITHDRAWN_MM = 14.0
 """While tools are changed the scope waits so far back, and sees them come."""
+FELT, TRIES, AWAY = 1500, 60, 0.1
+"""So many ways to a place that is felt are thought of, and tried; a mm off it counts
+as so many mm in tissue."""
 SWAP_S, SHAVES_S = 0.6, 0.4
 OUTSIDE_MM = 8.0
 """A tool that is changed is so far before the nostril."""
@@ -186,12 +189,14 @@ class ModelHand(ScriptedHand):
         operation.take_injuries()
         touch = operation.touch
         if touch.size_n > MOST_N or touch.broken or operation.injured:
-            self.why = f"{self._name} {self.phase} works {self._works} force {touch.size_n > MOST_N} {touch.wall} broken {touch.broken} hurt {operation.injured}"
             raise _TooHardError
 
     @contextmanager
-    def _tried(self) -> Iterator[list[bool]]:
-        """Take back what presses too hard; the list then holds something."""
+    def _tried(self, *, is_kept: bool = True) -> Iterator[list[bool]]:
+        """Take back what presses too hard; the list then holds something.
+
+        is_kept: what goes well stays done.
+        """
         kept = (
             self._scope_at,
             self._tool_at,
@@ -201,14 +206,15 @@ class ModelHand(ScriptedHand):
             self._sucks,
             self.time_s,
         )
-        count, before, failed = len(self.samples), self.session.checkpoint(), []
+        count, before = len(self.samples), self.session.checkpoint()
+        failed: list[bool] = []
         try:
             yield failed
             if math.isinf(self._harm()):
-                self.why = "harm"
                 raise _TooHardError
         except _TooHardError:
             failed.append(True)
+        if failed or not is_kept:
             self.session.restore(before)
             del self.samples[count:]
             self._scope_at, self._tool_at, self._name, self._jaw = kept[:4]
@@ -276,11 +282,16 @@ class ModelHand(ScriptedHand):
 
     def look(self, task: LookTask) -> None:
         """Find a place from which the task's is seen, and go there."""
-        place, far = self.place(task.place), task.farthest_mm - 0.5
         near = max(task.nearest_mm + 0.5, NEAREST_MM)
-        found = self._seeing(place, place, None, near, min(far, 30.0))
-        assert found is not None, f"{task.name}: nowhere is it seen from"
+        self.see(self.place(task.place), near, min(task.farthest_mm - 0.5, 30.0))
+
+    def see(
+        self, place: Doubles, near_mm: float = NEAREST_MM, far_mm: float = FARTHEST_MM
+    ) -> None:
+        """Take the tool out and look at a place."""
         self._away()
+        found = self._seeing(place, place, None, near_mm, far_mm)
+        assert found is not None, f"{place} is seen from nowhere"
         self._lay(found)
 
     def _turned(self, roll_deg: float) -> float:
@@ -289,6 +300,8 @@ class ModelHand(ScriptedHand):
         return now + math.remainder(roll_deg - now, 360.0)
 
     def _lay(self, scope: _Held) -> None:
+        if scope is self._scope_at:
+            return
         for corner in self._scope_way(scope):
             self._move(self._scope_at.seconds(corner, SCOPE_MM_S), scope=corner)
 
@@ -346,7 +359,7 @@ class ModelHand(ScriptedHand):
         moved = np.linalg.norm(tips - self._scope_at.tip, axis=1)
         worth = np.minimum(clear, ROOM_MM) - MOVED * moved - ASIDE * off
         worth -= NEARER * np.abs(away - BEST_MM)
-        for n in np.argsort(-worth)[: np.count_nonzero(kept) + len(kept)]:
+        for n in np.argsort(-worth):
             if kept[n] and is_in_sight(self.distance, tips[n], sight):
                 roll = self._roll_towards(tips[n], -ways[n], place)
                 return _Held(tips[n], ways[n], self._turned(roll))
@@ -389,18 +402,15 @@ class ModelHand(ScriptedHand):
         if not self._sees(target.tip, sight, tool):
             found = self._seeing(target.tip, sight, tool)
             if found is None:
-                self.why = name + " unseen"
                 return False
             scope = found
-        self.phase="begin"
         with self._tried() as failed:
             wait = target.drawn(WAITS_MM)
             if name != self._name:
-                self._away(scope)
+                self._away()
                 self._bring(name, wait, scope)
             else:
-                if scope is not self._scope_at:
-                    self._lay(scope)
+                self._lay(scope)
                 roll = self._tool_at.roll_deg
                 roll += math.remainder(wait.roll_deg - roll, 360.0)
                 wait, target = (replace(h, roll_deg=roll) for h in (wait, target))
@@ -408,12 +418,9 @@ class ModelHand(ScriptedHand):
                 def depth(held: _Held) -> float:
                     return self._tool_depth_mm(held, name)
 
-                self.phase="way"
                 for corner in self._way(self._tool_at, wait, depth, STUCK_MM):
                     self._move(self._tool_at.seconds(corner, TOOL_MM_S), tool=corner)
-            self.phase="into"
             self._into(target, work)
-            self.phase="out"
             free = next(
                 (
                     held
@@ -423,13 +430,16 @@ class ModelHand(ScriptedHand):
                 wait,
             )
             self._move(target.seconds(free, TOOL_MM_S), tool=free)
+            # nothing holds it on its way out
+            with self._tried(is_kept=False) as held_back:
+                self._away()
+            if held_back:
+                raise _TooHardError
         return not failed
 
     def _into(self, target: _Held, work: Callable[[], None]) -> None:
-        self.phase="opens"
         if self._opens is not None:
             self._move(OPENING_S * (1.0 - self._opens), jaw=self._opens)
-        self.phase="into"
         self._move(self._tool_at.seconds(target, TOOL_MM_S / 3), tool=target)
         work()
 
@@ -448,7 +458,7 @@ class ModelHand(ScriptedHand):
         self._move(outside.seconds(wait, TOOL_MM_S * 1.5), tool=wait)
         self._move(here.seconds(scope, SCOPE_MM_S), scope=scope)
 
-    def _away(self, _scope: _Held | None = None) -> None:
+    def _away(self) -> None:
         """Take the tool out, if there is one."""
         if self._name == NO_TOOL:
             return
@@ -482,7 +492,6 @@ class ModelHand(ScriptedHand):
         points = self._ball(place, within_mm)
         depth = self.distance.sample(points)
         points = points[(depth < -0.3) & (depth > -2.5)][:300]
-        order = np.argsort(np.linalg.norm(points - place, axis=1))
         has_suction = instrument_named(name).suction_ml_s > 0.0
 
         def hold() -> None:
@@ -490,23 +499,18 @@ class ModelHand(ScriptedHand):
             self._move(seconds)
             self._sucks = False
 
-        tried = 0
-        for n in order:
-            for entry in self._random.permutation(self._hands):
-                for roll in self._random.uniform(-180.0, 180.0, 3):
-                    off = shaft_mm(name)
-                    back = _unit(entry - points[n])
-                    frame = tip_frame(points[n], -back, roll)
-                    back = _unit(entry - (points[n] + frame[:3, :3] @ off))
-                    held = _Held(points[n], back, float(roll))
-                    if self._tool_depth_mm(held, name) > STUCK_MM:
-                        continue
-                    tried += 1
-                    if self.use(name, held, hold):
-                        return True
-                    if tried > 20:
-                        return False
-        return False
+        ways: list[tuple[float, _Held]] = []
+        for _ in range(FELT):
+            point, entry = self._random.choice(points), self._random.choice(self._hands)
+            roll_deg = float(self._random.uniform(-180.0, 180.0))
+            frame = tip_frame(point, point - entry, roll_deg)
+            back = _unit(entry - point - frame[:3, :3] @ shaft_mm(name))
+            held = _Held(point, back, roll_deg)
+            worth = self._tool_depth_mm(held, name)
+            worth += AWAY * float(np.linalg.norm(point - place))
+            ways.append((worth, held))
+        ways.sort(key=lambda way: way[0])
+        return any(self.use(name, held, hold) for _, held in ways[:TRIES])
 
     def _worth(self, bite: Bite, wanted: Doubles, price: float) -> float:
         worth = super()._worth(bite, wanted, price)
@@ -546,6 +550,14 @@ def path_of(samples: Sequence[Sample], name: str, source: str) -> ProbePath:
             tools.append((time_s, sample.instrument.name))
         if not scopes or scopes[-1][1] != sample.scope_deg:
             scopes.append((time_s, sample.scope_deg))
+    # between two tools a turn goes on evenly
+    held = np.flatnonzero([state.name != NO_TOOL for state in states])
+    turn = np.zeros(len(states))
+    if len(held):
+        turns = np.deg2rad([states[n].roll_deg for n in held])
+        turn = np.interp(
+            np.arange(len(states)), held, np.rad2deg(np.unwrap(turns))
+        )
     buttons = [
         PATH_WORK * state.is_working | PATH_SUCTION * state.is_sucking
         for state in states
@@ -561,6 +573,9 @@ def path_of(samples: Sequence[Sample], name: str, source: str) -> ProbePath:
         buttons=np.array(buttons, np.int64),
         source=source,
         tools=tuple(tools),
+        instrument_roll_deg=turn.round(3),
+        jaw=np.array([state.jaw for state in states]).round(4),
+        scopes=tuple(scopes),
     )
 
 

@@ -146,10 +146,15 @@ def _path(
     roll = np.rad2deg(np.unwrap(np.deg2rad([sample.roll_deg for sample in kept])))
     times = clock_s[places] - clock_s[places[0]]
     tools: list[tuple[float, str]] = []
+    scopes: list[tuple[float, float | None]] = []
     for at_s, sample in zip(times.tolist(), kept, strict=True):
         held = sample.instrument.name
-        if held != NO_TOOL and (not tools or tools[-1][1] != held):
+        if (held != NO_TOOL or tools) and (not tools or tools[-1][1] != held):
             tools.append((at_s, held))
+        if (scopes[-1][1] if scopes else None) != sample.scope_deg:
+            scopes.append((at_s, sample.scope_deg))
+    hand = [sample.instrument for sample in kept]
+    turn = np.rad2deg(np.unwrap(np.deg2rad([state.roll_deg for state in hand])))
     return ProbePath(
         name,
         times,
@@ -161,6 +166,9 @@ def _path(
         np.array([sample.buttons & 127 for sample in kept]),
         f"the recording {folder.absolute().name}",
         tuple(tools),
+        turn,
+        np.array([state.jaw for state in hand]),
+        tuple(scopes),
     )
 
 

@@ -95,13 +95,16 @@ def _sample(pose: Pose, time_s: float, path: ProbePath, at_s: float) -> Sample:
         state.instrument_axis,
         pose.buttons,
         path_instrument(state),
+        scope_deg=state.scope_deg,
     )
 
 
 def path_instrument(state: ProbeSample) -> InstrumentState:
     """Return what a path's second hand does at a moment."""
     return InstrumentState(
-        state.tool or FIRST_TOOL,
+        FIRST_TOOL if state.tool is None else state.tool,
+        state.instrument_roll_deg,
+        state.jaw,
         is_working=bool(state.buttons & PATH_WORK),
         is_sucking=bool(state.buttons & PATH_SUCTION),
     )

@@ -94,15 +94,16 @@ def _samples_in(info: SessionInfo, records: Iterable[Record]) -> list[Sample]:
 def _samples_of(path: ProbePath) -> list[Sample]:
     return [
         Sample(
-            float(path.t_s[i]),
+            state.t_s,
             tip_frame(path.tip_mm[i], path.axis[i]),
             float(path.roll_deg[i]),
             path.instrument_tip_mm[i],
             path.instrument_axis[i],
             int(path.buttons[i]),
-            path_instrument(path.sample(float(path.t_s[i]))),
+            path_instrument(state),
+            scope_deg=state.scope_deg,
         )
-        for i in range(len(path.t_s))
+        for i, state in enumerate(map(path.sample, path.t_s.tolist()))
     ]
 
 
