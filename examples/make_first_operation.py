@@ -39,7 +39,7 @@ def main() -> None:
     for task in scenario.tasks:
         if isinstance(task, Inject) or (isinstance(task, Remove) and task.asks):
             hand.do(task)
-    for tool in ("ball probe", "curved suction"):
+    for tool in ("ball probe", "suction tube"):
         assert hand.touch(tool, ostium, FEELS_S, NEAR_MM), tool
     hand.choose(LAST_DEG)
     hand.see(ostium)

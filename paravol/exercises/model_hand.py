@@ -9,6 +9,7 @@ bone or hurts is taken back, and something else is tried.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import ClassVar
@@ -20,7 +21,7 @@ from devices import ProbePath
 from devices.recording.probe_path import slerp
 from paravol.exercises.scripted_hand import Bite, ScriptedHand, middle_of
 from paravol.inputs.hand import nostril_fulcrum
-from paravol.inputs.jaw import CLOSING_S, OPENING_S
+from paravol.inputs.jaw import CLOSING_S, OPENING_S, Jaw
 from paravol.inputs.nostril_lines import LEAN_MM, RINGS, NostrilLines
 from paravol.inputs.pointed_tool import thickness_mm
 from paravol.inputs.pose_completer import PATH_SUCTION, PATH_WORK
@@ -54,12 +55,13 @@ RIM_DEG = 5.0
 """What is looked at keeps so far from the rim of the field."""
 BACK_MM = 0.0, 3.0, 6.0, 10.0, 15.0, 22.0, 32.0, 45.0
 """So far a shaft is drawn back before it is turned: what suffices is taken."""
-WAITS_MM = 6.0
-"""Jaws open so far before what they bite."""
+WAITS_MM, EASES_MM = 6.0, 3.0
+"""Jaws open so far before what they bite; and so far behind it nothing is pressed."""
 STUCK_MM = 0.5
 """A tool passes walls so deep, at most, on its way."""
-MOST_N = 18.0
-"""More force is not brought to tissue: bone cracks at 5 to 15 N."""
+MOST_N, EASY_N = 17.0, 9.0
+"""More force is not brought to tissue, nor more than the second where nothing is
+worked at: bone cracks at 5 to 15 N."""
 OTHER = 0.6
 """Another tool than the one in hand is worth so much less."""
 WITHDRAWN_MM = 14.0
@@ -126,7 +128,9 @@ class ModelHand(ScriptedHand):
     _jaw: float = field(default=1.0, init=False)
     _works: bool = field(default=False, init=False)
     _sucks: bool = field(default=False, init=False)
+    _presses: bool = field(default=False, init=False)
     _opens: float | None = field(default=None, init=False)
+    _pedal: Jaw = field(default_factory=Jaw, init=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -164,18 +168,21 @@ class ModelHand(ScriptedHand):
             self._record()
 
     def _record(self) -> None:
-        self.time_s = round(self.time_s + 1.0 / RATE_HZ, 6)
+        if self.samples:
+            self.time_s = round(self.time_s + 1.0 / RATE_HZ, 4)
         scope, tool, state = self._scope_at, self._tool_at, EMPTY_HAND
+        # as a pedal moves them where this is played, and with the digits of a file
+        jaw = max(self._pedal.at(self.time_s, self._works), self._jaw)
         if self._name != NO_TOOL:
             state = InstrumentState(
-                self._name, tool.roll_deg, self._jaw, self._works, self._sucks
+                self._name, round(tool.roll_deg, 3), round(jaw, 4), self._works, self._sucks
             )
         sample = Sample(
             self.time_s,
-            tip_frame(scope.tip, -scope.back),
-            scope.roll_deg,
-            tool.tip,
-            -tool.back,
+            tip_frame(scope.tip.round(4), -scope.back.round(6)),
+            round(scope.roll_deg, 3),
+            tool.tip.round(4),
+            -tool.back.round(6),
             0,
             state,
             scope_deg=self.scope_deg,
@@ -188,7 +195,8 @@ class ModelHand(ScriptedHand):
         operation.take_edits()
         operation.take_injuries()
         touch = operation.touch
-        if touch.size_n > MOST_N or touch.broken or operation.injured:
+        most_n = MOST_N if self._presses else EASY_N
+        if touch.size_n > most_n or touch.broken or operation.injured:
             raise _TooHardError
 
     @contextmanager
@@ -205,6 +213,7 @@ class ModelHand(ScriptedHand):
             self._works,
             self._sucks,
             self.time_s,
+            copy(self._pedal),
         )
         count, before = len(self.samples), self.session.checkpoint()
         failed: list[bool] = []
@@ -218,7 +227,8 @@ class ModelHand(ScriptedHand):
             self.session.restore(before)
             del self.samples[count:]
             self._scope_at, self._tool_at, self._name, self._jaw = kept[:4]
-            self._works, self._sucks, self.time_s = kept[4:]
+            self._works, self._sucks, self.time_s, self._pedal = kept[4:]
+            self._presses = False
 
     def _way(
         self, begin: _Held, end: _Held, depth_mm: Callable[[_Held], float], most: float
@@ -420,7 +430,11 @@ class ModelHand(ScriptedHand):
 
                 for corner in self._way(self._tool_at, wait, depth, STUCK_MM):
                     self._move(self._tool_at.seconds(corner, TOOL_MM_S), tool=corner)
+            self._presses = True
             self._into(target, work)
+            near = target.drawn(EASES_MM)
+            self._move(target.seconds(near, TOOL_MM_S / 2), tool=near)
+            self._presses = False
             free = next(
                 (
                     held
@@ -429,7 +443,7 @@ class ModelHand(ScriptedHand):
                 ),
                 wait,
             )
-            self._move(target.seconds(free, TOOL_MM_S), tool=free)
+            self._move(near.seconds(free, TOOL_MM_S), tool=free)
             # nothing holds it on its way out
             with self._tried(is_kept=False) as held_back:
                 self._away()
