@@ -1,8 +1,8 @@
-"""Make ``first_operation.path.json``: the uncinate process is taken from the right side.
+"""Make ``first_operation.path.json``: an uncinectomy on the right side.
 
     python examples/make_first_operation.py
 
-A minute in the right nose of the average head, decongested, its middle turbinate
+Two minutes in the right nose of the average head, decongested, its middle turbinate
 brought to the middle. A 30-degree scope looks round; a needle blanches the axilla and
 the uncinate process; the process is taken with the tools of `TOOLS`; a ball probe feels
 the natural ostium behind it, suction clears it, and a 70-degree scope looks into it.

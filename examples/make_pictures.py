@@ -48,7 +48,7 @@ from benchmarks.machine import machine
 from benchmarks.nasal_views import NasalView
 from benchmarks.peers.light_jobs import LightJobs, mitsuba_process
 from devices import load_probe_path
-from paravol.patient import PatientScene, load_patient, load_phantom, no_progress
+from paravol.patient import PatientScene, load_patient, no_progress
 from paravol.sessions import session_setup as setup
 from paravol.view import EndoscopeView
 from renderers import scene as scenery
@@ -283,7 +283,7 @@ def deflections(asked: argparse.Namespace) -> None:
 
 LIVE_PX = 384
 FLOWN_S = (0.5, 6.5, 9.5, 15.0, 18.5, 20.0)
-OPERATED_S = (2.6, 4.3, 9.0, 18.3)
+OPERATED_S = (1.5, 18.0, 85.0, 98.0)
 
 
 def live(asked: argparse.Namespace) -> None:
@@ -321,7 +321,7 @@ def first_operation() -> Panels:
     """Operate up to the moments; the gain settles at each."""
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
-    patient, operation = setup.operate_on(load_phantom(average=True))
+    patient, operation = setup.operate_on(load_patient(scenario, no_progress))
     size = (LIVE_PX, LIVE_PX)
     session = setup.build_session(scenario, patient, np.eye(4), size, operation)
     view = trainees_view(scenario, patient)

@@ -83,6 +83,8 @@ def part_of(
         instrument_axis=whole.instrument_axis[part],
         buttons=whole.buttons[part],
         tools=tools,
+        instrument_roll_deg=whole.instrument_roll_deg[part],
+        jaw=whole.jaw[part],
     )
 
 

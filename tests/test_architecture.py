@@ -264,17 +264,17 @@ def test_every_source_says_what_it_is() -> None:
 
 
 BUDGET = {
-    "anatomy": 15959,
-    "app": 19171,
-    "benchmarks": 10985,
-    "devices": 13292,
-    "examples": 1787,
-    "paravol": 27949,
+    "anatomy": 16115,
+    "app": 19183,
+    "benchmarks": 10983,
+    "devices": 13346,
+    "examples": 1710,
+    "paravol": 28612,
     "renderers": 38044,
-    "scenarios": 12420,
+    "scenarios": 12399,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95320,
+    "tests": 95390,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

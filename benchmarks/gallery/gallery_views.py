@@ -13,7 +13,7 @@ from paravol.inputs.instrument_controller import InstrumentController
 from paravol.inputs.pose_completer import PATH_PEDAL, PathChannel
 from paravol.inputs.scope_in_hand import ScopeInHand
 from paravol.inputs.second_channel import SecondChannel
-from paravol.patient import load_phantom
+from paravol.patient import load_patient, no_progress
 from paravol.sessions.session_setup import build_session, operate_on
 from renderers.scene import Camera, Projection, Scene
 from renderers.shading import ScopeLight
@@ -23,10 +23,10 @@ WOUNDED = "wounded"
 """The head after the bundled operation: no uncinate process, a wider ostium, blood."""
 
 FLIGHT_VIEWS = 2
-SCOPE_RESTS_S = 9.0
+SCOPE_RESTS_S = 85.0
 """A time of the operation; its scope stays where it then is."""
 NEARER_MM = 4.0
-OSTIUM_MM = np.array((-13.4, 27.4, 23.2))
+OSTIUM_MM = np.array((-13.5, 25.0, 25.2))
 """The right maxillary ostium of the default head, LPS."""
 FRONT = "middle meatus"
 """The acceptance view that sees the wound from in front."""
@@ -84,11 +84,9 @@ def operated_samples(path: ProbePath, endoscope: Endoscope) -> Iterator[Sample]:
 
 def _wounded() -> Scene:
     """Operate as the bundled path does, to its end."""
-    flown, _ = nasal_views.bundled_flight()
     scenario, folder = load_scenario("first_operation")
     path = load_probe_path(folder / scenario.path)
-    head = load_phantom(flown.head.seed, flown.head.spacing_mm, average=True)
-    patient, operation = operate_on(head)
+    patient, operation = operate_on(load_patient(scenario, no_progress))
     session = build_session(scenario, patient, np.eye(4), (64, 64), operation)
     for sample in operated_samples(path, scenario.scope.endoscope()):
         session.step(sample)

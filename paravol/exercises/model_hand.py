@@ -42,7 +42,7 @@ LEAST_S = 0.3
 
 CLEAR_MM, BESIDE_MM = 0.3, -0.4
 """So much air a scope has about its shaft; and so far it lies from the tool's."""
-NEAREST_MM, FARTHEST_MM, BEST_MM = 6.0, 26.0, 13.0
+NEAREST_MM, FARTHEST_MM, BEST_MM = 9.0, 26.0, 15.0
 """A scope looks at a tool from so far; and best from so far."""
 ROOM_MM = 1.0
 """More air about a scope is not better."""
@@ -62,10 +62,13 @@ STUCK_MM = 0.5
 MOST_N, EASY_N = 17.0, 9.0
 """More force is not brought to tissue, nor more than the second where nothing is
 worked at: bone cracks at 5 to 15 N."""
-OTHER = 0.6
+OTHER = 0.4
 """Another tool than the one in hand is worth so much less."""
-WITHDRAWN_MM = 14.0
-"""While tools are changed the scope waits so far back, and sees them come."""
+LEADS_MM = 10.0
+"""So much deeper than the scope a tool is, or the scope draws back."""
+WITHDRAWN_MM, AHEAD_MM = 8.0, 18.0
+"""While tools are changed the scope waits so deep in the nose, and sees them come; once
+they are so deep both go on together."""
 FELT, TRIES, AWAY = 1500, 60, 0.1
 """So many ways to a place that is felt are thought of, and tried; a mm off it counts
 as so many mm in tissue."""
@@ -175,7 +178,11 @@ class ModelHand(ScriptedHand):
         jaw = max(self._pedal.at(self.time_s, self._works), self._jaw)
         if self._name != NO_TOOL:
             state = InstrumentState(
-                self._name, round(tool.roll_deg, 3), round(jaw, 4), self._works, self._sucks
+                self._name,
+                round(tool.roll_deg, 3),
+                round(jaw, 4),
+                self._works,
+                self._sucks,
             )
         sample = Sample(
             self.time_s,
@@ -420,7 +427,8 @@ class ModelHand(ScriptedHand):
                 self._away()
                 self._bring(name, wait, scope)
             else:
-                self._lay(scope)
+                if scope is not self._scope_at:
+                    self._lay(self._before(self._tool_at, scope))
                 roll = self._tool_at.roll_deg
                 roll += math.remainder(wait.roll_deg - roll, 360.0)
                 wait, target = (replace(h, roll_deg=roll) for h in (wait, target))
@@ -429,7 +437,8 @@ class ModelHand(ScriptedHand):
                     return self._tool_depth_mm(held, name)
 
                 for corner in self._way(self._tool_at, wait, depth, STUCK_MM):
-                    self._move(self._tool_at.seconds(corner, TOOL_MM_S), tool=corner)
+                    self._carry(corner, scope)
+                self._carry(wait, scope)
             self._presses = True
             self._into(target, work)
             near = target.drawn(EASES_MM)
@@ -438,12 +447,12 @@ class ModelHand(ScriptedHand):
             free = next(
                 (
                     held
-                    for held in map(target.drawn, BACK_MM[3:])
+                    for held in map(target.drawn, BACK_MM[2:])
                     if self._tool_depth_mm(held, name) < 0.0
                 ),
                 wait,
             )
-            self._move(near.seconds(free, TOOL_MM_S), tool=free)
+            self._carry(free, scope)
             # nothing holds it on its way out
             with self._tried(is_kept=False) as held_back:
                 self._away()
@@ -457,28 +466,55 @@ class ModelHand(ScriptedHand):
         self._move(self._tool_at.seconds(target, TOOL_MM_S / 3), tool=target)
         work()
 
+    def _deep_mm(self, held: _Held) -> float:
+        """Return how deep in the nose a shaft's tip is."""
+        return float((held.tip - self._pivot) @ self._axis)
+
+    def _carry(self, tool: _Held, scope: _Held) -> None:
+        """Bring the tool to a place; a scope before which it would be draws back."""
+        here = self._before(tool, scope)
+        seconds = max(
+            self._tool_at.seconds(tool, TOOL_MM_S),
+            self._scope_at.seconds(here, 1.5 * SCOPE_MM_S),
+        )
+        self._move(seconds, scope=here, tool=tool)
+
+    def _before(self, tool: _Held, scope: _Held) -> _Held:
+        """Return a scope drawn back until it sees a tool's tip."""
+        return self._at_depth(scope, max(self._deep_mm(tool) - LEADS_MM, 1.0))
+
+    def _at_depth(self, held: _Held, deep_mm: float) -> _Held:
+        """Return a shaft drawn back until its tip is no deeper than this."""
+        along = float(-held.back @ self._axis)
+        return held.drawn(max(self._deep_mm(held) - deep_mm, 0.0) / along)
+
     def _bring(self, name: str, wait: _Held, scope: _Held) -> None:
         """Bring a tool in from outside; the scope sees it come."""
-        inside_mm = float((wait.tip - self._pivot) @ self._axis) + OUTSIDE_MM
-        outside = wait.drawn(inside_mm)
-        here = scope.drawn(WITHDRAWN_MM)
-        for corner in self._way(
-            self._scope_at, here, self._scope_depth_mm, -CLEAR_MM
-        ):
+        outside = self._at_depth(wait, -OUTSIDE_MM)
+        here = self._at_depth(scope, WITHDRAWN_MM)
+        for corner in self._way(self._scope_at, here, self._scope_depth_mm, -CLEAR_MM):
             seconds = self._scope_at.seconds(corner, SCOPE_MM_S)
             self._move(seconds, scope=corner, tool=outside)
         self._tool_at = outside
         self._name, self._jaw = name, 1.0
-        self._move(outside.seconds(wait, TOOL_MM_S * 1.5), tool=wait)
-        self._move(here.seconds(scope, SCOPE_MM_S), scope=scope)
+        ahead = self._at_depth(wait, AHEAD_MM)
+        self._move(outside.seconds(ahead, TOOL_MM_S * 1.5), tool=ahead)
+        seconds = max(here.seconds(scope, SCOPE_MM_S), ahead.seconds(wait, TOOL_MM_S))
+        self._move(seconds, scope=scope, tool=wait)
 
     def _away(self) -> None:
-        """Take the tool out, if there is one."""
+        """Take the tool out, if there is one; the scope goes back with it."""
         if self._name == NO_TOOL:
             return
-        inside_mm = float((self._tool_at.tip - self._pivot) @ self._axis) + OUTSIDE_MM
-        out = self._tool_at.drawn(max(inside_mm, 0.0))
-        self._move(self._tool_at.seconds(out, TOOL_MM_S * 1.5), tool=out)
+        here = self._at_depth(self._scope_at, WITHDRAWN_MM)
+        ahead = self._at_depth(self._tool_at, AHEAD_MM)
+        seconds = max(
+            self._scope_at.seconds(here, SCOPE_MM_S),
+            self._tool_at.seconds(ahead, TOOL_MM_S),
+        )
+        self._move(seconds, scope=here, tool=ahead)
+        out = self._at_depth(ahead, -OUTSIDE_MM)
+        self._move(ahead.seconds(out, TOOL_MM_S * 1.5), tool=out)
         self._name, self._works, self._sucks = NO_TOOL, False, False
         self._move(SWAP_S)
 
@@ -501,7 +537,9 @@ class ModelHand(ScriptedHand):
                 return
         raise AssertionError(f"{task.name}: it is not reached gently")
 
-    def touch(self, name: str, place: Doubles, seconds: float, within_mm: float) -> bool:
+    def touch(
+        self, name: str, place: Doubles, seconds: float, within_mm: float
+    ) -> bool:
         """Hold a tool's tip near a place, in air; a tool that sucks does."""
         points = self._ball(place, within_mm)
         depth = self.distance.sample(points)
@@ -569,9 +607,7 @@ def path_of(samples: Sequence[Sample], name: str, source: str) -> ProbePath:
     turn = np.zeros(len(states))
     if len(held):
         turns = np.deg2rad([states[n].roll_deg for n in held])
-        turn = np.interp(
-            np.arange(len(states)), held, np.rad2deg(np.unwrap(turns))
-        )
+        turn = np.interp(np.arange(len(states)), held, np.rad2deg(np.unwrap(turns)))
     buttons = [
         PATH_WORK * state.is_working | PATH_SUCTION * state.is_sucking
         for state in states

@@ -283,12 +283,14 @@ def replay_session(
     progress: Progress = no_progress,
     video: StrPath | VideoWriter | None = None,
     patient: PatientScene | None = None,
+    faster: float = 1.0,
 ) -> ReplayReport:
     """Draw every recorded frame again, score every sample again and compare.
 
     video: an ``.mp4`` file to write, or a film of this picture size to go on with.
     patient: the one that was flown through, where it is loaded already, as it was
     before anybody operated. threads: None for all processors; they change no picture.
+    faster: the film goes so many times as fast as the session went.
     UserError when the session cannot be read, or was flown through another head.
     """
     replayed = Replay(folder, threads, progress, patient)
@@ -303,13 +305,14 @@ def replay_session(
 
         def show(frame: ReplayedFrame) -> None:
             if film is not None:
-                film.show_until(frame.rgb, begun_s + frame.time_s)
+                film.show_until(frame.rgb, begun_s + frame.time_s / faster)
 
         frames = stack.enter_context(closing(replayed.frames(show)))
         last = deque(frames, maxlen=1)
         if film is not None and last:
             # the last frame was still to be seen when the flight ended
-            film.show_until(last[0].rgb, begun_s + replayed.samples[-1].time_s)
+            whole_s = replayed.samples[-1].time_s / faster
+            film.show_until(last[0].rgb, begun_s + whole_s)
     return replayed.report()
 
 

@@ -611,7 +611,7 @@ def first_bite(folder: Path) -> Path:
     scenario, bundled = load_scenario("first_operation")
     whole = load_probe_path(bundled / scenario.path)
     tools = ((0.0, "straight forceps"),)
-    cut = part_of(whole, "bite", 2.6, 4.6, tools=tools)
+    cut = part_of(whole, "bite", 15.0, 17.0, tools=tools)
     save_probe_path(cut, folder / "bite.path.json")
     text = (bundled / "first_operation.toml").read_text().split("[[moments]]")[0]
     for old, new in (
