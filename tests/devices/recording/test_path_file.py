@@ -114,3 +114,27 @@ def test_a_damaged_file_is_a_value_error_that_names_it(
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"nowhere.* cannot be read: No such file"):
         load_probe_path(tmp_path / "nowhere.path.json")
+
+
+def test_a_second_hand_and_scopes_come_back(
+    tmp_path: Path, short_path: ProbePath
+) -> None:
+    turn = np.linspace(0.0, 720.0, 101)
+    path = replace(
+        short_path,
+        instrument_roll_deg=turn,
+        jaw=np.linspace(1.0, 0.0, 101),
+        tools=((0.0, "injection needle"), (0.5, ""), (0.8, "straight forceps")),
+        scopes=((0.2, 70.0), (0.9, None)),
+    )
+    save_probe_path(path, tmp_path / "p.path.json")
+    back = load_probe_path(tmp_path / "p.path.json")
+    for field in fields(ProbePath):
+        ours, theirs = getattr(path, field.name), getattr(back, field.name)
+        assert np.array_equal(ours, theirs), field.name
+    held = [(back.sample(t).tool, back.sample(t).scope_deg) for t in (0.1, 0.6, 0.95)]
+    assert held == [
+        ("injection needle", None),
+        ("", 70.0),
+        ("straight forceps", None),
+    ]

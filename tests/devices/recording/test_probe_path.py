@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.recording.probe_path import ProbePath, slerp
+from system import UserError
 
 _numbers = st.floats(-1.0, 1.0)
 
@@ -87,3 +88,16 @@ def test_length_and_duration(short_path: ProbePath) -> None:
     assert short_path.duration_s == 1.0
     straight = np.outer(np.linspace(0.0, 1.0, 101), (3.0, 4.0, 0.0))
     assert replace(short_path, tip_mm=straight).length_mm == pytest.approx(5.0)
+
+
+def test_jaws_and_turns_are_checked(short_path: ProbePath) -> None:
+    """A path that names no tool says so; an empty hand is another thing."""
+    assert short_path.sample(0.5).tool is None
+    assert replace(short_path, tools=((0.0, ""),)).sample(0.5).tool == ""
+    for wrong in (
+        {"jaw": np.full(101, 1.1)},
+        {"instrument_roll_deg": np.arange(101) * 91.0},
+        {"scopes": ((1.0, 70.0), (0.5, None))},
+    ):
+        with pytest.raises(UserError):
+            replace(short_path, **wrong)
