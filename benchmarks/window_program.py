@@ -136,6 +136,9 @@ def to_and_fro(path: ProbePath, duration_s: float) -> ProbePath:
         instrument_axis=path.instrument_axis[at],
         buttons=np.zeros(len(at), np.int64),
         tools=(),
+        instrument_roll_deg=path.instrument_roll_deg[at],
+        jaw=path.jaw[at],
+        scopes=(),
     )
 
 
