@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import msgspec
@@ -140,6 +140,15 @@ def to_and_fro(path: ProbePath, duration_s: float) -> ProbePath:
         jaw=path.jaw[at],
         scopes=(),
     )
+
+
+def begin_of(path: ProbePath, duration_s: float) -> ProbePath:
+    """Return what a path does until a time."""
+    kept = path.t_s <= duration_s
+    names = [
+        f.name for f in fields(path) if isinstance(getattr(path, f.name), np.ndarray)
+    ]
+    return replace(path, **{name: getattr(path, name)[kept] for name in names})
 
 
 def fly_window(

@@ -13,12 +13,15 @@ import numpy as np
 from benchmarks.nasal_views import bundled_flight
 from benchmarks.plan import Measured, Plan, Task
 from benchmarks.timing import Timing
-from benchmarks.window_program import fly_window, to_and_fro
+from benchmarks.window_program import begin_of, fly_window, to_and_fro
 from devices import ProbePath, load_probe_path
 from scenarios import load_scenario
 from system import UserError
 
 SCENARIO, OPERATION = "first_flight", "first_operation"
+
+OPERATED_S = 38.0
+"""So much of an operation is flown: looks, needle and the first bites."""
 
 STEERED, STEERED_S, STEERED_QUICK_S = "uncinectomy", 36.0, 15.0
 """What is operated by the mouse, and for how long: twelve seconds pass before the tool
@@ -71,7 +74,7 @@ class WindowPlan(Plan, suite="window"):
         scenario, folder = load_scenario(OPERATION)
         return {
             SCENARIO: to_and_fro(bundled_flight()[1], self._flown_s),
-            OPERATION: load_probe_path(folder / scenario.path),
+            OPERATION: begin_of(load_probe_path(folder / scenario.path), OPERATED_S),
         }
 
     @staticmethod
