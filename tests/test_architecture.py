@@ -266,7 +266,7 @@ def test_every_source_says_what_it_is() -> None:
 BUDGET = {
     "anatomy": 16115,
     "app": 19183,
-    "benchmarks": 10983,
+    "benchmarks": 10998,
     "devices": 13346,
     "examples": 1710,
     "paravol": 28612,
@@ -274,7 +274,7 @@ BUDGET = {
     "scenarios": 12399,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95390,
+    "tests": 95493,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

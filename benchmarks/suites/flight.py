@@ -42,7 +42,7 @@ POSE_HZ, ARM_HZ = 200.0, 100.0
 of an operation: as many as the arm gives."""
 
 OPERATED_S, OPERATED_QUICK_S = 38.0, 4.0
-"""So much of the operation is flown by a quick run."""
+"""So much of the operation is flown, and by a quick run."""
 
 STAGES = ("surface", "instrument", "light", "gain", "camera", "hash")
 
