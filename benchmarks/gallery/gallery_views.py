@@ -23,7 +23,7 @@ WOUNDED = "wounded"
 """The head after the bundled operation: no uncinate process, a wider ostium, blood."""
 
 FLIGHT_VIEWS = 2
-SCOPE_RESTS_S = 85.0
+SCOPE_RESTS_S = 105.0
 """A time of the operation; its scope stays where it then is."""
 NEARER_MM = 4.0
 OSTIUM_MM = np.array((-13.5, 25.0, 25.2))

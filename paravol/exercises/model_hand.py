@@ -62,6 +62,8 @@ STUCK_MM = 0.5
 MOST_N, EASY_N = 17.0, 9.0
 """More force is not brought to tissue, nor more than the second where nothing is
 worked at: bone cracks at 5 to 15 N."""
+SPARED_MM = 0.25
+"""Nothing comes nearer to what must not be hurt."""
 OTHER = 0.4
 """Another tool than the one in hand is worth so much less."""
 LEADS_MM = 10.0
@@ -131,6 +133,7 @@ class ModelHand(ScriptedHand):
     _jaw: float = field(default=1.0, init=False)
     _works: bool = field(default=False, init=False)
     _sucks: bool = field(default=False, init=False)
+    _spared_mm: float = field(default=-math.inf, init=False)
     _presses: bool = field(default=False, init=False)
     _opens: float | None = field(default=None, init=False)
     _pedal: Jaw = field(default_factory=Jaw, init=False)
@@ -205,6 +208,14 @@ class ModelHand(ScriptedHand):
         most_n = MOST_N if self._presses else EASY_N
         if touch.size_n > most_n or touch.broken or operation.injured:
             raise _TooHardError
+        if self._nearest_mm() < min(SPARED_MM, self._spared_mm):
+            raise _TooHardError
+
+    def _nearest_mm(self) -> float:
+        """Return how near anything came so far to what must not be hurt."""
+        watch = None if self._operation is None else self._operation.injuries
+        near = [] if watch is None else list(watch.approaches.values())
+        return min((each.gap_mm for each in near), default=math.inf)
 
     @contextmanager
     def _tried(self, *, is_kept: bool = True) -> Iterator[list[bool]]:
@@ -224,12 +235,15 @@ class ModelHand(ScriptedHand):
         )
         count, before = len(self.samples), self.session.checkpoint()
         failed: list[bool] = []
+        # what was near before may stay so near
+        spared_mm, self._spared_mm = self._spared_mm, self._nearest_mm() - 1e-9
         try:
             yield failed
             if math.isinf(self._harm()):
                 raise _TooHardError
         except _TooHardError:
             failed.append(True)
+        self._spared_mm = spared_mm
         if failed or not is_kept:
             self.session.restore(before)
             del self.samples[count:]
