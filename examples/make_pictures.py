@@ -283,7 +283,7 @@ def deflections(asked: argparse.Namespace) -> None:
 
 LIVE_PX = 384
 FLOWN_S = (0.5, 6.5, 9.5, 15.0, 18.5, 20.0)
-OPERATED_S = (1.5, 18.0, 105.0, 118.0)
+OPERATED_S = (1.5, 16.1, 105.0, 118.0)
 
 
 def live(asked: argparse.Namespace) -> None:
