@@ -269,7 +269,7 @@ BUDGET = {
     "benchmarks": 10998,
     "devices": 13346,
     "examples": 1710,
-    "paravol": 28612,
+    "paravol": 28626,
     "renderers": 38044,
     "scenarios": 12399,
     "surgery": 7384,
