@@ -10,10 +10,14 @@ the natural ostium behind it, suction clears it, and a 70-degree scope looks int
 tried too hard.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from devices import save_probe_path
-from paravol.exercises.model_hand import ModelHand, path_of
+from paravol.exercises.model_hand import ModelHand
+from paravol.exercises.recorded_scenario import path_of
 from paravol.patient import load_patient, no_progress
 from scenarios import load_scenario
 from scenarios.tasks.task import Inject, Remove
@@ -45,7 +49,9 @@ def main() -> None:
     hand.see(ostium)
     hand.stay(2.0 * LOOKS_S)
     source = "examples/make_first_operation.py"
-    path = path_of(hand.samples, "first operation", source)
+    path = path_of("first operation", source, hand.samples, np.eye(4))
+    # the hand's own digits
+    path = replace(path, axis=path.axis.round(6))
     save_probe_path(path, EXAMPLES / "first_operation.path.json")
 
 

@@ -267,14 +267,14 @@ BUDGET = {
     "anatomy": 16115,
     "app": 19183,
     "benchmarks": 10998,
-    "devices": 13346,
-    "examples": 1710,
-    "paravol": 28626,
+    "devices": 13348,
+    "examples": 1716,
+    "paravol": 28602,
     "renderers": 38044,
     "scenarios": 12399,
     "surgery": 7384,
     "system": 1201,
-    "tests": 95493,
+    "tests": 95494,
 }
 """Lines of Python by package. A figure only falls; one that has to rise is changed in
 a commit of its own that says what the new lines are for."""

@@ -74,9 +74,10 @@ class ProbePath:
     source: str = field(default="")
     """How the path was made, for a person."""
     tools: tuple[tuple[float, str], ...] = ()
-    """Times from which on an instrument is in hand, and its name, "" for none."""
+    """Times from which on an instrument is in hand, and its name, "" for none, as it is
+    before the first. Without any the path does not say."""
     instrument_roll_deg: NDArray[np.float64] = field(default_factory=_nothing)
-    """(n,) continuous, as roll_deg; none: 0 throughout."""
+    """(n,) its turn, not wrapped; another tool may begin elsewhere. None: 0."""
     jaw: NDArray[np.float64] = field(default_factory=_nothing)
     """(n,) 0 open to 1 closed, beside what the pedal closes; none: 0 throughout."""
     scopes: tuple[tuple[float, float | None], ...] = ()
@@ -107,13 +108,12 @@ class ProbePath:
                     f"{key} must hold unit vectors, sample {worst} has length "
                     f"{length[worst]:.6g}"
                 )
-        for key in ("roll_deg", "instrument_roll_deg"):
-            step = np.abs(np.diff(getattr(self, key)))
-            if step.max() > LARGEST_ROLL_STEP_DEG:
-                raise UserError(
-                    f"{key} must be continuous, it jumps by {step.max():.4g} degrees "
-                    f"after sample {int(np.argmax(step))}"
-                )
+        step = np.abs(np.diff(self.roll_deg))
+        if step.max() > LARGEST_ROLL_STEP_DEG:
+            raise UserError(
+                f"roll_deg must be continuous, it jumps by {step.max():.4g} degrees "
+                f"after sample {int(np.argmax(step))}"
+            )
         if self.jaw.min() < 0.0 or self.jaw.max() > 1.0:
             raise UserError("jaw must lie in 0..1")
         for key in ("tools", "scopes"):
@@ -168,10 +168,10 @@ class ProbePath:
                 self.instrument_axis[i], self.instrument_axis[i + 1], u
             ),
             buttons=int(self.buttons[i + 1] if u == 1.0 else self.buttons[i]),
-            tool=_last(self.tools, t),
+            tool=_last(self.tools, t, "" if self.tools else None),
             instrument_roll_deg=_mix(self.instrument_roll_deg, i, u),
             jaw=_mix(self.jaw, i, u),
-            scope_deg=_last(self.scopes, t),
+            scope_deg=_last(self.scopes, t, None),
         )
 
 
@@ -205,7 +205,9 @@ def _mix(values: NDArray[np.float64], i: int, u: float) -> float:
     return float((1.0 - u) * values[i] + u * values[i + 1])
 
 
-def _last(changes: tuple[tuple[float, Held], ...], t_s: float) -> Held | None:
-    """Return what is in hand at a time; None before the first change."""
+def _last(
+    changes: tuple[tuple[float, Held], ...], t_s: float, before: Held | None
+) -> Held | None:
+    """Return what is in hand at a time; before: until the first change."""
     held = [what for time_s, what in changes if time_s <= t_s]
-    return held[-1] if held else None
+    return held[-1] if held else before

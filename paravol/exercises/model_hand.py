@@ -7,7 +7,7 @@ bone or hurts is taken back, and something else is tried.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -17,14 +17,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from devices import ProbePath
 from devices.recording.probe_path import slerp
 from paravol.exercises.scripted_hand import Bite, ScriptedHand, middle_of
 from paravol.inputs.hand import nostril_fulcrum
 from paravol.inputs.jaw import CLOSING_S, OPENING_S, Jaw
 from paravol.inputs.nostril_lines import LEAN_MM, RINGS, NostrilLines
 from paravol.inputs.pointed_tool import thickness_mm
-from paravol.inputs.pose_completer import PATH_SUCTION, PATH_WORK
 from scenarios import InstrumentState, Sample, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
 from scenarios.instruments.catalogue import instrument_named
@@ -601,46 +599,6 @@ class ModelHand(ScriptedHand):
             return self.use(bite.name, target, shave if tool.needs_suction else close)
         finally:
             self._opens = None
-
-
-def path_of(samples: Sequence[Sample], name: str, source: str) -> ProbePath:
-    """Return what a hand did as a path, in the frame of its samples."""
-    frames = np.array([sample.device_from_tip for sample in samples])
-    states = [sample.instrument for sample in samples]
-    times = np.array([sample.time_s for sample in samples])
-    times -= times[0]
-    tools: list[tuple[float, str]] = []
-    scopes: list[tuple[float, float | None]] = []
-    for time_s, sample in zip(times.tolist(), samples, strict=True):
-        if not tools or tools[-1][1] != sample.instrument.name:
-            tools.append((time_s, sample.instrument.name))
-        if not scopes or scopes[-1][1] != sample.scope_deg:
-            scopes.append((time_s, sample.scope_deg))
-    # between two tools a turn goes on evenly
-    held = np.flatnonzero([state.name != NO_TOOL for state in states])
-    turn = np.zeros(len(states))
-    if len(held):
-        turns = np.deg2rad([states[n].roll_deg for n in held])
-        turn = np.interp(np.arange(len(states)), held, np.rad2deg(np.unwrap(turns)))
-    buttons = [
-        PATH_WORK * state.is_working | PATH_SUCTION * state.is_sucking
-        for state in states
-    ]
-    return ProbePath(
-        name=name,
-        t_s=times.round(4),
-        tip_mm=frames[:, :3, 3].round(4),
-        axis=-frames[:, :3, 2].round(6),
-        roll_deg=np.array([sample.roll_deg for sample in samples]).round(3),
-        instrument_tip_mm=np.array([s.instrument_tip_mm for s in samples]).round(4),
-        instrument_axis=np.array([s.instrument_pointing for s in samples]).round(6),
-        buttons=np.array(buttons, np.int64),
-        source=source,
-        tools=tuple(tools),
-        instrument_roll_deg=turn.round(3),
-        jaw=np.array([state.jaw for state in states]).round(4),
-        scopes=tuple(scopes),
-    )
 
 
 def _unit(way: Doubles) -> Doubles:

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices import ProbePath, save_probe_path
+from paravol.inputs.pose_completer import PATH_SUCTION, PATH_WORK
 from paravol.patient import PatientScene, Progress, load_patient, no_progress
 from paravol.sessions.session_setup import build_session, flown_scenario
 from scenarios import Sample, Scenario
@@ -74,7 +76,8 @@ def scenario_from_session(
             "hoops would stand in its walls."
         )
     world_from_device = np.array(recording.info.world_from_device).reshape(4, 4)
-    path = _path(name, folder, samples, world_from_device)
+    source = f"the recording {folder.absolute().name}"
+    path = path_of(name, source, samples, world_from_device)
     tasks = course_tasks(path.t_s, path.tip_mm, patient.surface.distance)
     scenario = Scenario(
         name=name,
@@ -116,21 +119,24 @@ def scenario_toml(scenario: Scenario, folder: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _path(
+def path_of(
     name: str,
-    folder: Path,
-    samples: list[Sample],
+    source: str,
+    samples: Sequence[Sample],
     world_from_device: NDArray[np.float64],
 ) -> ProbePath:
-    """Return a recording as a path, without what was frozen."""
+    """Return what hands did as a path, without what was frozen.
+
+    world_from_device: 4x4, of the samples' scope. UserError where nothing moves.
+    """
     time_s = np.array([sample.time_s for sample in samples])
     is_frozen = np.array([sample.is_frozen for sample in samples])
     clock_s = score_clock_s(time_s, is_frozen)
     # a path's times rise: of samples at one time the last is kept
     rises = np.concatenate([np.diff(clock_s) > 0.0, [True]]) & ~is_frozen
-    places = np.flatnonzero(rises)
+    places = np.flatnonzero(rises).tolist()
     if len(places) < 2:
-        raise UserError(f"{folder} holds no way: it was frozen all the time.")
+        raise UserError(f"{source} holds no way: it was frozen all the time.")
     kept = [samples[place] for place in places]
     frames = np.array([world_from_device @ sample.device_from_tip for sample in kept])
     axis = -frames[:, :3, 2]
@@ -149,12 +155,24 @@ def _path(
     scopes: list[tuple[float, float | None]] = []
     for at_s, sample in zip(times.tolist(), kept, strict=True):
         held = sample.instrument.name
-        if (held != NO_TOOL or tools) and (not tools or tools[-1][1] != held):
+        if (tools[-1][1] if tools else NO_TOOL) != held:
             tools.append((at_s, held))
         if (scopes[-1][1] if scopes else None) != sample.scope_deg:
             scopes.append((at_s, sample.scope_deg))
     hand = [sample.instrument for sample in kept]
-    turn = np.rad2deg(np.unwrap(np.deg2rad([state.roll_deg for state in hand])))
+    buttons = [
+        sample.buttons & 127
+        | PATH_WORK * state.is_working
+        | PATH_SUCTION * state.is_sucking
+        for sample, state in zip(kept, hand, strict=True)
+    ]
+    # between two tools a turn goes on evenly
+    held_at = np.flatnonzero([state.name != NO_TOOL for state in hand])
+    turn = np.zeros(len(hand))
+    if len(held_at):
+        turns = np.deg2rad([hand[n].roll_deg for n in held_at])
+        every = np.arange(len(hand))
+        turn = np.interp(every, held_at, np.rad2deg(np.unwrap(turns)))
     return ProbePath(
         name,
         times,
@@ -163,8 +181,8 @@ def _path(
         roll,
         tool_tip,
         tool_axis,
-        np.array([sample.buttons & 127 for sample in kept]),
-        f"the recording {folder.absolute().name}",
+        np.array(buttons, np.int64),
+        source,
         tuple(tools),
         turn,
         np.array([state.jaw for state in hand]),

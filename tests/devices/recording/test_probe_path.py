@@ -96,7 +96,7 @@ def test_jaws_and_turns_are_checked(short_path: ProbePath) -> None:
     assert replace(short_path, tools=((0.0, ""),)).sample(0.5).tool == ""
     for wrong in (
         {"jaw": np.full(101, 1.1)},
-        {"instrument_roll_deg": np.arange(101) * 91.0},
+        {"instrument_roll_deg": np.full(101, np.nan)},
         {"scopes": ((1.0, 70.0), (0.5, None))},
     ):
         with pytest.raises(UserError):

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.gallery.gallery_views import operated_samples
 from devices import load_probe_path, save_probe_path
-from paravol.exercises.model_hand import path_of
+from paravol.exercises.recorded_scenario import path_of
 from scenarios import Endoscope, InstrumentState, Sample, tip_frame
 from scenarios.instrument_state import EMPTY_HAND, NO_TOOL
 
@@ -44,7 +44,8 @@ def done() -> list[Sample]:
 
 def test_a_file_of_what_a_hand_did_plays_the_same(tmp_path: Path) -> None:
     samples = done()
-    save_probe_path(path_of(samples, "it", "a test"), tmp_path / "it.path.json")
+    path = path_of("it", "a test", samples, np.eye(4))
+    save_probe_path(path, tmp_path / "it.path.json")
     path = load_probe_path(tmp_path / "it.path.json")
     played = list(operated_samples(path, Endoscope(angle_deg=30.0)))
     assert len(played) == len(samples)
