@@ -51,7 +51,13 @@ def main() -> None:
     source = "examples/make_first_operation.py"
     path = path_of("first operation", source, hand.samples, np.eye(4))
     # the hand's own digits
-    path = replace(path, axis=path.axis.round(6))
+    path = replace(
+        path,
+        axis=path.axis.round(6),
+        instrument_axis=path.instrument_axis.round(6),
+        roll_deg=path.roll_deg.round(3),
+        instrument_roll_deg=path.instrument_roll_deg.round(3),
+    )
     save_probe_path(path, EXAMPLES / "first_operation.path.json")
 
 

@@ -268,7 +268,7 @@ BUDGET = {
     "app": 19183,
     "benchmarks": 10998,
     "devices": 13348,
-    "examples": 1716,
+    "examples": 1722,
     "paravol": 28602,
     "renderers": 38044,
     "scenarios": 12399,
