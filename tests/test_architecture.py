@@ -269,7 +269,7 @@ BUDGET = {
     "benchmarks": 10998,
     "devices": 13348,
     "examples": 1722,
-    "paravol": 28602,
+    "paravol": 28588,
     "renderers": 38044,
     "scenarios": 12399,
     "surgery": 7384,

@@ -30,7 +30,6 @@ from scenarios.instruments.catalogue import instrument_named
 from scenarios.instruments.contact_shape import shaft_mm
 from scenarios.instruments.parts import moved
 from scenarios.tasks import Status
-from scenarios.tasks.neck import STEP_MM as NECK_MM
 from scenarios.tasks.neck import Neck
 from scenarios.tasks.rules import is_in_sight
 from scenarios.tasks.task import (
@@ -79,9 +78,6 @@ WASTE = 0.05
 """What is taken besides counts so much of what is wanted as harm."""
 THROUGH_MM = 1.5
 """Thickness of the wall before a neck."""
-WIDER, SAFE_MM = 1.3, 1.2
-"""Of a neck so many times what is asked for is thought of, as far from what must not
-be hurt."""
 LOOKS = 60
 """At most, for a site of a survey."""
 LINE_POINTS = 60
@@ -307,11 +303,7 @@ class ScriptedHand:
             wanted = wanted[self.distance.sample(wanted) > 0.0]
             if not len(wanted):
                 return
-            # what is nearest to a neck comes first: an opening grows from its rim
-            count = len(wanted) // 4 + 40 if isinstance(task, Open) else len(wanted)
-            aims = wanted[:count]
-            if vain:
-                aims = np.concatenate([aims, in_the_way])
+            aims = np.concatenate([wanted, in_the_way]) if vain else wanted
             bites, in_the_way = self._bites(aims, random)
             price = CHEAPER**vain
             worths = np.array([self._worth(bite, aims, price) for bite in bites])
@@ -437,16 +429,10 @@ class ScriptedHand:
                 [head.places(part.voxels) for part in found if part is not None]
             )
         neck = Neck.between(head.distance, self.place(task.start), self.place(task.end))
-        is_open = np.isfinite(neck.behind_mm) & ~neck.was_air
-        places, behind_mm = neck.points[is_open], neck.behind_mm[is_open]
-        if self.patient.hazards is not None:
-            gaps = self.patient.hazards.nearest.sample(places) * UNIT_MM
-            places, behind_mm = places[gaps > SAFE_MM], behind_mm[gaps > SAFE_MM]
-        away = np.linalg.norm(places - neck.middle, axis=1) + behind_mm
-        area = max(task.area_mm2, math.pi * task.radius_mm**2)
-        count = round(WIDER * area / NECK_MM**2)
-        order = np.argsort(away)[:count]
-        near, behind_mm = places[order][::4], behind_mm[order][::4]
+        wide_mm = max(task.radius_mm, 1.15 * math.sqrt(task.area_mm2 / math.pi))
+        is_near = np.linalg.norm(neck.points - neck.middle, axis=2) < wide_mm
+        is_near &= np.isfinite(neck.behind_mm)
+        near, behind_mm = neck.points[is_near][::4], neck.behind_mm[is_near][::4]
         depths = np.arange(-THROUGH_MM, behind_mm.max(), 0.5)
         walls = near[:, None] + depths[:, None] * neck.normal
         chosen: Doubles = walls[depths < behind_mm[:, None]]
